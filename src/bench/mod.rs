@@ -1,0 +1,5 @@
+//! Measure: verify the answer first, then time it; medians and tails, never a mean alone.
+
+mod record;
+
+pub use record::DensityRow;

@@ -1,0 +1,148 @@
+//! Points, poses and twists, and the axis conventions of the whole crate.
+//!
+//! Conventions follow REP-103: metres, seconds and radians; x forward, y left, yaw counter-clockwise from the
+//! x axis. A pose or point is in the map frame unless its name says otherwise. Trigonometry goes through `libm`,
+//! whose results are the same on every platform, so that a plan can be replayed bit for bit elsewhere.
+
+use core::f64::consts::{PI, TAU};
+
+use nalgebra::{Isometry2, Point2, Vector2};
+use serde::{Deserialize, Serialize};
+
+/// A position in metres.
+pub type Point = Point2<f64>;
+
+/// A displacement in metres.
+pub type Vector = Vector2<f64>;
+
+/// A position in metres and a heading in radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f64; 3]", into = "[f64; 3]")]
+pub struct Pose {
+    /// Position along the x axis, metres.
+    pub x: f64,
+    /// Position along the y axis, metres.
+    pub y: f64,
+    /// Heading, radians, counter-clockwise from the x axis.
+    pub yaw: f64,
+}
+
+/// A planar velocity in the robot's own frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Twist {
+    /// Forward speed, metres per second.
+    pub linear: f64,
+    /// Turn rate, radians per second, counter-clockwise.
+    pub angular: f64,
+}
+
+impl Pose {
+    /// A pose from its three coordinates.
+    #[must_use]
+    pub const fn new(x: f64, y: f64, yaw: f64) -> Self {
+        Self { x, y, yaw }
+    }
+
+    /// The position alone.
+    #[must_use]
+    pub const fn position(&self) -> Point {
+        Point::new(self.x, self.y)
+    }
+
+    /// The rigid motion that takes coordinates in this pose's frame to the frame the pose is given in.
+    #[must_use]
+    pub fn isometry(&self) -> Isometry2<f64> {
+        Isometry2::new(Vector::new(self.x, self.y), self.yaw)
+    }
+
+    /// A point given in this pose's frame, in the frame the pose is given in.
+    #[must_use]
+    pub fn transform(&self, local: &Point) -> Point {
+        self.isometry().transform_point(local)
+    }
+
+    /// A point given in the frame of the pose, in this pose's own frame.
+    #[must_use]
+    pub fn inverse_transform(&self, point: &Point) -> Point {
+        self.isometry().inverse_transform_point(point)
+    }
+
+    /// Whether all three coordinates are finite.
+    #[must_use]
+    pub const fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.yaw.is_finite()
+    }
+}
+
+impl From<[f64; 3]> for Pose {
+    fn from([x, y, yaw]: [f64; 3]) -> Self {
+        Self { x, y, yaw }
+    }
+}
+
+impl From<Pose> for [f64; 3] {
+    fn from(pose: Pose) -> Self {
+        [pose.x, pose.y, pose.yaw]
+    }
+}
+
+impl Twist {
+    /// No motion.
+    pub const STOP: Self = Self {
+        linear: 0.0,
+        angular: 0.0,
+    };
+
+    /// A twist from its two rates.
+    #[must_use]
+    pub const fn new(linear: f64, angular: f64) -> Self {
+        Self { linear, angular }
+    }
+
+    /// Whether both rates are finite.
+    #[must_use]
+    pub const fn is_finite(&self) -> bool {
+        self.linear.is_finite() && self.angular.is_finite()
+    }
+}
+
+/// The same direction as an angle in (-pi, pi].
+#[must_use]
+pub fn wrap_angle(angle: f64) -> f64 {
+    let wrapped = libm::fmod(angle, TAU);
+    if wrapped > PI {
+        wrapped - TAU
+    } else if wrapped <= -PI {
+        wrapped + TAU
+    } else {
+        wrapped
+    }
+}
+
+/// The direction from one point to another, radians in (-pi, pi]; zero where the points coincide.
+#[must_use]
+pub fn bearing(from: &Point, to: &Point) -> f64 {
+    libm::atan2(to.y - from.y, to.x - from.x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wrapping_keeps_the_direction_and_the_half_open_range() {
+        assert_eq!(wrap_angle(0.0), 0.0);
+        assert_eq!(wrap_angle(PI), PI);
+        assert_eq!(wrap_angle(-PI), PI);
+        assert!((wrap_angle(3.0 * PI) - PI).abs() < 1e-12);
+        assert!((wrap_angle(-0.5 - TAU) + 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pose_turns_its_own_forward_axis_to_the_left_of_the_map() {
+        let pose = Pose::new(1.0, 2.0, PI / 2.0);
+        let ahead = pose.transform(&Point::new(3.0, 0.0));
+        assert!((ahead - Point::new(1.0, 5.0)).norm() < 1e-12);
+        assert!((pose.inverse_transform(&ahead) - Point::new(3.0, 0.0)).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,2 @@
+//! The `inbye` program.
+fn main() {}

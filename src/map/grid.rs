@@ -1,0 +1,218 @@
+//! Grids of cells laid over the ground: where a cell lies, and what is known of it.
+
+use serde::Serialize;
+
+use crate::geometry::{Point, Pose};
+
+/// The place of a cell in its grid. Column 0, row 0 is the lower-left cell of the grid's own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+pub struct Cell {
+    /// Along the grid's x axis.
+    pub column: i32,
+    /// Along the grid's y axis.
+    pub row: i32,
+}
+
+impl Cell {
+    /// A cell from its column and row.
+    #[must_use]
+    pub const fn new(column: i32, row: i32) -> Self {
+        Self { column, row }
+    }
+}
+
+/// Size and placement of a grid: every grid of this crate carries one, and two grids may be combined when
+/// their frames are equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridFrame {
+    /// Number of columns, 1..=32767.
+    pub width: i32,
+    /// Number of rows, 1..=32767.
+    pub height: i32,
+    /// Side of a cell, metres, above zero.
+    pub resolution_m: f64,
+    /// Pose of the lower-left corner of cell (0, 0) in the map frame.
+    pub origin: Pose,
+}
+
+/// The largest number of columns or rows of a grid.
+pub const MAX_GRID_SIDE: i32 = 32_767;
+
+impl GridFrame {
+    /// Number of cells.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Whether the grid has no cell. Never true of a frame made by this crate.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether the cell lies inside the grid.
+    #[must_use]
+    pub const fn contains(&self, cell: Cell) -> bool {
+        cell.column >= 0 && cell.row >= 0 && cell.column < self.width && cell.row < self.height
+    }
+
+    /// Position of a cell in row-major storage, lowest row first. The cell must lie inside the grid.
+    #[must_use]
+    pub const fn index(&self, cell: Cell) -> usize {
+        debug_assert!(self.contains(cell));
+        cell.row as usize * self.width as usize + cell.column as usize
+    }
+
+    /// The cell stored at a row-major position.
+    #[must_use]
+    pub const fn cell_at(&self, index: usize) -> Cell {
+        Cell::new(
+            (index % self.width as usize) as i32,
+            (index / self.width as usize) as i32,
+        )
+    }
+
+    /// A point of the map frame in cell units of the grid: cell (c, r) covers [c, c+1) x [r, r+1).
+    #[must_use]
+    pub fn to_cell_units(&self, point: &Point) -> Point {
+        self.origin.inverse_transform(point) / self.resolution_m
+    }
+
+    /// A point given in cell units, in the map frame.
+    #[must_use]
+    pub fn from_cell_units(&self, units: &Point) -> Point {
+        self.origin.transform(&(units * self.resolution_m))
+    }
+
+    /// The cell that covers a point, or none outside the grid or for a point that is not finite.
+    #[must_use]
+    pub fn cell_of(&self, point: &Point) -> Option<Cell> {
+        let units = self.to_cell_units(point);
+        let inside = units.x >= 0.0
+            && units.y >= 0.0
+            && units.x < f64::from(self.width)
+            && units.y < f64::from(self.height);
+        inside.then(|| Cell::new(units.x as i32, units.y as i32))
+    }
+
+    /// The centre of a cell in the map frame; the cell may lie outside the grid.
+    #[must_use]
+    pub fn center_of(&self, cell: Cell) -> Point {
+        self.from_cell_units(&Point::new(
+            f64::from(cell.column) + 0.5,
+            f64::from(cell.row) + 0.5,
+        ))
+    }
+}
+
+/// What a map says of a cell it does not know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum UnknownPolicy {
+    /// Unknown ground is an obstacle. The default: a robot must not drive where nobody looked.
+    #[default]
+    Blocked,
+    /// Unknown ground is free.
+    Free,
+}
+
+/// Occupancy as ROS has it: a probability in percent for each cell, or unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OccupancyGrid {
+    frame: GridFrame,
+    cells: Vec<i8>,
+}
+
+/// The value of a cell that the map does not know.
+pub const UNKNOWN: i8 = -1;
+
+/// Occupancy, in percent, from which a cell counts as an obstacle (Nav2's lethal threshold).
+pub const OCCUPIED_FROM: i8 = 65;
+
+impl OccupancyGrid {
+    /// A grid from its cells, row-major with the lowest row first; each is 0..=100 or [`UNKNOWN`].
+    ///
+    /// # Panics
+    /// When the number of cells is not the frame's.
+    #[must_use]
+    pub fn new(frame: GridFrame, cells: Vec<i8>) -> Self {
+        assert_eq!(
+            cells.len(),
+            frame.len(),
+            "one value for each cell of the frame"
+        );
+        Self { frame, cells }
+    }
+
+    /// Size and placement.
+    #[must_use]
+    pub const fn frame(&self) -> &GridFrame {
+        &self.frame
+    }
+
+    /// All values, row-major, lowest row first.
+    #[must_use]
+    pub fn cells(&self) -> &[i8] {
+        &self.cells
+    }
+
+    /// Where the obstacles are: cells of at least [`OCCUPIED_FROM`] percent, and unknown ones as the policy says.
+    #[must_use]
+    pub fn obstacles(&self, unknown: UnknownPolicy) -> ObstacleGrid {
+        let blocked = |&value: &i8| match value {
+            UNKNOWN => unknown == UnknownPolicy::Blocked,
+            value => value >= OCCUPIED_FROM,
+        };
+        ObstacleGrid::new(self.frame, self.cells.iter().map(blocked).collect())
+    }
+}
+
+/// A yes or no for each cell: does an obstacle cover it?
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstacleGrid {
+    frame: GridFrame,
+    blocked: Vec<bool>,
+}
+
+impl ObstacleGrid {
+    /// A grid from its cells, row-major with the lowest row first; `true` is an obstacle.
+    ///
+    /// # Panics
+    /// When the number of cells is not the frame's.
+    #[must_use]
+    pub fn new(frame: GridFrame, blocked: Vec<bool>) -> Self {
+        assert_eq!(
+            blocked.len(),
+            frame.len(),
+            "one value for each cell of the frame"
+        );
+        Self { frame, blocked }
+    }
+
+    /// Size and placement.
+    #[must_use]
+    pub const fn frame(&self) -> &GridFrame {
+        &self.frame
+    }
+
+    /// All cells, row-major, lowest row first; `true` is an obstacle.
+    #[must_use]
+    pub fn cells(&self) -> &[bool] {
+        &self.blocked
+    }
+
+    /// Whether an obstacle covers the cell. Everything outside the grid is an obstacle.
+    #[must_use]
+    pub fn is_blocked(&self, cell: Cell) -> bool {
+        !self.frame.contains(cell) || self.blocked[self.frame.index(cell)]
+    }
+
+    /// Marks or clears a cell; a cell outside the grid is left alone.
+    pub fn set(&mut self, cell: Cell, blocked: bool) {
+        if self.frame.contains(cell) {
+            let index = self.frame.index(cell);
+            self.blocked[index] = blocked;
+        }
+    }
+}

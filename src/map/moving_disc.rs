@@ -1,0 +1,46 @@
+//! A moving obstacle, as the planner sees it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Point, Vector};
+
+/// A disc on the ground that moves with constant velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MovingDisc {
+    /// Centre along x now, metres in the map frame.
+    pub x: f64,
+    /// Centre along y now, metres in the map frame.
+    pub y: f64,
+    /// Radius, metres, above zero.
+    pub radius: f64,
+    /// Velocity along x, metres per second.
+    #[serde(default)]
+    pub vx: f64,
+    /// Velocity along y, metres per second.
+    #[serde(default)]
+    pub vy: f64,
+}
+
+impl MovingDisc {
+    /// The centre now.
+    #[must_use]
+    pub const fn center(&self) -> Point {
+        Point::new(self.x, self.y)
+    }
+
+    /// The centre after a time in seconds.
+    #[must_use]
+    pub fn center_at(&self, time_s: f64) -> Point {
+        self.center() + Vector::new(self.vx, self.vy) * time_s
+    }
+
+    /// Whether every number is finite and the radius above zero.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        [self.x, self.y, self.radius, self.vx, self.vy]
+            .iter()
+            .all(|value| value.is_finite())
+            && self.radius > 0.0
+    }
+}

@@ -1,0 +1,42 @@
+//! One revolution of a planar lidar.
+
+use crate::geometry::{Point, Pose};
+
+/// Ranges measured at equal angles, counter-clockwise, from the robot's own origin.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Scan {
+    /// Direction of the first beam in the robot's frame, radians.
+    pub angle_min: f64,
+    /// Angle from one beam to the next, radians, above zero.
+    pub angle_increment: f64,
+    /// Longest range the sensor reports, metres.
+    pub range_max: f64,
+    /// A range for each beam, metres. Infinite: nothing within `range_max`. NaN: no measurement.
+    pub ranges: Vec<f64>,
+}
+
+impl Scan {
+    /// The direction of a beam in the robot's frame, radians.
+    #[must_use]
+    pub fn angle(&self, beam: usize) -> f64 {
+        self.angle_min + beam as f64 * self.angle_increment
+    }
+
+    /// The points in the map frame that beams hit, for a robot at this pose. Beams that hit nothing, and ranges that
+    /// are not within zero to `range_max`, give no point.
+    pub fn hits(&self, pose: &Pose) -> impl Iterator<Item = Point> + '_ {
+        let pose = *pose;
+        self.ranges
+            .iter()
+            .enumerate()
+            .filter_map(move |(beam, &range)| {
+                (range >= 0.0 && range <= self.range_max).then(|| {
+                    let direction = pose.yaw + self.angle(beam);
+                    Point::new(
+                        pose.x + range * libm::cos(direction),
+                        pose.y + range * libm::sin(direction),
+                    )
+                })
+            })
+    }
+}

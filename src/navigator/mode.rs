@@ -1,0 +1,21 @@
+//! What the navigator is doing at a tick.
+
+use serde::Serialize;
+
+/// The state of a mission, one for each tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// Following the path with the command the local planner chose.
+    Driving,
+    /// Turning in place towards the path.
+    Turning,
+    /// Stopped: no sample was admissible.
+    Blocked,
+    /// Backing away from where nothing was admissible.
+    BackingUp,
+    /// At the goal.
+    Arrived,
+    /// Given up, with a reason.
+    Failed,
+}

@@ -1,0 +1,98 @@
+//! The shape of the robot as a set of discs.
+
+use serde::{Deserialize, Serialize};
+
+use super::RobotError;
+use crate::geometry::{Point, Pose};
+
+/// A disc in the robot's own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disc {
+    /// Centre ahead of the robot's origin, metres.
+    pub x: f64,
+    /// Centre to the left of the robot's origin, metres.
+    pub y: f64,
+    /// Radius, metres, above zero.
+    pub radius: f64,
+}
+
+/// The discs that cover a robot. One disc is the simple case; two or three cover a tracked rectangle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Disc>", into = "Vec<Disc>")]
+pub struct Footprint {
+    discs: Vec<Disc>,
+}
+
+impl Footprint {
+    /// A footprint of discs.
+    ///
+    /// # Errors
+    /// When there is none, or one has a number that is not finite or a radius that is not above zero.
+    pub fn new(discs: Vec<Disc>) -> Result<Self, RobotError> {
+        if discs.is_empty() {
+            return Err(RobotError::EmptyFootprint);
+        }
+        for (index, &Disc { x, y, radius }) in discs.iter().enumerate() {
+            if !(x.is_finite() && y.is_finite() && radius.is_finite() && radius > 0.0) {
+                return Err(RobotError::BadDisc {
+                    index,
+                    x,
+                    y,
+                    radius,
+                });
+            }
+        }
+        Ok(Self { discs })
+    }
+
+    /// The discs, at least one.
+    #[must_use]
+    pub fn discs(&self) -> &[Disc] {
+        &self.discs
+    }
+
+    /// Radius of the circle about the robot's origin that holds the whole footprint, metres.
+    #[must_use]
+    pub fn circumscribed_radius_m(&self) -> f64 {
+        let reach = |disc: &Disc| libm::hypot(disc.x, disc.y) + disc.radius;
+        self.discs.iter().map(reach).fold(0.0, f64::max)
+    }
+
+    /// The same discs with a margin, metres, added to each radius. A negative margin shrinks, down to 1 mm.
+    #[must_use]
+    pub fn padded(&self, margin_m: f64) -> Self {
+        let grow = |disc: &Disc| Disc {
+            radius: (disc.radius + margin_m).max(1e-3),
+            ..*disc
+        };
+        Self {
+            discs: self.discs.iter().map(grow).collect(),
+        }
+    }
+
+    /// Centre and radius of each disc in the map frame, for a robot at this pose.
+    pub fn at(&self, pose: &Pose) -> impl Iterator<Item = (Point, f64)> + '_ {
+        let isometry = pose.isometry();
+        self.discs.iter().map(move |disc| {
+            (
+                isometry.transform_point(&Point::new(disc.x, disc.y)),
+                disc.radius,
+            )
+        })
+    }
+}
+
+impl TryFrom<Vec<Disc>> for Footprint {
+    type Error = RobotError;
+
+    fn try_from(discs: Vec<Disc>) -> Result<Self, RobotError> {
+        Self::new(discs)
+    }
+}
+
+impl From<Footprint> for Vec<Disc> {
+    fn from(footprint: Footprint) -> Self {
+        footprint.discs
+    }
+}

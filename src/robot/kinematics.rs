@@ -1,0 +1,92 @@
+//! The tracked drive: forward speed and turn rate against the speeds of the two tracks (paper, eqs. 1-12).
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Twist;
+
+/// Speeds of the two tracks over the ground, metres per second, forward positive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrackSpeeds {
+    /// The left track.
+    pub left: f64,
+    /// The right track.
+    pub right: f64,
+}
+
+/// A base steered by the difference of its tracks' speeds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrackedDrive {
+    /// Distance between the tracks' centre lines, metres, above zero. The paper prints it once as omega.
+    pub track_width_m: f64,
+}
+
+impl TrackedDrive {
+    /// The twist that two track speeds make without slip (eqs. 1 and 2).
+    #[must_use]
+    pub fn twist(&self, tracks: &TrackSpeeds) -> Twist {
+        Twist {
+            linear: (tracks.left + tracks.right) / 2.0,
+            angular: (tracks.right - tracks.left) / self.track_width_m,
+        }
+    }
+
+    /// The track speeds that make a twist without slip: the inverse of eqs. 1 and 2.
+    #[must_use]
+    pub fn tracks(&self, twist: &Twist) -> TrackSpeeds {
+        let half = twist.angular * self.track_width_m / 2.0;
+        TrackSpeeds {
+            left: twist.linear - half,
+            right: twist.linear + half,
+        }
+    }
+
+    /// Radius of the turn, metres, positive to the left (eq. 9); infinite when the tracks run alike.
+    #[must_use]
+    pub fn turning_radius_m(&self, tracks: &TrackSpeeds) -> f64 {
+        let twist = self.twist(tracks);
+        if twist.angular == 0.0 {
+            f64::INFINITY
+        } else {
+            twist.linear / twist.angular
+        }
+    }
+
+    /// The sharpest curvature, 1/m, that can be driven at a forward speed above zero: eq. 12, where the outer
+    /// track runs at `max_track_speed`, and the limit of the turn rate, whichever is less.
+    #[must_use]
+    pub fn max_curvature(&self, speed: f64, max_track_speed: f64, max_vel_theta: f64) -> f64 {
+        let by_tracks = 2.0 / self.track_width_m * (max_track_speed / speed - 1.0);
+        by_tracks.max(0.0).min(max_vel_theta / speed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DRIVE: TrackedDrive = TrackedDrive { track_width_m: 0.5 };
+
+    #[test]
+    fn tracks_and_twist_are_inverse() {
+        let twist = Twist::new(0.7, -0.4);
+        let back = DRIVE.twist(&DRIVE.tracks(&twist));
+        assert!((back.linear - 0.7).abs() < 1e-15 && (back.angular + 0.4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn equal_tracks_run_straight() {
+        let radius = DRIVE.turning_radius_m(&TrackSpeeds {
+            left: 0.3,
+            right: 0.3,
+        });
+        assert_eq!(radius, f64::INFINITY);
+    }
+
+    #[test]
+    fn curvature_is_eq_12_until_the_turn_rate_limits_it() {
+        // 2 / 0.5 * (1.0 / 0.9 - 1) = 0.444..; at 0.5 m/s the rate 1.0 rad/s allows only 2.0, eq. 12 would give 4.0.
+        assert!((DRIVE.max_curvature(0.9, 1.0, 1.0) - 4.0 / 9.0).abs() < 1e-12);
+        assert!((DRIVE.max_curvature(0.5, 1.0, 1.0) - 2.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,147 @@
+//! Speed and acceleration limits, under the names that ROS users know.
+
+use serde::{Deserialize, Serialize};
+
+use super::RobotError;
+use crate::geometry::Twist;
+
+/// What the base can do. Names are those of Nav2's DWB; decelerations are negative there, and here.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Lowest forward speed, m/s; negative lets the robot back up.
+    pub min_vel_x: f64,
+    /// Highest forward speed, m/s.
+    pub max_vel_x: f64,
+    /// Highest turn rate either way, rad/s.
+    pub max_vel_theta: f64,
+    /// Highest gain of forward speed, m/s^2, above zero.
+    pub acc_lim_x: f64,
+    /// Hardest braking, m/s^2, below zero.
+    pub decel_lim_x: f64,
+    /// Highest gain of turn rate, rad/s^2, above zero.
+    pub acc_lim_theta: f64,
+    /// Hardest loss of turn rate, rad/s^2, below zero.
+    pub decel_lim_theta: f64,
+}
+
+impl Default for Limits {
+    /// A small tracked inspection robot.
+    fn default() -> Self {
+        Self {
+            min_vel_x: 0.0,
+            max_vel_x: 1.0,
+            max_vel_theta: 1.0,
+            acc_lim_x: 1.0,
+            decel_lim_x: -1.0,
+            acc_lim_theta: 2.0,
+            decel_lim_theta: -2.0,
+        }
+    }
+}
+
+impl Limits {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// Names the first limit that is not finite or has the wrong sign.
+    pub fn validate(&self) -> Result<(), RobotError> {
+        let bad = |name, value, expected| {
+            Err(RobotError::BadLimit {
+                name,
+                value,
+                expected,
+            })
+        };
+        let above_zero = [
+            ("max_vel_theta", self.max_vel_theta),
+            ("acc_lim_x", self.acc_lim_x),
+            ("acc_lim_theta", self.acc_lim_theta),
+        ];
+        for (name, value) in above_zero {
+            if !(value.is_finite() && value > 0.0) {
+                return bad(name, value, "finite and above zero");
+            }
+        }
+        for (name, value) in [
+            ("decel_lim_x", self.decel_lim_x),
+            ("decel_lim_theta", self.decel_lim_theta),
+        ] {
+            if !(value.is_finite() && value < 0.0) {
+                return bad(
+                    name,
+                    value,
+                    "finite and below zero (Nav2's sign for braking)",
+                );
+            }
+        }
+        if !self.min_vel_x.is_finite() {
+            return bad("min_vel_x", self.min_vel_x, "finite");
+        }
+        if !(self.max_vel_x.is_finite() && self.max_vel_x >= self.min_vel_x) {
+            return bad("max_vel_x", self.max_vel_x, "finite and at least min_vel_x");
+        }
+        Ok(())
+    }
+
+    /// The nearest twist to `wanted` that the base can reach from `current` within a time in seconds.
+    #[must_use]
+    pub fn reachable(&self, current: &Twist, wanted: &Twist, time_s: f64) -> Twist {
+        let step = |from: f64, to: f64, gain: f64, brake: f64| {
+            // Braking is any change towards zero.
+            let (up, down) = if from >= 0.0 {
+                (gain, brake)
+            } else {
+                (-brake, -gain)
+            };
+            to.clamp(from + down * time_s, from + up * time_s)
+        };
+        Twist {
+            linear: step(
+                current.linear,
+                wanted.linear,
+                self.acc_lim_x,
+                self.decel_lim_x,
+            ),
+            angular: step(
+                current.angular,
+                wanted.angular,
+                self.acc_lim_theta,
+                self.decel_lim_theta,
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn braking_and_gaining_use_their_own_limits_in_both_directions() {
+        let limits = Limits {
+            acc_lim_x: 1.0,
+            decel_lim_x: -2.0,
+            ..Limits::default()
+        };
+        let reach = |from, to| {
+            limits
+                .reachable(&Twist::new(from, 0.0), &Twist::new(to, 0.0), 0.1)
+                .linear
+        };
+        assert!((reach(0.5, 1.0) - 0.6).abs() < 1e-12);
+        assert!((reach(0.5, 0.0) - 0.3).abs() < 1e-12);
+        assert!((reach(-0.5, -1.0) + 0.6).abs() < 1e-12);
+        assert!((reach(-0.5, 0.0) + 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_positive_deceleration_is_refused_by_name() {
+        let limits = Limits {
+            decel_lim_x: 0.5,
+            ..Limits::default()
+        };
+        let message = limits.validate().unwrap_err().to_string();
+        assert!(message.contains("decel_lim_x is 0.5"), "{message}");
+    }
+}
