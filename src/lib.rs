@@ -6,6 +6,7 @@ pub mod global;
 pub mod local;
 pub mod map;
 pub mod navigator;
+pub mod numeric;
 pub mod report;
 pub mod robot;
 pub mod sim;

@@ -1,1 +1,33 @@
-//! Room: local.
+//! How to move now: thousands of (v, omega) samples rolled out, scored, the best one chosen, every tick.
+//!
+//! A [`Problem`] in metres and radians is prepared once as integers ([`Prepared`]); an [`Engine`] evaluates those, on
+//! the CPU or on a GPU, and **every engine returns the same bits**: each sample's terms, the sums that normalise them,
+//! the counts, the winner. [`LocalPlanner`] ties the steps together.
+//!
+//! The rollout ([`rollout`]), the scoring ([`score`]) and the choice ([`select`]) are each written twice, in Rust here
+//! and in WGSL under `shaders/`, file by file under the same names.
+
+mod contract;
+mod cpu;
+mod error;
+mod field;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+mod open;
+mod prepare;
+mod problem;
+pub mod rollout;
+pub mod score;
+pub mod select;
+mod window;
+
+pub use contract::{
+    Counts, Detail, Engine, Evaluation, Reason, SampleRecord, Terms, Totals, Winner,
+};
+pub use cpu::CpuEngine;
+pub use error::{EngineError, ProblemError};
+pub use field::ClearanceField;
+pub use open::{Opened, Preference, open};
+pub use prepare::{Header, Prepared};
+pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
+pub use window::{Axis, Window};

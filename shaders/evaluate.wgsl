@@ -1,0 +1,199 @@
+// The five dispatches of a decision, in order. No mathematics here: that is in the twins.
+//
+//   tabulate_turns   a thread for each turn rate     fills the displacement table
+//   judge_samples    a thread for each sample        judges it, adds up its workgroup
+//   normalize        one workgroup                   totals, and what normalises the terms
+//   score_samples    a thread for each sample        scores it, finds its workgroup's best
+//   choose           one workgroup                   the winner
+
+const TURNS_PER_GROUP: u32 = 64u;
+const SAMPLES_PER_GROUP: u32 = 256u;
+const REDUCERS: u32 = 64u;
+
+fn sample_count() -> u32 {
+    return header.v_count * header.omega_count;
+}
+
+fn group_count() -> u32 {
+    return (sample_count() + SAMPLES_PER_GROUP - 1u) / SAMPLES_PER_GROUP;
+}
+
+@compute @workgroup_size(TURNS_PER_GROUP)
+fn tabulate_turns(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < header.omega_count {
+        tabulate(turns[id.x], id.x * table_words());
+    }
+}
+
+// Terms are below 2^24, so the sum of a workgroup's 256 fits in 32 bits.
+var<workgroup> group_sums: array<vec4<u32>, SAMPLES_PER_GROUP>;
+var<workgroup> group_least: array<vec4<u32>, SAMPLES_PER_GROUP>;
+var<workgroup> group_greatest: array<vec4<u32>, SAMPLES_PER_GROUP>;
+var<workgroup> group_counts: array<u32, SAMPLES_PER_GROUP>;
+
+@compute @workgroup_size(SAMPLES_PER_GROUP)
+fn judge_samples(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+) {
+    var sums = vec4<u32>(0u);
+    var least = vec4<u32>(0xffffffffu);
+    var greatest = vec4<u32>(0u);
+    var counts = 0u;
+    if id.x < sample_count() {
+        let speed = speeds[id.x % header.v_count];
+        let turn_index = id.x / header.v_count;
+        let turn = turns[turn_index];
+        let first = turn_index * table_words();
+        let judged = judge(speed, turn, first);
+        var record = Record(0u, 0u, 0u, judged.reason);
+        if judged.reason == OK {
+            let found = terms(speed, end_heading(turn), end_position(speed, first), judged.clearance);
+            record = Record(found.heading, found.clearance, found.path, OK);
+            sums = vec4<u32>(found.heading, found.clearance, found.velocity, found.path);
+            least = sums;
+            greatest = sums;
+        }
+        records[id.x] = record;
+        // Ten bits for each of the first three reasons; what remains is outside.
+        counts = select(1u << (10u * judged.reason), 0u, judged.reason == OUTSIDE);
+    }
+    group_sums[local] = sums;
+    group_least[local] = least;
+    group_greatest[local] = greatest;
+    group_counts[local] = counts;
+    for (var half = SAMPLES_PER_GROUP / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            let other = local + half;
+            group_sums[local] += group_sums[other];
+            group_least[local] = min(group_least[local], group_least[other]);
+            group_greatest[local] = max(group_greatest[local], group_greatest[other]);
+            group_counts[local] += group_counts[other];
+        }
+    }
+    if local == 0u {
+        partials[group.x].sums = group_sums[0];
+        partials[group.x].least = group_least[0];
+        partials[group.x].greatest = group_greatest[0];
+        partials[group.x].counts = group_counts[0];
+    }
+}
+
+var<workgroup> total_low: array<vec4<u32>, REDUCERS>;
+var<workgroup> total_high: array<vec4<u32>, REDUCERS>;
+var<workgroup> total_least: array<vec4<u32>, REDUCERS>;
+var<workgroup> total_greatest: array<vec4<u32>, REDUCERS>;
+var<workgroup> total_counts: array<vec4<u32>, REDUCERS>;
+
+@compute @workgroup_size(REDUCERS)
+fn normalize(@builtin(local_invocation_index) local: u32) {
+    var low = vec4<u32>(0u);
+    var high = vec4<u32>(0u);
+    var least = vec4<u32>(0xffffffffu);
+    var greatest = vec4<u32>(0u);
+    var counts = vec4<u32>(0u);
+    for (var group = local; group < group_count(); group += REDUCERS) {
+        let sums = partials[group].sums;
+        low += sums;
+        high += select(vec4<u32>(0u), vec4<u32>(1u), low < sums);
+        least = min(least, partials[group].least);
+        greatest = max(greatest, partials[group].greatest);
+        let packed = partials[group].counts;
+        counts += vec4<u32>(packed & 1023u, (packed >> 10u) & 1023u, (packed >> 20u) & 1023u, 0u);
+    }
+    total_low[local] = low;
+    total_high[local] = high;
+    total_least[local] = least;
+    total_greatest[local] = greatest;
+    total_counts[local] = counts;
+    for (var half = REDUCERS / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            let other = local + half;
+            total_low[local] += total_low[other];
+            let carries = total_low[local] < total_low[other];
+            total_high[local] += total_high[other] + select(vec4<u32>(0u), vec4<u32>(1u), carries);
+            total_least[local] = min(total_least[local], total_least[other]);
+            total_greatest[local] = max(total_greatest[local], total_greatest[other]);
+            total_counts[local] += total_counts[other];
+        }
+    }
+    if local == 0u {
+        let judged = total_counts[0];
+        answer.counts = vec4<u32>(judged.xyz, sample_count() - judged.x - judged.y - judged.z);
+        answer.sums_low = total_low[0];
+        answer.sums_high = total_high[0];
+        answer.least = total_least[0];
+        answer.greatest = total_greatest[0];
+        for (var term = 0u; term < 4u; term += 1u) {
+            let sum = vec2<u32>(total_low[0][term], total_high[0][term]);
+            answer.normalizers[term] =
+                term_normalizer(header.weights[term], sum, total_least[0][term], total_greatest[0][term]);
+        }
+    }
+}
+
+var<workgroup> group_best: array<Candidate, SAMPLES_PER_GROUP>;
+
+fn record_terms(index: u32) -> Terms {
+    let record = records[index];
+    return Terms(record.heading, record.clearance, speeds[index % header.v_count].term, record.path);
+}
+
+@compute @workgroup_size(SAMPLES_PER_GROUP)
+fn score_samples(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+) {
+    var candidate = nobody();
+    if id.x < sample_count() && records[id.x].reason == OK {
+        let reached = score(
+            record_terms(id.x),
+            answer.normalizers[0],
+            answer.normalizers[1],
+            answer.normalizers[2],
+            answer.normalizers[3],
+        );
+        candidate = Candidate(reached, id.x);
+    }
+    group_best[local] = candidate;
+    for (var half = SAMPLES_PER_GROUP / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            group_best[local] = better(group_best[local], group_best[local + half]);
+        }
+    }
+    if local == 0u {
+        let best = group_best[0];
+        partials[group.x].best = array<u32, 3>(best.score.x, best.score.y, best.index);
+    }
+}
+
+var<workgroup> finalists: array<Candidate, REDUCERS>;
+
+@compute @workgroup_size(REDUCERS)
+fn choose(@builtin(local_invocation_index) local: u32) {
+    var finalist = nobody();
+    for (var group = local; group < group_count(); group += REDUCERS) {
+        let best = partials[group].best;
+        finalist = better(finalist, Candidate(vec2<u32>(best[0], best[1]), best[2]));
+    }
+    finalists[local] = finalist;
+    for (var half = REDUCERS / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            finalists[local] = better(finalists[local], finalists[local + half]);
+        }
+    }
+    if local == 0u {
+        let best = finalists[0];
+        answer.winner = vec4<u32>(best.index, best.score.x, best.score.y, header.stamp);
+        answer.terms = Terms(0u, 0u, 0u, 0u);
+        if best.index < sample_count() {
+            answer.terms = record_terms(best.index);
+        }
+    }
+}

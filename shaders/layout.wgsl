@@ -1,0 +1,131 @@
+// What host and shaders share. TWIN of src/local/prepare.rs (inputs) and src/local/gpu/layout.rs (outputs): same
+// fields in the same order, checked by a test.
+
+struct Header {
+    v_count: u32,
+    omega_count: u32,
+    steps: u32,
+    disc_count: u32,
+    obstacle_count: u32,
+    width: u32,
+    height: u32,
+    cell_bits: u32,
+    start_x: i32,
+    start_y: i32,
+    heading: u32,
+    target_x: i32,
+    target_y: i32,
+    key_x: i32,
+    key_y: i32,
+    max_clearance: u32,
+    table_bits: u32,
+    coarse_bits: u32,
+    fine_bits: u32,
+    stop_by_arc: u32,
+    outside_is_free: u32,
+    min_max: u32,
+    stamp: u32,
+    // Fills up to the 16-byte boundary that a vec4 needs.
+    padding: u32,
+    weights: vec4<u32>,
+}
+
+struct Speed {
+    coarse: i32,
+    fine: i32,
+    term: u32,
+    needs: u32,
+}
+
+struct Turn {
+    per_step: u32,
+    needs: u32,
+}
+
+struct BodyDisc {
+    x: i32,
+    y: i32,
+    radius: i32,
+}
+
+struct MovingBody {
+    x: i32,
+    y: i32,
+    step_x: i32,
+    step_y: i32,
+    radius: i32,
+}
+
+struct Terms {
+    heading: u32,
+    clearance: u32,
+    velocity: u32,
+    path: u32,
+}
+
+struct Normalizer {
+    offset: u32,
+    mantissa: u32,
+    bits: i32,
+}
+
+// A sample, judged: terms and reason. The velocity term is its speed's.
+struct Record {
+    heading: u32,
+    clearance: u32,
+    path: u32,
+    reason: u32,
+}
+
+// What one workgroup of samples adds up to, then its best sample.
+struct Partial {
+    sums: vec4<u32>,
+    least: vec4<u32>,
+    greatest: vec4<u32>,
+    // Admissible, collision and cannot-stop samples in ten bits each.
+    counts: u32,
+    // The best sample's score, lower and upper half, and index.
+    best: array<u32, 3>,
+}
+
+struct Answer {
+    // Admissible, collision, cannot stop, outside.
+    counts: vec4<u32>,
+    sums_low: vec4<u32>,
+    sums_high: vec4<u32>,
+    least: vec4<u32>,
+    greatest: vec4<u32>,
+    normalizers: array<Normalizer, 4>,
+    // Index, the score's lower and upper half, the stamp of the problem answered.
+    winner: vec4<u32>,
+    terms: Terms,
+}
+
+const OK: u32 = 0u;
+const COLLISION: u32 = 1u;
+const CANNOT_STOP: u32 = 2u;
+const OUTSIDE: u32 = 3u;
+
+// Words of a disc and of a moving obstacle among the bodies; the discs come first.
+const DISC_WORDS: u32 = 3u;
+const MOVING_WORDS: u32 = 5u;
+
+@group(0) @binding(0) var<uniform> header: Header;
+@group(0) @binding(1) var<storage, read> speeds: array<Speed>;
+@group(0) @binding(2) var<storage, read> turns: array<Turn>;
+@group(0) @binding(3) var<storage, read> bodies: array<i32>;
+@group(0) @binding(4) var<storage, read> field: array<u32>;
+@group(0) @binding(5) var<storage, read_write> table: array<i32>;
+@group(0) @binding(6) var<storage, read_write> records: array<Record>;
+@group(0) @binding(7) var<storage, read_write> partials: array<Partial>;
+@group(0) @binding(8) var<storage, read_write> answer: Answer;
+
+fn disc(index: u32) -> BodyDisc {
+    let at = index * DISC_WORDS;
+    return BodyDisc(bodies[at], bodies[at + 1u], bodies[at + 2u]);
+}
+
+fn moving_body(index: u32) -> MovingBody {
+    let at = header.disc_count * DISC_WORDS + index * MOVING_WORDS;
+    return MovingBody(bodies[at], bodies[at + 1u], bodies[at + 2u], bodies[at + 3u], bodies[at + 4u]);
+}

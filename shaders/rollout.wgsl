@@ -1,0 +1,142 @@
+// One sample's trajectory and what it meets. TWIN of src/local/rollout.rs: same names, same order, same bits.
+
+fn step_words() -> u32 {
+    return 2u + 2u * header.disc_count;
+}
+
+fn table_words() -> u32 {
+    return header.steps * step_words() + 2u;
+}
+
+fn tabulate(turn: Turn, first: u32) {
+    var angle = header.heading;
+    var cosine = cos_q20(angle);
+    var sine = sin_q20(angle);
+    var sum_x = 0;
+    var sum_y = 0;
+    var at = first;
+    for (var step = 0u; step < header.steps; step += 1u) {
+        sum_x += cosine;
+        sum_y += sine;
+        angle += turn.per_step;
+        cosine = cos_q20(angle);
+        sine = sin_q20(angle);
+        table[at] = shift_round(sum_x, header.table_bits);
+        table[at + 1u] = shift_round(sum_y, header.table_bits);
+        at += 2u;
+        let cosine_q14 = shift_round(cosine, 6u);
+        let sine_q14 = shift_round(sine, 6u);
+        for (var index = 0u; index < header.disc_count; index += 1u) {
+            let part = disc(index);
+            table[at] = header.start_x + shift_round(part.x * cosine_q14 - part.y * sine_q14, 14u);
+            table[at + 1u] = header.start_y + shift_round(part.x * sine_q14 + part.y * cosine_q14, 14u);
+            at += 2u;
+        }
+    }
+    table[at] = sum_x;
+    table[at + 1u] = sum_y;
+}
+
+struct StepResult {
+    clearance: i32,
+    outside: bool,
+}
+
+struct Judgement {
+    reason: u32,
+    clearance: u32,
+}
+
+fn judge(speed: Speed, turn: Turn, first: u32) -> Judgement {
+    var least = bitcast<i32>(header.max_clearance);
+    var free_steps = 0u;
+    var ended_by = OK;
+    for (var step = 0u; step < header.steps; step += 1u) {
+        let met = step_clearance(speed, first, step);
+        if met.clearance <= 0 {
+            ended_by = COLLISION;
+            break;
+        }
+        if met.outside {
+            ended_by = OUTSIDE;
+            if header.stop_by_arc == 1u {
+                break;
+            }
+        }
+        least = min(least, met.clearance);
+        free_steps += 1u;
+    }
+    let reason = verdict(speed, turn, ended_by, free_steps, least);
+    return Judgement(reason, select(0u, bitcast<u32>(least), reason == OK));
+}
+
+fn verdict(speed: Speed, turn: Turn, ended_by: u32, free_steps: u32, least: i32) -> u32 {
+    let has = select(bitcast<u32>(least), free_steps, header.stop_by_arc == 1u);
+    let ends_it = header.stop_by_arc == 0u || free_steps == 0u;
+    if ended_by != OK && ends_it {
+        return ended_by;
+    }
+    return select(OK, CANNOT_STOP, has < speed.needs || has < turn.needs);
+}
+
+fn step_clearance(speed: Speed, first: u32, step: u32) -> StepResult {
+    var at = first + step * step_words();
+    let moved_x = shift_round(speed.coarse * table[at], header.coarse_bits);
+    let moved_y = shift_round(speed.coarse * table[at + 1u], header.coarse_bits);
+    var result = StepResult(bitcast<i32>(header.max_clearance), false);
+    for (var index = 0u; index < header.disc_count; index += 1u) {
+        let radius = bodies[index * DISC_WORDS + 2u];
+        at += 2u;
+        let x = table[at] + moved_x;
+        let y = table[at + 1u] + moved_y;
+        let distance = clearance_at(x, y);
+        if distance >= 0 {
+            result.clearance = min(result.clearance, distance - radius);
+        } else {
+            result.outside = result.outside || header.outside_is_free == 0u;
+        }
+        for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
+            let body = moving_body(moving);
+            let reach = result.clearance + radius + body.radius;
+            let gap = distance_below(body, x, y, step, reach);
+            result.clearance = min(result.clearance, gap - radius - body.radius);
+        }
+    }
+    return result;
+}
+
+// Below zero off the field.
+fn clearance_at(x: i32, y: i32) -> i32 {
+    let column = bitcast<u32>(x >> header.cell_bits);
+    let row = bitcast<u32>(y >> header.cell_bits);
+    if column >= header.width || row >= header.height {
+        return -1;
+    }
+    let index = row * header.width + column;
+    return bitcast<i32>((field[index >> 1u] >> ((index & 1u) * 16u)) & 0xffffu);
+}
+
+fn distance_below(body: MovingBody, x: i32, y: i32, step: u32, reach: i32) -> i32 {
+    let steps = bitcast<i32>(step) + 1;
+    let body_x = shift_round(body.x + steps * body.step_x, 8u);
+    let body_y = shift_round(body.y + steps * body.step_y, 8u);
+    let across = clamp(x - header.start_x - body_x, -46340, 46340);
+    let along = clamp(y - header.start_y - body_y, -46340, 46340);
+    let squared = bitcast<u32>(across * across) + bitcast<u32>(along * along);
+    if reach > 0 && squared < bitcast<u32>(reach * reach) {
+        return bitcast<i32>(isqrt32(squared));
+    }
+    return reach;
+}
+
+fn end_position(speed: Speed, first: u32) -> vec2<i32> {
+    let at = first + header.steps * step_words();
+    return vec2<i32>(
+        shift_round(mul_hi_i32(speed.fine, table[at]), header.fine_bits),
+        shift_round(mul_hi_i32(speed.fine, table[at + 1u]), header.fine_bits),
+    );
+}
+
+fn end_heading(turn: Turn) -> u32 {
+    return header.heading + turn.per_step * header.steps;
+}

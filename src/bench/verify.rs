@@ -1,0 +1,203 @@
+//! Random problems through several engines, compared bit for bit.
+
+use serde::Serialize;
+
+use super::{EvaluationDigest, random_problem};
+use crate::local::{Detail, Engine, EngineError, Evaluation, Prepared, ProblemError};
+
+/// The first bits in which two evaluations of one problem differ.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Difference {
+    /// The engine that differs from the first one.
+    pub engine: String,
+    /// Number of the problem.
+    pub case: u64,
+    /// Which quantity: `sample 12 heading`, `sum of clearance`, `winner`...
+    pub what: String,
+    /// The first engine's value, hexadecimal.
+    pub expected: String,
+    /// The differing engine's value, hexadecimal.
+    pub found: String,
+}
+
+/// What came of verifying.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Verification {
+    /// Problems put to every engine.
+    pub cases: u64,
+    /// Samples judged by each engine.
+    pub samples: u64,
+    /// One digest for each engine, in their order.
+    pub digests: Vec<String>,
+    /// Quantities that differed from the first engine's.
+    pub difference_count: u64,
+    /// The first few of them.
+    pub differences: Vec<Difference>,
+}
+
+impl Verification {
+    /// Whether every engine returned the same bits.
+    #[must_use]
+    pub fn agree(&self) -> bool {
+        self.difference_count == 0
+    }
+}
+
+/// How many differences are kept to be shown.
+const SHOWN: usize = 8;
+
+/// What stopped a verification.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyError {
+    /// A random problem that could not be prepared.
+    #[error("case {case}: {error}")]
+    Problem {
+        /// Number of the problem.
+        case: u64,
+        /// Why.
+        error: ProblemError,
+    },
+    /// An engine that gave no answer.
+    #[error("case {case}: {error}")]
+    Engine {
+        /// Number of the problem.
+        case: u64,
+        /// Why.
+        error: EngineError,
+    },
+}
+
+/// Puts problems 0 to `cases` of a seed to every engine and compares all bits with the first engine's. `progress` is
+/// called after each problem with the number done.
+///
+/// # Errors
+/// When an engine gives no answer.
+pub fn verify(
+    engines: &mut [Box<dyn Engine>],
+    cases: u64,
+    seed: u64,
+    mut progress: impl FnMut(u64),
+) -> Result<Verification, VerifyError> {
+    let mut verification = Verification {
+        cases,
+        ..Verification::default()
+    };
+    let mut digests = vec![EvaluationDigest::default(); engines.len()];
+    for case in 0..cases {
+        let problem = Prepared::new(&random_problem(seed, case))
+            .map_err(|error| VerifyError::Problem { case, error })?;
+        verification.samples += problem.len() as u64;
+        let mut first: Option<Evaluation> = None;
+        for (engine, digest) in engines.iter_mut().zip(&mut digests) {
+            let evaluation = engine
+                .evaluate(&problem, Detail::Samples)
+                .map_err(|error| VerifyError::Engine { case, error })?;
+            digest.add(&evaluation);
+            match &first {
+                None => first = Some(evaluation),
+                Some(first) => {
+                    let note = |what: String, expected: String, found: String| {
+                        verification.difference_count += 1;
+                        if verification.differences.len() < SHOWN {
+                            let engine = engine.name();
+                            let difference = Difference {
+                                engine,
+                                case,
+                                what,
+                                expected,
+                                found,
+                            };
+                            verification.differences.push(difference);
+                        }
+                    };
+                    compare(first, &evaluation, note);
+                }
+            }
+        }
+        progress(case + 1);
+    }
+    verification.digests = digests.into_iter().map(EvaluationDigest::hex).collect();
+    Ok(verification)
+}
+
+/// Calls `note(what, expected, found)` for each quantity in which two evaluations differ, values in hex.
+pub fn compare(
+    expected: &Evaluation,
+    found: &Evaluation,
+    mut note: impl FnMut(String, String, String),
+) {
+    const TERMS: [&str; 4] = ["heading", "clearance", "velocity", "path"];
+    let mut check = |what: String, expected: u64, found: u64| {
+        if expected != found {
+            note(what, format!("{expected:#x}"), format!("{found:#x}"));
+        }
+    };
+    let counts = |evaluation: &Evaluation| {
+        let counts = evaluation.counts;
+        [
+            counts.admissible,
+            counts.collision,
+            counts.cannot_stop,
+            counts.outside,
+        ]
+    };
+    let names = ["admissible", "collision", "cannot_stop", "outside"];
+    for (name, (one, other)) in names.iter().zip(counts(expected).iter().zip(counts(found))) {
+        check(
+            format!("count of {name}"),
+            u64::from(*one),
+            u64::from(other),
+        );
+    }
+    for (term, name) in TERMS.iter().enumerate() {
+        let (one, other) = (&expected.totals, &found.totals);
+        check(format!("sum of {name}"), one.sums[term], other.sums[term]);
+        check(
+            format!("least {name}"),
+            one.least[term].into(),
+            other.least[term].into(),
+        );
+        check(
+            format!("greatest {name}"),
+            one.greatest[term].into(),
+            other.greatest[term].into(),
+        );
+    }
+    let winner = |evaluation: &Evaluation| {
+        evaluation.winner.map_or((u64::MAX, 0, [0; 4]), |winner| {
+            (
+                u64::from(winner.index),
+                winner.score as u64,
+                winner.terms.to_array(),
+            )
+        })
+    };
+    let (one, other) = (winner(expected), winner(found));
+    check("winner".to_owned(), one.0, other.0);
+    check("winning score".to_owned(), one.1, other.1);
+    for (term, name) in TERMS.iter().enumerate() {
+        check(
+            format!("winner's {name}"),
+            one.2[term].into(),
+            other.2[term].into(),
+        );
+    }
+    let samples = |evaluation: &Evaluation| evaluation.samples.clone().unwrap_or_default();
+    let (one, other) = (samples(expected), samples(found));
+    check(
+        "number of samples".to_owned(),
+        one.len() as u64,
+        other.len() as u64,
+    );
+    for (index, (one, other)) in one.iter().zip(&other).enumerate() {
+        check(
+            format!("sample {index} reason"),
+            one.reason as u64,
+            other.reason as u64,
+        );
+        let terms = one.terms.to_array().into_iter().zip(other.terms.to_array());
+        for (name, (one, other)) in TERMS.iter().zip(terms) {
+            check(format!("sample {index} {name}"), one.into(), other.into());
+        }
+    }
+}

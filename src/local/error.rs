@@ -1,0 +1,89 @@
+//! What can go wrong between a problem and its answer.
+
+use thiserror::Error;
+
+/// A problem outside the ranges for which the engines promise exact and close answers.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ProblemError {
+    /// A quantity beyond its limit.
+    #[error("{quantity} is {value} {unit}: it must be {limit}")]
+    OutOfRange {
+        /// Which.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// Unit of the value.
+        unit: &'static str,
+        /// What would be accepted.
+        limit: &'static str,
+    },
+    /// A quantity beyond a limit that depends on the map's resolution.
+    #[error(
+        "{quantity} is {value:.3} m: at this map's resolution it must be at most {limit_m:.3} m"
+    )]
+    TooFar {
+        /// Which.
+        quantity: &'static str,
+        /// Its value, metres.
+        value: f64,
+        /// The limit, metres.
+        limit_m: f64,
+    },
+    /// A number that is not finite.
+    #[error("{quantity} is not a finite number")]
+    NotFinite {
+        /// Which.
+        quantity: &'static str,
+    },
+    /// A moving obstacle with a number that is not finite, or a radius not above zero.
+    #[error("moving obstacle {index} must have finite numbers and a radius above zero")]
+    BadObstacle {
+        /// Position in the list, from zero.
+        index: usize,
+    },
+}
+
+/// An engine that could not be opened, or gave no answer.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum EngineError {
+    /// No graphics adapter is there.
+    #[error(
+        "no GPU adapter found: install a driver (a software one is Debian's mesa-vulkan-drivers) or use --engine cpu"
+    )]
+    NoAdapter,
+    /// No adapter has the name asked for.
+    #[error("no GPU adapter's name contains `{wanted}`; found: {found}")]
+    NoSuchAdapter {
+        /// As asked for.
+        wanted: String,
+        /// Names of those present.
+        found: String,
+    },
+    /// The program was built without the GPU engine.
+    #[error("this build has no GPU engine (feature `gpu` is off): use --engine cpu")]
+    NotBuilt,
+    /// The adapter refused to make a device, a pipeline or a buffer.
+    #[error("GPU adapter {adapter}: {what}")]
+    Setup {
+        /// The adapter's name.
+        adapter: String,
+        /// What it said.
+        what: String,
+    },
+    /// The device was lost or reported an error while it worked.
+    #[error("GPU {adapter} gave no answer: {what}")]
+    Lost {
+        /// The adapter's name.
+        adapter: String,
+        /// What it said.
+        what: String,
+    },
+    /// A worker pool could not be started.
+    #[error("cannot start {threads} CPU threads: {what}")]
+    Threads {
+        /// As asked for.
+        threads: usize,
+        /// What the system said.
+        what: String,
+    },
+}

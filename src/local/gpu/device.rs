@@ -1,0 +1,139 @@
+//! Graphics adapters and devices, and what they say when something goes wrong.
+
+use std::sync::{Arc, Mutex};
+
+use serde::Serialize;
+
+use crate::local::EngineError;
+
+/// An adapter as people and records name it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct AdapterSummary {
+    /// The adapter's own name.
+    pub name: String,
+    /// The interface it is reached by, such as `vulkan`.
+    pub backend: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Whether it is a program on the CPU rather than hardware.
+    pub software: bool,
+}
+
+/// An adapter that can be opened.
+pub struct Adapter {
+    inner: wgpu::Adapter,
+    /// Its names.
+    pub summary: AdapterSummary,
+}
+
+/// All adapters of this machine, hardware first, otherwise in the system's order.
+#[must_use]
+pub fn adapters() -> Vec<Adapter> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    let instance = wgpu::Instance::new(descriptor);
+    let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let mut adapters: Vec<Adapter> = found.into_iter().map(Adapter::new).collect();
+    adapters.sort_by_key(|adapter| adapter.summary.software);
+    adapters
+}
+
+impl Adapter {
+    fn new(inner: wgpu::Adapter) -> Self {
+        let info = inner.get_info();
+        let summary = AdapterSummary {
+            name: info.name,
+            backend: info.backend.to_str().to_owned(),
+            driver: format!("{} {}", info.driver, info.driver_info)
+                .trim()
+                .to_owned(),
+            software: info.device_type == wgpu::DeviceType::Cpu,
+        };
+        Self { inner, summary }
+    }
+
+    /// Opens a device with WebGPU's default limits, or the adapter's own where the large buffers of dense sampling
+    /// need more.
+    pub(super) fn open(&self) -> Result<Device, EngineError> {
+        let own = self.inner.limits();
+        let limits = wgpu::Limits {
+            max_storage_buffer_binding_size: own.max_storage_buffer_binding_size,
+            max_buffer_size: own.max_buffer_size,
+            ..wgpu::Limits::default()
+        };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("inbye"),
+            required_limits: limits,
+            memory_hints: wgpu::MemoryHints::Performance,
+            ..Default::default()
+        };
+        let (device, queue) =
+            pollster::block_on(self.inner.request_device(&descriptor)).map_err(|error| {
+                EngineError::Setup {
+                    adapter: self.summary.name.clone(),
+                    what: error.to_string(),
+                }
+            })?;
+        let faults = Faults::default();
+        let (on_error, on_loss) = (faults.clone(), faults.clone());
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            on_error.report(error.to_string());
+        }));
+        device.set_device_lost_callback(move |reason, message| {
+            on_loss.report(format!("device lost ({reason:?}): {message}"));
+        });
+        Ok(Device {
+            device,
+            queue,
+            faults,
+            adapter: self.summary.name.clone(),
+        })
+    }
+}
+
+/// A device, its queue and what it complained of.
+pub(super) struct Device {
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    pub adapter: String,
+    faults: Faults,
+}
+
+impl Device {
+    /// The first complaint since the device was opened, as an error.
+    pub fn check(&self) -> Result<(), EngineError> {
+        match self.faults.first() {
+            None => Ok(()),
+            Some(what) => Err(self.lost(what)),
+        }
+    }
+
+    /// The error for a device that gave no answer.
+    pub fn lost(&self, what: impl Into<String>) -> EngineError {
+        EngineError::Lost {
+            adapter: self.adapter.clone(),
+            what: what.into(),
+        }
+    }
+}
+
+/// The first complaint of a device, written by its callbacks. wgpu's own answer to an error would be a panic.
+#[derive(Clone, Default)]
+struct Faults(Arc<Mutex<Option<String>>>);
+
+impl Faults {
+    fn report(&self, what: String) {
+        let mut first = self
+            .0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        first.get_or_insert(what);
+    }
+
+    fn first(&self) -> Option<String> {
+        self.0
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .clone()
+    }
+}

@@ -1,0 +1,104 @@
+//! What the shaders write, as Rust reads it. TWIN of `shaders/layout.wgsl`; the inputs are in `prepare.rs`.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::local::contract::{Counts, Evaluation, Reason, SampleRecord, Terms, Totals, Winner};
+use crate::local::prepare::Speed;
+
+/// Threads of a workgroup of `tabulate_turns`.
+pub const TURNS_PER_GROUP: u32 = 64;
+/// Threads of a workgroup of `judge_samples` and `score_samples`.
+pub const SAMPLES_PER_GROUP: u32 = 256;
+/// Bytes of a `Partial`.
+pub const PARTIAL_BYTES: u64 = 64;
+
+/// A sample, judged.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Record {
+    /// Heading term.
+    pub heading: u32,
+    /// Clearance term.
+    pub clearance: u32,
+    /// Path term.
+    pub path: u32,
+    /// A [`Reason`] as a number.
+    pub reason: u32,
+}
+
+impl Record {
+    /// The record of a sample with this speed.
+    #[must_use]
+    pub fn sample(&self, speed: &Speed) -> SampleRecord {
+        let reason = Reason::from_number(self.reason);
+        let terms = Terms {
+            heading: self.heading,
+            clearance: self.clearance,
+            velocity: if reason == Reason::Ok { speed.term } else { 0 },
+            path: self.path,
+        };
+        SampleRecord { reason, terms }
+    }
+}
+
+/// What a decision returns.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Answer {
+    /// Admissible, collision, cannot stop, outside.
+    pub counts: [u32; 4],
+    /// Lower halves of the sums.
+    pub sums_low: [u32; 4],
+    /// Upper halves of the sums.
+    pub sums_high: [u32; 4],
+    /// Least values.
+    pub least: [u32; 4],
+    /// Greatest values.
+    pub greatest: [u32; 4],
+    /// Offset, mantissa and bits of each term's normaliser.
+    pub normalizers: [[u32; 3]; 4],
+    /// Index of the winner.
+    pub winner: u32,
+    /// Lower half of its score.
+    pub score_low: u32,
+    /// Upper half of its score.
+    pub score_high: u32,
+    /// Stamp of the problem answered.
+    pub stamp: u32,
+    /// Its heading, clearance, velocity and path terms.
+    pub terms: [u32; 4],
+}
+
+impl Answer {
+    /// The evaluation that this answer stands for.
+    #[must_use]
+    pub fn evaluation(&self, samples: Option<Vec<SampleRecord>>) -> Evaluation {
+        let [admissible, collision, cannot_stop, outside] = self.counts;
+        let [heading, clearance, velocity, path] = self.terms;
+        let wide = |low: u32, high: u32| u64::from(high) << 32 | u64::from(low);
+        Evaluation {
+            counts: Counts {
+                admissible,
+                collision,
+                cannot_stop,
+                outside,
+            },
+            totals: Totals {
+                sums: core::array::from_fn(|term| wide(self.sums_low[term], self.sums_high[term])),
+                least: self.least,
+                greatest: self.greatest,
+            },
+            winner: (admissible > 0).then(|| Winner {
+                index: self.winner,
+                score: wide(self.score_low, self.score_high) as i64,
+                terms: Terms {
+                    heading,
+                    clearance,
+                    velocity,
+                    path,
+                },
+            }),
+            samples,
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The GPU engine: transport only. One upload, one submission of five dispatches, one small answer back.
+
+mod buffers;
+mod device;
+pub mod layout;
+pub mod shaders;
+
+use std::sync::mpsc;
+use std::time::Duration;
+
+use buffers::{Buffers, Sizes};
+use device::Device;
+use layout::{Answer, Record, SAMPLES_PER_GROUP, TURNS_PER_GROUP};
+
+pub use device::{Adapter, AdapterSummary, adapters};
+
+use super::contract::{Detail, Engine, Evaluation, SampleRecord};
+use super::{EngineError, Prepared};
+
+/// A decision that takes longer than this has hung.
+const DEADLINE: Duration = Duration::from_secs(20);
+
+/// Evaluates on a graphics adapter.
+pub struct GpuEngine {
+    device: Device,
+    pipelines: [wgpu::ComputePipeline; 5],
+    layout: wgpu::BindGroupLayout,
+    buffers: Option<Buffers>,
+    stamp: u32,
+}
+
+impl GpuEngine {
+    /// An engine on an adapter, with its pipelines made.
+    ///
+    /// # Errors
+    /// When the adapter gives no device or refuses a pipeline.
+    pub fn new(adapter: &Adapter) -> Result<Self, EngineError> {
+        let device = adapter.open()?;
+        let layout = buffers::bind_group_layout(&device.device);
+        let pipelines = make_pipelines(&device, &layout)?;
+        Ok(Self {
+            device,
+            pipelines,
+            layout,
+            buffers: None,
+            stamp: 0,
+        })
+    }
+
+    /// Drops the device as a driver reset would, for tests of what follows.
+    pub fn destroy_device(&self) {
+        self.device.device.destroy();
+    }
+
+    /// Buffers that hold this problem; those of the last one when they are large enough.
+    fn fit_buffers(&mut self, problem: &Prepared) -> Result<(), EngineError> {
+        let sizes = Sizes::of(problem);
+        if self
+            .buffers
+            .as_ref()
+            .is_some_and(|buffers| buffers.sizes().hold(&sizes))
+        {
+            return Ok(());
+        }
+        let limit = self.device.device.limits().max_storage_buffer_binding_size;
+        if sizes.largest() > limit {
+            return Err(EngineError::Setup {
+                adapter: self.device.adapter.clone(),
+                what: format!(
+                    "{} samples of {} steps need a buffer of {} bytes, the adapter allows {limit}: sample less densely",
+                    problem.len(),
+                    problem.header.steps,
+                    sizes.largest(),
+                ),
+            });
+        }
+        let grown = match &self.buffers {
+            None => sizes,
+            Some(buffers) => buffers.sizes().union(&sizes),
+        };
+        self.buffers = Some(Buffers::new(&self.device.device, &self.layout, grown));
+        Ok(())
+    }
+
+    fn submit(
+        &self,
+        buffers: &Buffers,
+        problem: &Prepared,
+        detail: Detail,
+    ) -> wgpu::SubmissionIndex {
+        let mut encoder = self
+            .device
+            .device
+            .create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_bind_group(0, buffers.bind_group(), &[]);
+            let samples = (problem.len() as u32).div_ceil(SAMPLES_PER_GROUP);
+            let turns = problem.header.omega_count.div_ceil(TURNS_PER_GROUP);
+            for (pipeline, groups) in self.pipelines.iter().zip([turns, samples, 1, samples, 1]) {
+                pass.set_pipeline(pipeline);
+                pass.dispatch_workgroups(groups, 1, 1);
+            }
+        }
+        buffers.copy_out(&mut encoder, problem.len(), detail);
+        self.device.queue.submit([encoder.finish()])
+    }
+
+    /// Waits for the submission and hands the bytes of the answer, and of the samples where asked for, to `read`.
+    fn read_back<T>(
+        &self,
+        buffers: &Buffers,
+        bytes: u64,
+        submission: wgpu::SubmissionIndex,
+        read: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T, EngineError> {
+        let (sender, receiver) = mpsc::channel();
+        let slice = buffers.readback().slice(..bytes);
+        slice.map_async(wgpu::MapMode::Read, move |outcome| {
+            // The receiver is gone only when the wait below gave up.
+            let _ = sender.send(outcome);
+        });
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: Some(DEADLINE),
+        };
+        self.device
+            .device
+            .poll(wait)
+            .map_err(|error| self.device.lost(error.to_string()))?;
+        self.device.check()?;
+        match receiver.try_recv() {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(self.device.lost(error.to_string())),
+            Err(_) => return Err(self.device.lost("the answer could not be mapped in time")),
+        }
+        let result = {
+            let view = slice
+                .get_mapped_range()
+                .map_err(|error| self.device.lost(error.to_string()))?;
+            read(&view)
+        };
+        buffers.readback().unmap();
+        Ok(result)
+    }
+}
+
+impl Engine for GpuEngine {
+    fn name(&self) -> String {
+        self.device.adapter.clone()
+    }
+
+    fn kind(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+        self.device.check()?;
+        self.fit_buffers(problem)?;
+        self.stamp = self.stamp.wrapping_add(1);
+        if let Some(buffers) = &mut self.buffers {
+            buffers.upload(&self.device.queue, problem, self.stamp);
+        }
+        let Some(buffers) = &self.buffers else {
+            return Err(self.device.lost("no buffers"));
+        };
+        let submission = self.submit(buffers, problem, detail);
+        let bytes = Buffers::readback_bytes(problem.len(), detail);
+        let answer_bytes = size_of::<Answer>();
+        let (answer, samples) = self.read_back(buffers, bytes, submission, |bytes| {
+            let answer: Answer = bytemuck::pod_read_unaligned(&bytes[..answer_bytes]);
+            let samples = (detail == Detail::Samples)
+                .then(|| sample_records(problem, &bytes[answer_bytes..]));
+            (answer, samples)
+        })?;
+        if answer.stamp != self.stamp {
+            return Err(self.device.lost("a stale answer came back"));
+        }
+        Ok(answer.evaluation(samples))
+    }
+}
+
+fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
+    bytes
+        .chunks_exact(size_of::<Record>())
+        .map(bytemuck::pod_read_unaligned::<Record>)
+        .zip(problem.speeds.iter().cycle())
+        .map(|(record, speed)| record.sample(speed))
+        .collect()
+}
+
+fn make_pipelines(
+    device: &Device,
+    layout: &wgpu::BindGroupLayout,
+) -> Result<[wgpu::ComputePipeline; 5], EngineError> {
+    let scope = device
+        .device
+        .push_error_scope(wgpu::ErrorFilter::Validation);
+    let module = device
+        .device
+        .create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("inbye"),
+            source: wgpu::ShaderSource::Wgsl(shaders::source().into()),
+        });
+    let pipeline_layout = device
+        .device
+        .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("inbye"),
+            bind_group_layouts: &[Some(layout)],
+            immediate_size: 0,
+        });
+    let pipelines = shaders::ENTRY_POINTS.map(|entry_point| {
+        device
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+    });
+    match pollster::block_on(scope.pop()) {
+        None => Ok(pipelines),
+        Some(error) => Err(EngineError::Setup {
+            adapter: device.adapter.clone(),
+            what: error.to_string(),
+        }),
+    }
+}

@@ -1,0 +1,128 @@
+//! Which engine: decided once, and told.
+
+use core::str::FromStr;
+
+use super::{CpuEngine, Engine, EngineError};
+
+/// What the user asked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Preference {
+    /// A hardware GPU where there is one, the CPU otherwise: a software adapter runs on the same cores, slower.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// A GPU, hardware before software; with a name, the first adapter whose name contains it, in any case.
+    Gpu(Option<String>),
+}
+
+impl FromStr for Preference {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.split_once(':') {
+            None if text == "auto" => Ok(Self::Auto),
+            None if text == "cpu" => Ok(Self::Cpu),
+            None if text == "gpu" => Ok(Self::Gpu(None)),
+            Some(("gpu", name)) if !name.is_empty() => Ok(Self::Gpu(Some(name.to_owned()))),
+            _ => Err(format!(
+                "`{text}` is no engine: use auto, cpu, gpu or gpu:ADAPTER-NAME"
+            )),
+        }
+    }
+}
+
+/// An engine and why it was taken.
+pub struct Opened {
+    /// The engine.
+    pub engine: Box<dyn Engine>,
+    /// One sentence for people.
+    pub why: String,
+}
+
+/// Opens the engine that a preference asks for. CPU engines get this many threads.
+///
+/// # Errors
+/// When a GPU was asked for by name or kind and none of it can be opened. [`Preference::Auto`] falls back to the CPU
+/// and says why.
+pub fn open(preference: &Preference, threads: usize) -> Result<Opened, EngineError> {
+    match preference {
+        Preference::Cpu => open_cpu(threads, "asked for"),
+        Preference::Gpu(name) => open_gpu(name.as_deref()),
+        Preference::Auto => open_best(threads),
+    }
+}
+
+fn open_cpu(threads: usize, why: &str) -> Result<Opened, EngineError> {
+    let engine = CpuEngine::with_threads(threads)?;
+    Ok(Opened {
+        why: format!("{}: {why}", engine.name()),
+        engine: Box::new(engine),
+    })
+}
+
+#[cfg(feature = "gpu")]
+fn open_gpu(name: Option<&str>) -> Result<Opened, EngineError> {
+    let adapters = super::gpu::adapters();
+    let first = adapters.first().ok_or(EngineError::NoAdapter)?;
+    let adapter = match name {
+        None => first,
+        Some(name) => {
+            let wanted = name.to_lowercase();
+            let named = |summary: &super::gpu::AdapterSummary| {
+                summary.name.to_lowercase().contains(&wanted)
+            };
+            let found = adapters.iter().find(|adapter| named(&adapter.summary));
+            found.ok_or_else(|| EngineError::NoSuchAdapter {
+                wanted: name.to_owned(),
+                found: adapters
+                    .iter()
+                    .map(|adapter| adapter.summary.name.as_str())
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            })?
+        }
+    };
+    let kind = if adapter.summary.software {
+        "software adapter"
+    } else {
+        "hardware adapter"
+    };
+    let why = format!("GPU, {}: asked for, {kind}", adapter.summary.name);
+    Ok(Opened {
+        engine: Box::new(super::gpu::GpuEngine::new(adapter)?),
+        why,
+    })
+}
+
+#[cfg(not(feature = "gpu"))]
+fn open_gpu(_name: Option<&str>) -> Result<Opened, EngineError> {
+    Err(EngineError::NotBuilt)
+}
+
+#[cfg(feature = "gpu")]
+fn open_best(threads: usize) -> Result<Opened, EngineError> {
+    let adapters = super::gpu::adapters();
+    match adapters.first() {
+        None => open_cpu(threads, "no GPU adapter found"),
+        Some(adapter) if adapter.summary.software => {
+            let name = &adapter.summary.name;
+            open_cpu(
+                threads,
+                &format!("the only GPU adapter, {name}, is software on this CPU"),
+            )
+        }
+        Some(adapter) => match super::gpu::GpuEngine::new(adapter) {
+            Ok(engine) => Ok(Opened {
+                why: format!("GPU, {}: hardware adapter found", adapter.summary.name),
+                engine: Box::new(engine),
+            }),
+            Err(error) => open_cpu(threads, &format!("the GPU could not be opened ({error})")),
+        },
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn open_best(threads: usize) -> Result<Opened, EngineError> {
+    open_cpu(threads, "this build has no GPU engine")
+}

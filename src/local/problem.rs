@@ -1,0 +1,113 @@
+//! One decision to take, in metres, seconds and radians.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{ClearanceField, Window};
+use crate::geometry::{Point, Pose};
+use crate::map::MovingDisc;
+use crate::robot::Footprint;
+
+/// How much each term counts (paper, eq. 35: alpha, beta, gamma and lambda).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Weights {
+    /// Of facing the target at the end (alpha).
+    pub heading: f64,
+    /// Of keeping away from obstacles (beta).
+    pub clearance: f64,
+    /// Of going fast (gamma).
+    pub velocity: f64,
+    /// Of ending near the key node (lambda). Its distance is subtracted: the paper prints a plus, yet says that
+    /// smaller is better.
+    pub path: f64,
+}
+
+impl Default for Weights {
+    /// The paper's (section 3.3.3).
+    fn default() -> Self {
+        Self {
+            heading: 0.05,
+            clearance: 0.25,
+            velocity: 0.20,
+            path: 0.15,
+        }
+    }
+}
+
+/// How the terms are brought to one scale before they are weighted, over the admissible samples only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Normalization {
+    /// Each term over its sum (eq. 33). A zero sum contributes nothing.
+    #[default]
+    Sum,
+    /// Each term's place between its least (0) and greatest (1). A zero range contributes nothing.
+    MinMax,
+}
+
+/// What a sample must be able to stop within (eq. 30).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stopping {
+    /// The smallest clearance along the trajectory: `v^2 <= 2 dist a`, as the paper has it.
+    #[default]
+    Clearance,
+    /// The arc left before contact, as the original DWA (Fox, Burgard and Thrun 1997): a robot may pass fast between
+    /// near walls. Steps after the first contact do not count towards the clearance then.
+    Arc,
+}
+
+/// What lies beyond the field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outside {
+    /// A trajectory that leaves the field is not admissible.
+    #[default]
+    Obstacle,
+    /// Ground outside the field is free.
+    Free,
+}
+
+/// Everything that one decision depends on.
+///
+/// Ranges, checked when the problem is prepared: resolution 0.001..=2 m; 1..=4,194,304 samples; 1..=1023 steps; at most
+/// 16,384 units of length in one step and 262,144 over the horizon, to the target and to the key node (a unit is
+/// 0.122 to 0.244 mm, see [`ClearanceField`]: so at least 2 m and 32 m); discs within 32,767 units of the robot's origin; clearance cap
+/// plus radii at most 46,330 units (at least 5.6 m); 1..=8 discs; at most 1024 moving obstacles; weights not negative.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Static obstacles.
+    pub field: Arc<ClearanceField>,
+    /// Where the robot is, in the map frame of the field.
+    pub pose: Pose,
+    /// The velocities to try.
+    pub window: Window,
+    /// Braking along the path, m/s^2, above zero.
+    pub braking_x: f64,
+    /// Braking of the turn, rad/s^2, above zero.
+    pub braking_theta: f64,
+    /// Length of a step, seconds.
+    pub step_s: f64,
+    /// Number of steps; poses are checked at steps 1 to this.
+    pub steps: u32,
+    /// The robot's shape.
+    pub footprint: Footprint,
+    /// Clearance beyond which more is not better, metres.
+    pub max_clearance_m: f64,
+    /// What lies beyond the field.
+    pub outside: Outside,
+    /// Moving obstacles as of now; each is met at the time of the step.
+    pub obstacles: Vec<MovingDisc>,
+    /// Where the robot should face at the end: the local target.
+    pub target: Point,
+    /// The key node of the global path that it should end near.
+    pub key_node: Point,
+    /// How much each term counts.
+    pub weights: Weights,
+    /// How the terms are brought to one scale.
+    pub normalization: Normalization,
+    /// What a sample must be able to stop within.
+    pub stopping: Stopping,
+}

@@ -1,0 +1,108 @@
+//! A trajectory's four terms, their normalisation and the score. TWIN of `shaders/score.wgsl`.
+
+use super::contract::{Terms, Totals};
+use super::prepare::{Header, Speed};
+use crate::numeric::{
+    HALF_TURN, atan2_turn, div_wide, isqrt64, shift_wide, squared_length, turn_size,
+};
+
+/// The terms of an admissible sample (eqs. 32 and 34) that ends at a position in fine units, from the start.
+#[must_use]
+pub fn terms(
+    header: &Header,
+    speed: &Speed,
+    end_heading: u32,
+    (end_x, end_y): (i32, i32),
+    clearance: u32,
+) -> Terms {
+    let to_key_x = header.key_x - end_x;
+    let to_key_y = header.key_y - end_y;
+    Terms {
+        heading: heading_term(
+            header.target_x - end_x,
+            header.target_y - end_y,
+            end_heading,
+        ),
+        clearance,
+        velocity: speed.term,
+        path: isqrt64(squared_length(to_key_x, to_key_y)),
+    }
+}
+
+/// Half a turn less the angle between the heading and the direction to the target, 2^23 for half a turn. On the very
+/// target every heading is right.
+fn heading_term(to_target_x: i32, to_target_y: i32, heading: u32) -> u32 {
+    if to_target_x == 0 && to_target_y == 0 {
+        return HALF_TURN >> 8;
+    }
+    let direction = atan2_turn(to_target_y, to_target_x);
+    (HALF_TURN - turn_size(direction.wrapping_sub(heading))) >> 8
+}
+
+/// What turns a term into its weighted share: `(term - offset) * mantissa * 2^-bits`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Normalizer {
+    /// Taken off the term first: its least value in min-max mode, zero otherwise.
+    pub offset: u32,
+    /// At least 2^31; zero for a term that contributes nothing.
+    pub mantissa: u32,
+    /// Shift to the right; to the left where negative.
+    pub bits: i32,
+}
+
+/// The four normalisers: weight over sum (eq. 33), or weight over range in min-max mode.
+///
+/// A weight is a share of 2^30 and a full share of its term makes 2^62 of the score, so the sum of four fits an `i64`.
+#[must_use]
+pub fn normalizers(header: &Header, totals: &Totals) -> [Normalizer; 4] {
+    core::array::from_fn(|term| {
+        let min_max = header.min_max == 1 && totals.least[term] <= totals.greatest[term];
+        let offset = if min_max { totals.least[term] } else { 0 };
+        let scale = if min_max {
+            u64::from(totals.greatest[term] - totals.least[term])
+        } else {
+            totals.sums[term]
+        };
+        normalizer(offset, header.weights[term], scale)
+    })
+}
+
+/// `weight * 2^32 / scale` as a mantissa of 32 bits and a shift, rounded down.
+#[must_use]
+pub fn normalizer(offset: u32, weight: u32, scale: u64) -> Normalizer {
+    if weight == 0 || scale == 0 {
+        return Normalizer::default();
+    }
+    let scale_zeros = scale.leading_zeros();
+    let weight_zeros = weight.leading_zeros();
+    let divisor = ((scale << scale_zeros) >> 32) as u32;
+    let dividend = weight << weight_zeros;
+    // Half the dividend where the quotient would not fit.
+    let halved = u32::from(dividend >= divisor);
+    let mantissa = div_wide(dividend >> halved, divisor);
+    let bits = 32 - halved as i32 + weight_zeros as i32 - scale_zeros as i32;
+    Normalizer {
+        offset,
+        mantissa,
+        bits,
+    }
+}
+
+/// The weighted share of a term.
+#[must_use]
+#[inline]
+pub fn share(term: u32, normalizer: &Normalizer) -> u64 {
+    let product = u64::from(term - normalizer.offset) * u64::from(normalizer.mantissa);
+    shift_wide(product, normalizer.bits)
+}
+
+/// The score of eq. 35, with the distance to the key node subtracted.
+#[must_use]
+#[inline]
+pub fn score(terms: &Terms, normalizers: &[Normalizer; 4]) -> i64 {
+    let [heading, clearance, velocity, path] = terms.to_array();
+    let gained = share(heading, &normalizers[0])
+        .wrapping_add(share(clearance, &normalizers[1]))
+        .wrapping_add(share(velocity, &normalizers[2]));
+    gained.wrapping_sub(share(path, &normalizers[3])) as i64
+}
