@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Normalization, Outside, Stopping, Weights};
+use super::{Normalization, Outside, ProblemError, Stopping, Weights};
 
 /// Sampling density, horizon and weights. The defaults drive the default robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,5 +52,37 @@ impl LocalSettings {
     #[must_use]
     pub fn steps(&self) -> u32 {
         (self.sim_time_s / self.sim_step_s).round().max(1.0) as u32
+    }
+}
+
+/// The longest horizon or step that makes sense, seconds.
+const LONGEST_S: f64 = 1000.0;
+
+impl LocalSettings {
+    /// Checks the numbers that do not depend on a problem.
+    ///
+    /// # Errors
+    /// Names the first that is out of range.
+    pub fn validate(&self) -> Result<(), ProblemError> {
+        for (quantity, count) in
+            [("vx_samples", self.vx_samples), ("vtheta_samples", self.vtheta_samples)]
+        {
+            if count == 0 {
+                let (unit, limit) = ("", "at least 1");
+                return Err(ProblemError::OutOfRange { quantity, value: 0.0, unit, limit });
+            }
+        }
+        for (quantity, value, unit) in [
+            ("control_period_s", self.control_period_s, "s"),
+            ("sim_time_s", self.sim_time_s, "s"),
+            ("sim_step_s", self.sim_step_s, "s"),
+            ("max_clearance_m", self.max_clearance_m, "m"),
+        ] {
+            if !(value > 0.0 && value <= LONGEST_S) {
+                let limit = "above zero and at most 1000";
+                return Err(ProblemError::OutOfRange { quantity, value, unit, limit });
+            }
+        }
+        Ok(())
     }
 }

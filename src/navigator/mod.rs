@@ -5,6 +5,7 @@
 //! no file: the same observations give the same decisions.
 
 mod fault;
+mod goal;
 mod local_map;
 mod mode;
 mod navigator;
@@ -15,6 +16,7 @@ mod settings;
 mod watch;
 
 pub use fault::Fault;
+pub use goal::Goal;
 pub use local_map::LocalMap;
 pub use mode::Mode;
 pub use navigator::{Decision, Navigator, RobotModel};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::local_map::LocalMap;
 use super::planning::local_margin_m;
 use super::watch::{ProgressWatch, Since};
-use super::{Fault, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
+use super::{Fault, Goal, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
 use crate::geometry::{Point, Twist, bearing, wrap_angle};
 use crate::global::Plan;
 use crate::local::{ClearanceField, Counts, LocalPlanner, Situation, Weights};
@@ -41,7 +41,7 @@ pub struct Navigator {
     planner: LocalPlanner,
     route_planner: RoutePlanner,
     map: LocalMap,
-    goal: Point,
+    goal: Goal,
     route: Route,
     plans: Vec<Plan>,
     mode: Mode,
@@ -69,14 +69,14 @@ impl Navigator {
     pub fn new(
         known: ObstacleGrid,
         start: Point,
-        goal: Point,
+        goal: Goal,
         robot: RobotModel,
         planner: LocalPlanner,
         route_planner: RoutePlanner,
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
-        let plan = route_planner.plan(&known, start, goal, clock)?;
+        let plan = route_planner.plan(&known, start, goal.position, clock)?;
         Ok(Self {
             route: Route::new(&plan, settings.key_node_spacing_m),
             plans: vec![plan],
@@ -124,11 +124,8 @@ impl Navigator {
         self.map.update(observation);
         let robot = observation.pose.position();
         let off_path_m = self.route.advance(&robot);
-        if (robot - self.goal).norm() <= self.settings.xy_goal_tolerance {
-            let standing = observation.twist.linear.abs() < STANDING
-                && observation.twist.angular.abs() < STANDING;
-            self.mode = if standing { Mode::Arrived } else { Mode::Driving };
-            return self.stand(observation, self.mode);
+        if (robot - self.goal.position).norm() <= self.settings.xy_goal_tolerance {
+            return self.park(observation);
         }
         self.replan_if_needed(observation, off_path_m);
         let stuck_s = self.watch.stuck_s(
@@ -245,11 +242,7 @@ impl Navigator {
         if error.abs() <= wanted || !turning_is_clear(footprint, field, observation) {
             return None;
         }
-        let limits = &self.robot.limits;
-        // The rate from which the turn can still stop at the target, with some to spare.
-        let rate = (-limits.decel_lim_theta * error.abs()).sqrt().min(limits.max_vel_theta);
-        let wanted = Twist::new(0.0, rate.copysign(error));
-        Some(limits.reachable(&observation.twist, &wanted, self.planner.settings().control_period_s))
+        Some(self.turn_by(observation, error))
     }
 
     /// The footprint with its margin; a robot that stands closer to an obstacle than that keeps the distance it has, so
@@ -262,10 +255,33 @@ impl Navigator {
         footprint.padded(margin_m.min(has_m - step_m).max(0.0))
     }
 
+    /// At the goal: stop, turn to the yaw asked for, and be done when standing so.
+    fn park(&mut self, observation: &Observation) -> Decision {
+        let error = self.goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - observation.pose.yaw));
+        let twist = &observation.twist;
+        if error.abs() > self.settings.yaw_goal_tolerance {
+            self.mode = Mode::Turning;
+            let command = self.turn_by(observation, error);
+            return Decision { command, ..self.stand(observation, self.mode) };
+        }
+        let standing = twist.linear.abs() < STANDING && twist.angular.abs() < STANDING;
+        self.mode = if standing { Mode::Arrived } else { Mode::Driving };
+        self.stand(observation, self.mode)
+    }
+
+    /// A turn on the spot by an angle, at the rate from which it can still stop in time, with some to spare.
+    fn turn_by(&self, observation: &Observation, angle: f64) -> Twist {
+        let limits = &self.robot.limits;
+        let rate = (-limits.decel_lim_theta * angle.abs()).sqrt().min(limits.max_vel_theta);
+        let wanted = Twist::new(0.0, rate.copysign(angle));
+        let period_s = self.planner.settings().control_period_s;
+        limits.reachable(&observation.twist, &wanted, period_s)
+    }
+
     /// Limits that let the robot stop at the goal.
     fn approach_limits(&self, observation: &Observation) -> Limits {
         let limits = self.robot.limits;
-        let to_goal_m = (observation.pose.position() - self.goal).norm();
+        let to_goal_m = (observation.pose.position() - self.goal.position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
         let max_vel_x = limits.max_vel_x.min(stops_in_time.max(0.1)).max(limits.min_vel_x);
         Limits { max_vel_x, ..limits }
@@ -301,7 +317,7 @@ impl Navigator {
         };
         let obstacles = self.map.obstacles_with(&discs);
         let start = observation.pose.position();
-        if let Ok(plan) = self.route_planner.plan(&obstacles, start, self.goal, &mut || 0.0) {
+        if let Ok(plan) = self.route_planner.plan(&obstacles, start, self.goal.position, &mut || 0.0) {
             self.route = Route::new(&plan, self.settings.key_node_spacing_m);
             self.plans.push(plan);
         }
@@ -315,7 +331,7 @@ impl Navigator {
     fn stand(&self, observation: &Observation, mode: Mode) -> Decision {
         let command =
             if observation.is_sound() { self.brake(observation) } else { Twist::STOP };
-        Decision { command, mode, local_target: self.goal, counts: None }
+        Decision { command, mode, local_target: self.goal.position, counts: None }
     }
 
     fn give_up(&mut self, observation: &Observation, fault: Fault) -> Decision {

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct NavigatorSettings {
     /// The goal is reached when the robot stands within this distance of it, metres.
     pub xy_goal_tolerance: f64,
+    /// Where the goal asks for a yaw, the robot turns until it is within this of it, radians.
+    pub yaw_goal_tolerance: f64,
     /// Gap kept to everything beyond the footprint, metres, on top of the map's own coarseness.
     pub safety_margin_m: f64,
     /// Extra distance to walls that the global path keeps where there is room, metres.
@@ -38,6 +40,7 @@ impl Default for NavigatorSettings {
     fn default() -> Self {
         Self {
             xy_goal_tolerance: 0.25,
+            yaw_goal_tolerance: 0.1,
             safety_margin_m: 0.05,
             comfort_margin_m: 0.25,
             key_node_spacing_m: 0.5,
