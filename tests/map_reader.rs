@@ -18,7 +18,9 @@ use std::process::{Command, ExitCode};
 use std::sync::OnceLock;
 
 use inbye::geometry::Pose;
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, load};
+use inbye::map::{
+    Cell, GridFrame, LoadOptions, OccupancyGrid, cell_from_top_left, load, read_scen,
+};
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
 use map_kinds::{KINDS, Kind};
 use sha2::{Digest, Sha256};
@@ -87,13 +89,49 @@ fn public() -> Vec<Trial> {
             ))
         })];
     }
+    let scenarios = Trial::test("public: queries begin and end on free cells", || {
+        queries_fit_their_maps(Path::new(DATA))
+    });
     let trial = |map: PathBuf| {
         let name = map.strip_prefix(data).unwrap_or(&map).display().to_string();
         Trial::ignorable_test(format!("public: {name}"), || {
             with_python(move |python| compare(python, &[map]))
         })
     };
-    maps.into_iter().map(trial).collect()
+    maps.into_iter().map(trial).chain([scenarios]).collect()
+}
+
+/// A map read upside down, or a query with its coordinates swapped, would put ends on obstacles.
+fn queries_fit_their_maps(data: &Path) -> Result<(), Failed> {
+    let mut queries = 0;
+    for folder in [
+        "movingai/dao",
+        "movingai/da2",
+        "movingai/bg512",
+        "movingai/mazes",
+        "mine",
+    ] {
+        for scen in files(&data.join(folder), "scen") {
+            let grid = load(&scen.with_extension(""), &LoadOptions::default())?;
+            let frame = grid.frame();
+            for query in read_scen(&scen)? {
+                let ends = [query.start, query.goal].map(|end| cell_from_top_left(frame, end));
+                let free =
+                    |&cell: &Cell| frame.contains(cell) && grid.cells()[frame.index(cell)] == 0;
+                if (query.width, query.height) != (frame.width, frame.height)
+                    || !ends.iter().all(free)
+                {
+                    return Err(format!("{}: {query:?}", scen.display()).into());
+                }
+                queries += 1;
+            }
+        }
+    }
+    if queries > 0 {
+        Ok(())
+    } else {
+        Err("no query was read".into())
+    }
 }
 
 /// The files of a folder with this extension, in order; none where there is no such folder.
