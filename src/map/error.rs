@@ -65,12 +65,12 @@ pub enum MapError {
         reason: String,
     },
     /// A key that must be there is not.
-    #[error("{}", missing_key(key, found.as_deref()))]
+    #[error("{}", missing_key(key, found.as_ref()))]
     MissingKey {
         /// The key.
         key: &'static str,
-        /// A key that was found and looks like a slip of the pen.
-        found: Option<String>,
+        /// Line and name of a key that was found and looks like a slip of the pen.
+        found: Option<(usize, String)>,
     },
     /// A key with a value it cannot have.
     #[error("line {line}: key `{key}` is {value}: it must be {expected}")]
@@ -121,8 +121,8 @@ pub enum MapError {
     },
     /// A grid with no cell or too many.
     #[error(
-        "{width} x {height} cells: each side must be 1 to {MAX_GRID_SIDE}, and all at most {MAX_GRID_CELLS}: \
-         crop the map or make its cells larger"
+        "{width} x {height} cells: each side must be 1 to {MAX_GRID_SIDE} and their product at most \
+         {MAX_GRID_CELLS}: crop the map, or make its cells larger"
     )]
     BadGridSize {
         /// Columns.
@@ -159,9 +159,9 @@ impl MapError {
     }
 }
 
-fn missing_key(key: &str, found: Option<&str>) -> String {
+fn missing_key(key: &str, found: Option<&(usize, String)>) -> String {
     match found {
-        Some(found) => format!("has `{found}`, needs `{key}`: rename the key"),
+        Some((line, found)) => format!("line {line}: has `{found}`, needs `{key}`: rename the key"),
         None => format!("needs the key `{key}`: add it"),
     }
 }

@@ -6,7 +6,7 @@
 //! in both. In mode `raw` the grey is the percentage itself, and unknown above 100; `negate`, thresholds and
 //! transparency mean nothing there. The bottom row of the image is row 0 of the grid.
 //!
-//! Colours are reduced to their luma, as Nav2 does now; releases up to 2024 averaged the three channels. Nav2 computes
+//! Colours are reduced to their luma, as Nav2 does now; older releases averaged the three channels. Nav2 computes
 //! p in single precision and this file in double, so where p equals a threshold but for rounding the two may differ.
 
 use std::env;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 use serde_saphyr::options::NonFiniteFloatPolicy;
-use serde_saphyr::{Options, Spanned, budget, options};
+use serde_saphyr::{Error, Options, Spanned, budget, options};
 
 use super::MapError;
 use crate::geometry::Pose;
@@ -99,11 +99,9 @@ struct Entries {
 impl Entries {
     fn parse(text: &str) -> Result<Self, MapError> {
         let entries = serde_saphyr::from_str_with_options(text, reading()).map_err(|error| {
-            let line = error.location().map_or(1, |place| place.line() as usize);
-            let words = error.without_snippet().to_string();
             MapError::BadYaml {
-                line: line.max(1),
-                reason: words.split_whitespace().collect::<Vec<_>>().join(" "),
+                line: error.location().map_or(1, |place| place.line() as usize),
+                reason: reason(&error),
             }
         })?;
         Ok(Self { entries })
@@ -136,17 +134,17 @@ impl Entries {
         })
     }
 
-    /// The key without a meaning that is spelled most like this one, if any is.
-    fn like(&self, key: &str) -> Option<String> {
+    /// Line and name of the key without a meaning that is spelled most like this one, if any is.
+    fn like(&self, key: &str) -> Option<(usize, String)> {
         let strangers = self
             .entries
-            .keys()
-            .filter(|found| !KEYS.contains(&found.as_str()));
+            .iter()
+            .filter(|(found, _)| !KEYS.contains(&found.as_str()));
         strangers
-            .map(|found| (edits(found, key), found))
-            .filter(|(edits, _)| 2 * edits <= key.len())
+            .map(|(found, entry)| (edits(found, key), entry.referenced.line() as usize, found))
+            .filter(|(edits, ..)| 2 * edits <= key.len())
             .min()
-            .map(|(_, found)| found.clone())
+            .map(|(_, line, found)| (line, found.clone()))
     }
 }
 
@@ -155,6 +153,20 @@ fn reading() -> Options {
         budget: budget! { max_nodes: MAX_NODES },
         non_finite_float_policy: NonFiniteFloatPolicy::AsString,
         with_snippet: false,
+    }
+}
+
+/// What the YAML reader says, in one line.
+fn reason(error: &Error) -> String {
+    match error.without_snippet() {
+        Error::DuplicateMappingKey { key: Some(key), .. } => format!("key `{key}` once more"),
+        Error::AliasError { error, .. } => reason(error),
+        Error::Budget { .. } => format!("the file unfolds to more than {MAX_NODES} values"),
+        Error::MultipleDocuments { .. } => "a second document".into(),
+        error => {
+            let words = error.to_string();
+            words.split_whitespace().collect::<Vec<_>>().join(" ")
+        }
     }
 }
 

@@ -25,9 +25,7 @@ pub(super) fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapE
     let frame = GridFrame::new(width, height, resolution_m, Pose::default())?;
     let mut cells = Vec::new();
     let mut rows = 0;
-    let mut last = 0;
     for (line, row) in lines {
-        last = line;
         if rows < height {
             append_row(&mut cells, line, row, width)?;
             rows += 1;
@@ -39,7 +37,7 @@ pub(super) fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapE
     if rows < height {
         let found = format!("the file ends after {rows} rows");
         let expected = format!("{height}, as `height` says");
-        return Err(bad_line(last, found, expected));
+        return Err(bad_line(text.lines().count(), found, expected));
     }
     Ok(OccupancyGrid::from_top_down(frame, &cells))
 }
@@ -90,7 +88,7 @@ fn append_row(cells: &mut Vec<i8>, line: usize, row: &str, width: i32) -> Result
             '.' | 'G' | 'S' => 0,
             '@' | 'O' | 'T' | 'W' => 100,
             _ => {
-                let found: String = format!("column {column}: {character:?}");
+                let found = format!("column {column}: {character:?}");
                 let expected = "`.`, `G` or `S` (free), or `@`, `O`, `T` or `W` (blocked)".into();
                 return Err(bad_line(line, found, expected));
             }
