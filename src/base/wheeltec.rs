@@ -103,11 +103,7 @@ impl Report {
                 8 + 2 * axis,
                 self.acceleration[axis] * COUNTS_PER_M_S2,
             );
-            write_i16(
-                &mut bytes,
-                14 + 2 * axis,
-                self.gyro[axis] / RAD_S_PER_COUNT,
-            );
+            write_i16(&mut bytes, 14 + 2 * axis, self.gyro[axis] / RAD_S_PER_COUNT);
         }
         let millivolts = (self.battery_v * 1000.0).round() as u16;
         bytes[20..22].copy_from_slice(&millivolts.to_be_bytes());
