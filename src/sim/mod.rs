@@ -1,5 +1,21 @@
 //! A world to try it in: ground, moving obstacles, a lidar, a tracked base, and the tick that ties them together.
 
+mod crowd;
+mod drive;
+mod error;
+mod lidar;
+mod obstacle_file;
+mod obstacles;
+mod ray;
+mod route;
 mod trace;
+mod walk;
+mod world;
 
+pub use crowd::Crowd;
+pub use drive::{DriveDynamics, SimBase};
+pub use error::SimError;
+pub use lidar::{Lidar, LidarReturn};
+pub use obstacles::{Walkers, YIELD_GAP_M, YIELD_PATIENCE_S};
 pub use trace::{Trace, TraceRow};
+pub use world::World;
