@@ -1,0 +1,207 @@
+//! Sampling density against latency, for every engine.
+
+use maud::{Markup, html};
+
+use super::axis::Axis;
+use super::figure::{Figure, Table, key, line_key, nothing_to_show};
+use super::number::{coordinate, shortened, significant};
+use super::panel::{Panel, chart};
+use crate::bench::DensityRow;
+
+const TITLE: &str = "Sampling density against latency";
+const HEIGHT: f64 = 360.0;
+
+/// Rates of common control loops, Hz: a decision must fit into their period.
+const RATES_HZ: [f64; 3] = [20.0, 50.0, 100.0];
+
+/// Engines that a drawing can tell apart; further ones repeat the colours.
+const COLOURS: usize = 6;
+
+/// One engine with its rows in order of density.
+struct Series<'a> {
+    name: String,
+    class: String,
+    index: usize,
+    rows: Vec<&'a DensityRow>,
+}
+
+pub(super) fn figure(rows: &[DensityRow]) -> Markup {
+    let series = series(rows);
+    let usable = || series.iter().flat_map(|series| &series.rows);
+    if usable().next().is_none() {
+        return nothing_to_show(TITLE, "No engine was timed at any density.");
+    }
+    let bounds = |value: &dyn Fn(&DensityRow) -> f64| {
+        usable().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), row| {
+            (low.min(value(row)), high.max(value(row)))
+        })
+    };
+    let (fewest, most) = bounds(&|row| row.samples as f64);
+    let (fastest_ms, _) = bounds(&|row| row.p50_ms);
+    let (_, slowest_ms) = bounds(&|row| row.p99_ms);
+    let deadlines_ms = RATES_HZ.map(|rate| 1e3 / rate);
+    let mut panel = Panel::across(
+        32.0,
+        286.0,
+        Axis::logarithmic(fewest, most),
+        Axis::logarithmic(
+            fastest_ms.min(deadlines_ms[2]),
+            slowest_ms.max(deadlines_ms[0]),
+        ),
+    );
+    // Room for the rates to the right.
+    panel.width -= 44.0;
+    let picture = html! {
+        (panel.axes(Some("Samples of the dynamic window (logarithmic)"), "Latency of one decision, ms (logarithmic)"))
+        @for (rate, ms) in RATES_HZ.iter().zip(deadlines_ms) {
+            @let y = coordinate(panel.y_at(ms));
+            line class="limit" x1=(coordinate(panel.left)) x2=(coordinate(panel.right())) y1=(y) y2=(y) {}
+            text x=(coordinate(panel.right() + 5.0)) y=(y) dy=".35em" { (rate) " Hz" }
+        }
+        @for series in &series { (series.draw(&panel)) }
+    };
+    let mut legend: Vec<Markup> = series.iter().map(Series::key).collect();
+    legend.push(line_key("limit", "period of a control loop at that rate"));
+    Figure {
+        title: TITLE,
+        picture: chart(HEIGHT, &alternative(&series), &picture),
+        legend,
+        caption: "Lines are medians; the shaded band reaches up to the 99th percentile.".to_owned(),
+        table: table(rows),
+    }
+    .markup()
+}
+
+/// Engines in the order in which they first occur. Rows that a logarithmic scale cannot show are left out.
+fn series(rows: &[DensityRow]) -> Vec<Series<'_>> {
+    let several_horizons = rows.iter().any(|row| row.steps != rows[0].steps);
+    let mut all: Vec<Series> = Vec::new();
+    let shown = |ms: f64| ms.is_finite() && ms > 0.0;
+    for row in rows
+        .iter()
+        .filter(|row| row.samples > 0 && shown(row.p50_ms) && shown(row.p99_ms))
+    {
+        let mut name = engine_name(row);
+        if several_horizons {
+            name += &format!(", {} steps", row.steps);
+        }
+        match all.iter_mut().find(|series| series.name == name) {
+            Some(series) => series.rows.push(row),
+            None => {
+                let index = all.len();
+                all.push(Series {
+                    name,
+                    class: format!("engine-{}", index % COLOURS),
+                    index,
+                    rows: vec![row],
+                });
+            }
+        }
+    }
+    for series in &mut all {
+        series.rows.sort_by_key(|row| row.samples);
+    }
+    all
+}
+
+fn engine_name(row: &DensityRow) -> String {
+    match (&row.adapter, row.threads) {
+        (Some(adapter), _) => format!("{}, {adapter}", row.engine),
+        (None, 0) => row.engine.clone(),
+        (None, 1) => format!("{}, 1 thread", row.engine),
+        (None, threads) => format!("{}, {threads} threads", row.engine),
+    }
+}
+
+impl Series<'_> {
+    fn draw(&self, panel: &Panel) -> Markup {
+        let samples = |row: &DensityRow| row.samples as f64;
+        let band: Vec<(f64, f64, f64)> = self
+            .rows
+            .iter()
+            .map(|row| (samples(row), row.p50_ms, row.p99_ms))
+            .collect();
+        html! {
+            g class=(self.class) {
+                (panel.band("tail", &band))
+                (panel.line("median", self.rows.iter().map(|row| (samples(row), row.p50_ms))))
+                @for row in &self.rows {
+                    (marker(self.index, panel.x_at(samples(row)), panel.y_at(row.p50_ms)))
+                }
+            }
+        }
+    }
+
+    fn key(&self) -> Markup {
+        let mark = html! {
+            g class=(self.class) {
+                line class="median" x1="1" x2="27" y1="7" y2="7" {}
+                (marker(self.index, 14.0, 7.0))
+            }
+        };
+        key(&mark, &self.name)
+    }
+}
+
+/// A mark whose shape tells engines apart without their colours.
+fn marker(index: usize, x: f64, y: f64) -> Markup {
+    const SHAPES: [&str; 5] = [
+        "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0 -8 0z",
+        "m-3.5 -3.5h7v7h-7z",
+        "m0 -4.8l4.4 8h-8.8z",
+        "m0 -5l5 5l-5 5l-5 -5z",
+        "m0 4.8l4.4 -8h-8.8z",
+    ];
+    let shape = SHAPES[index % SHAPES.len()];
+    html! { path class="marker" d=(format!("M{} {}{shape}", coordinate(x), coordinate(y))) {} }
+}
+
+fn alternative(series: &[Series]) -> String {
+    let mut words = "Median latency of one decision against the number of samples.".to_owned();
+    for series in series {
+        if let (Some(first), Some(last)) = (series.rows.first(), series.rows.last()) {
+            words += &format!(
+                " {}: {} ms at {} samples, {} ms at {}.",
+                series.name,
+                significant(first.p50_ms),
+                first.samples,
+                significant(last.p50_ms),
+                last.samples
+            );
+        }
+    }
+    words
+}
+
+fn table(rows: &[DensityRow]) -> Table<'static> {
+    Table {
+        title: "density against latency".to_owned(),
+        heads: &[
+            "engine",
+            "samples",
+            "steps",
+            "p50, ms",
+            "p95, ms",
+            "p99, ms",
+            "slowest, ms",
+            "decisions",
+            "trajectory-steps per second",
+        ],
+        rows: rows
+            .iter()
+            .map(|row| {
+                vec![
+                    engine_name(row),
+                    row.samples.to_string(),
+                    row.steps.to_string(),
+                    significant(row.p50_ms),
+                    significant(row.p95_ms),
+                    significant(row.p99_ms),
+                    significant(row.max_ms),
+                    row.decisions.to_string(),
+                    shortened(row.steps_per_s),
+                ]
+            })
+            .collect(),
+    }
+}
