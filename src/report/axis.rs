@@ -23,7 +23,7 @@ pub(super) struct Tick {
 }
 
 /// Ticks aimed at on a linear axis.
-const WANTED_TICKS: f64 = 5.0;
+const WANTED_TICKS: f64 = 6.0;
 
 /// Decades from which a logarithmic axis labels only powers of ten.
 const MANY_DECADES: f64 = 2.7;

@@ -62,40 +62,47 @@ pub(super) fn figure(rows: &[DensityRow]) -> Markup {
     };
     let mut legend: Vec<Markup> = series.iter().map(Series::key).collect();
     legend.push(line_key("limit", "period of a control loop at that rate"));
-    Figure {
+    let figure = Figure {
         title: TITLE,
         picture: chart(HEIGHT, &alternative(&series), &picture),
         legend,
-        caption: "Lines are medians; the shaded band reaches up to the 99th percentile.".to_owned(),
+        caption: caption(rows),
         table: table(rows),
+    };
+    html! {
+        (figure.markup())
+        div class="beside" {
+            h3 { "Most samples that fit" }
+            p { "As measured: up to this many samples, 99 of 100 decisions end within the period of the loop." }
+            (densest(&series).markup())
+        }
     }
-    .markup()
 }
 
 /// Engines in the order in which they first occur. Rows that a logarithmic scale cannot show are left out.
 fn series(rows: &[DensityRow]) -> Vec<Series<'_>> {
-    let several_horizons = rows.iter().any(|row| row.steps != rows[0].steps);
+    let several_horizons = several_horizons(rows);
     let mut all: Vec<Series> = Vec::new();
     let shown = |ms: f64| ms.is_finite() && ms > 0.0;
     for row in rows
         .iter()
         .filter(|row| row.samples > 0 && shown(row.p50_ms) && shown(row.p99_ms))
     {
-        let mut name = engine_name(row);
-        if several_horizons {
-            name += &format!(", {} steps", row.steps);
-        }
-        match all.iter_mut().find(|series| series.name == name) {
-            Some(series) => series.rows.push(row),
-            None => {
-                let index = all.len();
-                all.push(Series {
-                    name,
-                    class: format!("engine-{}", index % COLOURS),
-                    index,
-                    rows: vec![row],
-                });
-            }
+        let name = if several_horizons {
+            format!("{}, {} steps", engine_name(row), row.steps)
+        } else {
+            engine_name(row)
+        };
+        if let Some(series) = all.iter_mut().find(|series| series.name == name) {
+            series.rows.push(row);
+        } else {
+            let index = all.len();
+            all.push(Series {
+                name,
+                class: format!("engine-{}", index % COLOURS),
+                index,
+                rows: vec![row],
+            });
         }
     }
     for series in &mut all {
@@ -132,6 +139,17 @@ impl Series<'_> {
         }
     }
 
+    /// The most samples up to which every density measured keeps a rate, in words.
+    fn densest_at(&self, rate_hz: f64) -> String {
+        let late = |row: &&&DensityRow| row.p99_ms > 1e3 / rate_hz;
+        let kept = self.rows.iter().take_while(|row| !late(row)).last();
+        match kept {
+            None => format!("fewer than {}", self.rows[0].samples),
+            Some(row) if self.rows.iter().any(|row| late(&row)) => row.samples.to_string(),
+            Some(row) => format!("{} or more", row.samples),
+        }
+    }
+
     fn key(&self) -> Markup {
         let mark = html! {
             g class=(self.class) {
@@ -156,21 +174,57 @@ fn marker(index: usize, x: f64, y: f64) -> Markup {
     html! { path class="marker" d=(format!("M{} {}{shape}", coordinate(x), coordinate(y))) {} }
 }
 
+fn caption(rows: &[DensityRow]) -> String {
+    let what = "Lines are medians; the shaded band reaches up to the 99th percentile.";
+    if several_horizons(rows) {
+        what.to_owned()
+    } else {
+        format!(
+            "{what} Each sample is followed over {} steps.",
+            rows[0].steps
+        )
+    }
+}
+
+/// Whether the rows differ in the number of steps, which their names must then tell.
+fn several_horizons(rows: &[DensityRow]) -> bool {
+    rows.iter().any(|row| row.steps != rows[0].steps)
+}
+
 fn alternative(series: &[Series]) -> String {
-    let mut words = "Median latency of one decision against the number of samples.".to_owned();
-    for series in series {
-        if let (Some(first), Some(last)) = (series.rows.first(), series.rows.last()) {
-            words += &format!(
+    let words: Vec<String> = series
+        .iter()
+        .filter_map(|series| {
+            let (first, last) = (series.rows.first()?, series.rows.last()?);
+            Some(format!(
                 " {}: {} ms at {} samples, {} ms at {}.",
                 series.name,
                 significant(first.p50_ms),
                 first.samples,
                 significant(last.p50_ms),
                 last.samples
-            );
-        }
+            ))
+        })
+        .collect();
+    format!(
+        "Median latency of one decision against the number of samples.{}",
+        words.concat()
+    )
+}
+
+/// The densest window of each engine that keeps a control loop's rate 99 times in 100.
+fn densest(series: &[Series]) -> Table<'static> {
+    Table {
+        title: "most samples whose 99th percentile fits into the period".to_owned(),
+        heads: &["engine", "20 Hz", "50 Hz", "100 Hz"],
+        rows: series
+            .iter()
+            .map(|series| {
+                let fits = RATES_HZ.map(|rate| series.densest_at(rate));
+                [vec![series.name.clone()], fits.to_vec()].concat()
+            })
+            .collect(),
     }
-    words
 }
 
 fn table(rows: &[DensityRow]) -> Table<'static> {

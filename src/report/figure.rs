@@ -26,7 +26,7 @@ impl Figure<'_> {
     pub(super) fn markup(&self) -> Markup {
         html! {
             figure {
-                h4 { (self.title) }
+                h3 { (self.title) }
                 (self.picture)
                 @if !self.legend.is_empty() {
                     ul class="legend" { @for entry in &self.legend { li { (entry) } } }
@@ -77,7 +77,7 @@ pub(super) fn area_key(class: &str, meaning: &str) -> Markup {
 
 /// A sentence in place of a picture that has nothing to show.
 pub(super) fn nothing_to_show(title: &str, reason: &str) -> Markup {
-    html! { figure { h4 { (title) } p class="nothing" { (reason) } } }
+    html! { figure { h3 { (title) } p class="nothing" { (reason) } } }
 }
 
 impl<'a> Table<'a> {

@@ -13,6 +13,9 @@ use crate::sim::TraceRow;
 const TITLE: &str = "Gap to the nearest solid thing";
 const HEIGHT: f64 = 340.0;
 
+/// Least range of the axis above contact, metres.
+const LEAST_RANGE_M: f64 = 0.1;
+
 pub(super) fn figure(mission: &MissionView) -> Markup {
     let rows = &mission.trace.rows;
     let Some(closest) = closest(rows) else {
@@ -21,7 +24,9 @@ pub(super) fn figure(mission: &MissionView) -> Markup {
             "At no tick was anything solid in reach of the robot.",
         );
     };
-    let widest = gaps(rows).map(|row| row.gap_m).fold(0.0, f64::max);
+    let widest = gaps(rows)
+        .map(|row| row.gap_m)
+        .fold(LEAST_RANGE_M, f64::max);
     let panel = Panel::across(
         32.0,
         266.0,
@@ -30,12 +35,6 @@ pub(super) fn figure(mission: &MissionView) -> Markup {
     );
     let contact = panel.y_at(0.0);
     let (x, y) = (panel.x_at(closest.time_s), panel.y_at(closest.gap_m));
-    // The label stands where the picture has room for it.
-    let (side, shift) = if x > panel.left + panel.width / 2.0 {
-        ("end halo", -9.0)
-    } else {
-        ("halo", 9.0)
-    };
     let picture = html! {
         rect class="contact" x=(coordinate(panel.left)) y=(coordinate(contact))
             width=(coordinate(panel.width)) height=(coordinate(panel.bottom() - contact)) {}
@@ -44,9 +43,6 @@ pub(super) fn figure(mission: &MissionView) -> Markup {
         line class="limit" x1=(coordinate(panel.left)) x2=(coordinate(panel.right()))
             y1=(coordinate(contact)) y2=(coordinate(contact)) {}
         circle class="closest" cx=(coordinate(x)) cy=(coordinate(y)) r="5" {}
-        text class=(side) x=(coordinate(x + shift)) y=(coordinate(y)) dy="-.6em" {
-            (fixed(closest.gap_m, 3)) " m"
-        }
     };
     let out_of_reach = rows.len() - gaps(rows).count();
     let caption = if out_of_reach == 0 {
@@ -65,7 +61,11 @@ pub(super) fn figure(mission: &MissionView) -> Markup {
             line_key("limit", "contact"),
             key(
                 &html! { circle class="closest" cx="14" cy="7" r="5" {} },
-                &format!("smallest, at {} s", fixed(closest.time_s, 1)),
+                &format!(
+                    "smallest, {} m at {} s",
+                    fixed(closest.gap_m, 3),
+                    fixed(closest.time_s, 1)
+                ),
             ),
         ],
         caption,

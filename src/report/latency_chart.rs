@@ -13,7 +13,7 @@ use crate::sim::TraceRow;
 const HEIGHT: f64 = 300.0;
 
 /// Bars of the distribution.
-const BARS: usize = 48;
+const BARS: usize = 80;
 
 /// Both pictures.
 pub(super) fn figures(rows: &[TraceRow], latency: Option<&Latency>) -> Markup {
@@ -69,23 +69,22 @@ fn over_time(rows: &[TraceRow], latency: &Latency) -> Markup {
 }
 
 fn late_in_words(latency: &Latency) -> String {
-    let mut words = String::new();
-    if let Some(deadline_ms) = latency.deadline_ms {
-        let late = latency
-            .ticks
-            .iter()
-            .filter(|(_, ms)| *ms > deadline_ms)
-            .count();
-        let of = latency.summary.count;
-        words += &format!("{late} of {of} decisions took longer than the control period.");
-    }
-    if latency.left_out > 0 {
-        words += &format!(
-            " {} entries are no times or belong to no tick and are left out.",
+    let late = latency.deadline_ms.map(|deadline_ms| {
+        let late = latency.ticks.iter().filter(|(_, ms)| *ms > deadline_ms);
+        format!(
+            "{} of {} decisions took longer than the control period.",
+            late.count(),
+            latency.summary.count
+        )
+    });
+    let left_out = (latency.left_out > 0).then(|| {
+        format!(
+            "{} entries are no times or belong to no tick and are left out.",
             latency.left_out
-        );
-    }
-    words
+        )
+    });
+    let sentences: Vec<String> = late.into_iter().chain(left_out).collect();
+    sentences.join(" ")
 }
 
 fn distribution(latency: &Latency) -> Markup {

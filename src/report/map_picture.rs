@@ -1,12 +1,15 @@
 //! The map of a mission: the ground, the planned paths, the driven track and what moved.
 
+use std::ops::Range;
+
 use maud::{Markup, html};
 
 use super::MissionView;
+use super::encounters::Encounters;
 use super::figure::{Figure, Table, area_key, key, line_key};
 use super::gap_chart::closest;
 use super::map_furniture::{goal_mark, labels, start_mark, strip};
-use super::map_motion::{Encounters, contacts, has_trails, track, trails};
+use super::map_motion::{contacts, has_trails, top_speed, track, trails};
 use super::number::{coordinate, fixed};
 use super::panel::points_attribute;
 use super::raster::Raster;
@@ -106,10 +109,7 @@ fn ground(map: &OccupancyGrid, view: &Viewport) -> Markup {
 }
 
 /// The columns and rows that a view may show, within the grid.
-fn cells_in_view(
-    frame: &GridFrame,
-    view: &Viewport,
-) -> (core::ops::Range<i32>, core::ops::Range<i32>) {
+fn cells_in_view(frame: &GridFrame, view: &Viewport) -> (Range<i32>, Range<i32>) {
     let units = view.corners().map(|corner| frame.to_cell_units(&corner));
     let range = |values: [f64; 4], end: i32| {
         let low = values.into_iter().fold(f64::INFINITY, f64::min);
@@ -164,7 +164,7 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
             },
             &format!(
                 "driven, from standing to {} m/s in quarters",
-                fixed(super::map_motion::top_speed(&trace.rows), 2)
+                fixed(top_speed(&trace.rows), 2)
             ),
         ));
     }
@@ -188,7 +188,10 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
     if mission.map.cells().contains(&UNKNOWN) {
         legend.push(area_key("unknown", "unknown"));
     }
-    legend.push(area_key("outside", "outside the map"));
+    let beyond = |corner: &Point| mission.map.frame().cell_of(corner).is_none();
+    if view.shrunk().corners().iter().any(beyond) {
+        legend.push(area_key("outside", "outside the map"));
+    }
     legend
 }
 

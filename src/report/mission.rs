@@ -106,7 +106,7 @@ fn details(mission: &MissionView) -> Markup {
     ];
     let paths = Table {
         title: "the global path, stage by stage".to_owned(),
-        heads: &["global path", "points", "length, m"],
+        heads: &["stage", "points", "length, m"],
         rows: paths
             .iter()
             .map(|(stage, path)| {

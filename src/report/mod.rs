@@ -6,6 +6,7 @@
 
 mod axis;
 mod density_chart;
+mod encounters;
 mod figure;
 mod gap_chart;
 mod latency;

@@ -59,13 +59,16 @@ pub(super) fn time_axis(rows: &[TraceRow]) -> Axis {
     }
 }
 
+/// Least range of a motion axis, m/s or rad/s: rounding errors of a robot at rest must not fill the picture.
+const LEAST_RANGE: f64 = 0.1;
+
 /// A range that holds zero and every finite value of the true and commanded motion.
 fn value_axis(rows: &[TraceRow], value: impl Fn(&Twist) -> f64) -> Axis {
     let (low, high) = range(rows, |row| {
         let (motion, command) = (value(&row.twist), value(&row.command));
         [motion, command]
     });
-    Axis::rounded(low.min(0.0), high.max(0.0))
+    Axis::rounded(low.min(0.0), high.max(LEAST_RANGE))
 }
 
 /// The least and greatest finite values; zeros where there is none.

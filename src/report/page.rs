@@ -76,7 +76,7 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
             h2 { "Do the engines agree?" }
             p { (mission::badge(agree, if agree { "all agree, bit for bit" } else { "they differ" })) }
             div class="scroll" tabindex="0" role="region" aria-label="engines" {
-                table {
+                table class="words" {
                     thead { tr {
                         th scope="col" { "engine" }
                         th scope="col" { "agrees" }

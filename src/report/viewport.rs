@@ -40,10 +40,10 @@ impl Viewport {
         let view = match bounds(points) {
             Some(part) => {
                 let room = (part.longer_side() * ROOM_SHARE).max(ROOM_M);
-                let part = part.grown(room, room);
+                let near = part.grown(room, room);
                 whole
-                    .filter(|whole| whole.longer_side() <= WHOLE_MAP * part.longer_side())
-                    .map_or(part, |whole| whole.joined(&part))
+                    .filter(|whole| whole.longer_side() <= WHOLE_MAP * near.longer_side())
+                    .map_or(near, |whole| whole.joined(&part))
             }
             None => whole.unwrap_or(Self {
                 low: Point::new(0.0, 0.0),
@@ -87,6 +87,12 @@ impl Viewport {
             *high,
             Point::new(low.x, high.y),
         ]
+    }
+
+    /// The same without its outermost hundredth, which nobody sees.
+    pub(super) fn shrunk(&self) -> Self {
+        let edge = -0.01 * self.longer_side();
+        self.grown(edge, edge)
     }
 
     fn longer_side(&self) -> f64 {

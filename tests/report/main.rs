@@ -54,8 +54,8 @@ fn a_whole_page_is_self_contained_well_formed_and_described() {
     assert_eq!(meant.count(), 6);
     assert_eq!(
         page.matches("<table").count(),
-        8,
-        "a table under each picture, one of paths, one of engines"
+        9,
+        "a table under each picture, one of paths, one of engines, one of densities"
     );
 }
 
@@ -89,8 +89,9 @@ fn hostile_text_stays_text() {
     let mut view = made.view();
     (view.title, view.command, view.engine, view.facts) = (hostile, hostile, hostile, &facts);
     let mut rows = density();
-    rows.iter_mut()
-        .for_each(|row| row.adapter = Some(hostile.to_owned()));
+    for row in &mut rows {
+        row.adapter = Some(hostile.to_owned());
+    }
     let page = html(&Report {
         title: hostile,
         intro: hostile,
