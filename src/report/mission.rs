@@ -127,8 +127,10 @@ fn details(mission: &MissionView) -> Markup {
             div {
                 h3 { "Global path" }
                 (paths.markup())
+            }
+            div class="whole-row" {
                 h3 { "The same again" }
-                pre { code { (mission.command) } }
+                pre tabindex="0" { code { (mission.command) } }
             }
         }
     }

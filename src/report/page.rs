@@ -100,7 +100,7 @@ fn density(report: &Report) -> Markup {
             div class="charts" { (density_chart::figure(report.density)) }
             @if !report.density_command.is_empty() {
                 h3 { "The same again" }
-                pre { code { (report.density_command) } }
+                pre tabindex="0" { code { (report.density_command) } }
             }
         }
     }
@@ -110,9 +110,9 @@ fn foot() -> Markup {
     html! {
         footer {
             p {
-                "SI units. Axes as in REP-103: x forward or right, y left or up, yaw and turn rate counter-clockwise. "
-                "Drawn lines keep within " (TOLERANCE) " drawing units, less than a pixel or so, of the data; tables \
-                 of long runs show one tick in so many."
+                "SI units. On the maps x points right and y up; yaw and turn rates count counter-clockwise (REP-103). \
+                 Drawn lines keep within " (TOLERANCE) " drawing units of the data, less than a pixel; tables of long \
+                 runs show one tick in so many."
             }
         }
     }
