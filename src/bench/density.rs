@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{DensityRow, EvaluationDigest, Latencies};
+use super::{BenchError, DensityRow, EvaluationDigest, Latencies, LatencySummary};
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::{
-    ClearanceField, Detail, Engine, EngineError, LocalSettings, Prepared, Problem, ProblemError,
-    Window,
+    ClearanceField, Detail, Engine, LocalSettings, Prepared, Problem, Window,
 };
 use crate::map::{GridFrame, ObstacleGrid};
 use crate::robot::{Disc, Footprint, Limits};
@@ -31,37 +30,6 @@ impl DensityPlan {
     }
 }
 
-/// What stopped a measurement.
-#[derive(Debug, thiserror::Error)]
-pub enum DensityError {
-    /// A density that the engines do not take.
-    #[error("{samples} samples: {error}")]
-    Problem {
-        /// Number of samples.
-        samples: usize,
-        /// Why.
-        error: ProblemError,
-    },
-    /// An engine that gave no answer.
-    #[error("{samples} samples: {error}")]
-    Engine {
-        /// Number of samples.
-        samples: usize,
-        /// Why.
-        error: EngineError,
-    },
-    /// An engine whose answer differs from the first engine's.
-    #[error("{samples} samples: {engine} gave other bits than {first}: run `inbye verify`")]
-    Differs {
-        /// Number of samples.
-        samples: usize,
-        /// The engine.
-        engine: String,
-        /// The first engine.
-        first: String,
-    },
-}
-
 /// Decisions taken before timing starts.
 const WARM_UP: usize = 3;
 /// Most decisions timed in one cell.
@@ -79,46 +47,49 @@ pub fn measure_density(
     plan: &DensityPlan,
     clock: &mut dyn FnMut() -> f64,
     mut done: impl FnMut(&DensityRow),
-) -> Result<Vec<DensityRow>, DensityError> {
+) -> Result<Vec<DensityRow>, BenchError> {
     let field = Arc::new(roadway_field());
     let mut rows = Vec::new();
     for &samples in &plan.samples {
         let side = (samples as f64).sqrt().round().max(1.0) as u32;
         let counts = (side, (samples as u32).div_ceil(side));
+        let which = || format!("{samples} samples");
         let mut expected: Option<(String, String)> = None;
         for engine in engines.iter_mut() {
             let decide = |engine: &mut dyn Engine, tick: usize| {
                 let problem = roadway_problem(&field, counts, plan.steps, tick);
                 let prepared = Prepared::new(&problem)
-                    .map_err(|error| DensityError::Problem { samples, error })?;
+                    .map_err(|error| BenchError::Problem { which: which(), error })?;
                 engine
                     .evaluate(&prepared, Detail::Answer)
-                    .map_err(|error| DensityError::Engine { samples, error })
+                    .map_err(|error| BenchError::Engine { which: which(), error })
             };
             let digest = digest_of(|tick| decide(engine.as_mut(), tick))?;
             match &expected {
                 None => expected = Some((engine.name(), digest)),
                 Some((first, answer)) if *answer != digest => {
                     let (engine, first) = (engine.name(), first.clone());
-                    return Err(DensityError::Differs { samples, engine, first });
+                    return Err(BenchError::Differs { which: which(), engine, first });
                 }
                 Some(_) => {}
             }
-            let mut latencies = Latencies::new();
+            let mut latencies = Latencies::default();
             let began = clock();
             for tick in 0..MOST_DECISIONS {
                 let before = clock();
                 decide(engine.as_mut(), tick)?;
                 let after = clock();
-                latencies.record_s(after - before);
+                latencies.record(after - before)?;
                 if tick + 1 >= FEWEST_DECISIONS && after - began > plan.seconds {
                     break;
                 }
             }
             let actual = counts.0 as usize * counts.1 as usize;
-            let row = row(engine.as_ref(), actual, plan.steps, &latencies);
-            done(&row);
-            rows.push(row);
+            if let Some(summary) = latencies.summary() {
+                let row = row(engine.as_ref(), actual, plan.steps, &summary);
+                done(&row);
+                rows.push(row);
+            }
         }
     }
     Ok(rows)
@@ -134,8 +105,7 @@ fn digest_of<E>(
     Ok(digest.hex())
 }
 
-fn row(engine: &dyn Engine, samples: usize, steps: u32, latencies: &Latencies) -> DensityRow {
-    let summary = latencies.summary();
+fn row(engine: &dyn Engine, samples: usize, steps: u32, summary: &LatencySummary) -> DensityRow {
     let is_gpu = engine.kind() == "gpu";
     DensityRow {
         engine: engine.kind().to_owned(),

@@ -2,12 +2,16 @@
 
 mod density;
 mod digest;
+mod error;
 mod problems;
 mod record;
+mod timing;
 mod verify;
 
-pub use density::{DensityError, DensityPlan, measure_density};
+pub use density::{DensityPlan, measure_density};
 pub use digest::EvaluationDigest;
+pub use error::BenchError;
 pub use problems::random_problem;
 pub use record::DensityRow;
-pub use verify::{Difference, Verification, VerifyError, compare, verify};
+pub use timing::{Latencies, LatencySummary};
+pub use verify::{Difference, Verification, compare, verify};
