@@ -319,6 +319,7 @@ impl Navigator {
         let start = observation.pose.position();
         if let Ok(plan) = self.route_planner.plan(&obstacles, start, self.goal.position, &mut || 0.0) {
             self.route = Route::new(&plan, self.settings.key_node_spacing_m);
+            self.watch.rebase(self.route.left_m());
             self.plans.push(plan);
         }
     }

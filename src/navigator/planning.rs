@@ -2,7 +2,7 @@
 
 use super::NavigatorSettings;
 use crate::geometry::Point;
-use crate::global::{self, Plan, PlanError};
+use crate::global::{self, Ground, Plan, PlanError};
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::robot::Footprint;
 
@@ -49,11 +49,13 @@ impl RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
-        let mut at = |radius_m| {
-            let space = FreeSpace::new(obstacles, radius_m);
-            global::plan(&space, start, goal, &self.settings, clock)
+        let least = FreeSpace::new(obstacles, self.least_radius_m);
+        let comfortable = FreeSpace::new(obstacles, self.comfortable_radius_m);
+        let mut search = |search| {
+            let ground = Ground { search, proof: &least };
+            global::plan(&ground, start, goal, &self.settings, clock)
         };
-        at(self.comfortable_radius_m).or_else(|_| at(self.least_radius_m))
+        search(&comfortable).or_else(|_| search(&least))
     }
 }
 

@@ -8,9 +8,9 @@ pub struct ProgressWatch {
 }
 
 impl ProgressWatch {
-    /// Starts afresh, on a new path.
-    pub fn restart(&mut self, now_s: f64) {
-        *self = Self { least_left_m: None, since_s: now_s };
+    /// Measures from now on along a new path, so much of which is left. A new path alone is no progress.
+    pub fn rebase(&mut self, left_m: f64) {
+        self.least_left_m = Some(left_m);
     }
 
     /// Notes the path left and returns for how long, in seconds, it has not shrunk by `radius_m`.

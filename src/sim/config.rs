@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{DriveDynamics, Lidar, WalkerSettings};
+use super::{Crowd, DriveDynamics, Lidar};
 use crate::global;
 use crate::local::LocalSettings;
 use crate::map::UnknownPolicy;
@@ -44,6 +44,36 @@ impl RobotConfig {
     #[must_use]
     pub const fn drive(&self) -> TrackedDrive {
         TrackedDrive { track_width_m: self.track_width_m }
+    }
+}
+
+/// Simulated people.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WalkerSettings {
+    /// Radius of each, metres.
+    pub radius_m: f64,
+    /// Speed of the slowest, m/s.
+    pub slowest: f64,
+    /// Speed of the fastest, m/s.
+    pub fastest: f64,
+    /// Whether they stop rather than walk into the robot.
+    pub yields: bool,
+}
+
+impl Default for WalkerSettings {
+    fn default() -> Self {
+        let Crowd { radius_m, speed_m_s: (slowest, fastest), yields, .. } = Crowd::new(0, 0);
+        Self { radius_m, slowest, fastest, yields }
+    }
+}
+
+impl WalkerSettings {
+    /// So many of these people.
+    #[must_use]
+    pub const fn crowd(&self, count: usize, seed: u64) -> Crowd {
+        let speed_m_s = (self.slowest, self.fastest);
+        Crowd { count, seed, radius_m: self.radius_m, speed_m_s, yields: self.yields }
     }
 }
 

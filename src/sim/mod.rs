@@ -1,9 +1,11 @@
 //! A world to try it in: ground, moving obstacles, a lidar, a tracked base, and the tick that ties them together.
 
+mod config;
 mod crowd;
 mod drive;
 mod error;
 mod lidar;
+mod mission;
 mod obstacle_file;
 mod obstacles;
 mod ray;
@@ -12,10 +14,12 @@ mod trace;
 mod walk;
 mod world;
 
+pub use config::{Config, RobotConfig, WalkerSettings};
 pub use crowd::Crowd;
 pub use drive::{DriveDynamics, SimBase};
 pub use error::SimError;
 pub use lidar::{Lidar, LidarReturn};
+pub use mission::{Mission, MissionError, MissionResult, Observer, run_mission};
 pub use obstacles::{Walkers, YIELD_GAP_M, YIELD_PATIENCE_S};
 pub use trace::{Trace, TraceRow};
 pub use world::World;
