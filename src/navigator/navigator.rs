@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use super::kept_clear::KeptClear;
 use super::local_map::LocalMap;
-use super::planning::local_margin_m;
 use super::watch::{ProgressWatch, Since};
 use super::{Fault, Goal, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
 use crate::geometry::{Point, Twist, bearing, wrap_angle};
@@ -48,6 +48,7 @@ pub struct Navigator {
     watch: ProgressWatch,
     blocked: Since,
     backing_until_s: f64,
+    next_recovery_s: f64,
     next_replan_s: f64,
     fault: Option<Fault>,
 }
@@ -56,6 +57,8 @@ pub struct Navigator {
 const BACKING_S: f64 = 2.0;
 /// A robot slower than this stands, m/s or rad/s.
 const STANDING: f64 = 0.02;
+/// A robot faster than this does not begin to turn in place, m/s.
+const TURNS_BELOW: f64 = 0.2;
 /// Near the goal the speed leaves this share of the braking distance unused.
 const APPROACH: f64 = 0.6;
 /// Beyond this distance from its path the robot plans anew, metres.
@@ -90,6 +93,7 @@ impl Navigator {
             watch: ProgressWatch::default(),
             blocked: Since::default(),
             backing_until_s: f64::NEG_INFINITY,
+            next_recovery_s: f64::NEG_INFINITY,
             next_replan_s: f64::NEG_INFINITY,
             fault: None,
         })
@@ -154,11 +158,11 @@ impl Navigator {
             |error| Fault::Choose(error.into()),
         )?;
         let target = self.route.key_node(self.settings.lookahead_m);
-        let footprint = self.kept_clear(&field, observation);
+        let kept = KeptClear::new(&self.robot.footprint, &self.settings, &field, observation);
         if observation.time_s < self.backing_until_s {
-            return self.back_out(observation, &field, &footprint, target);
+            return self.back_out(observation, &field, &kept, target);
         }
-        if let Some(command) = self.turn_in_place(observation, &footprint, &field, target) {
+        if let Some(command) = self.turn_in_place(observation, &kept, &field, target) {
             self.mode = Mode::Turning;
             return Ok(Decision { command, mode: self.mode, local_target: target, counts: None });
         }
@@ -166,20 +170,21 @@ impl Navigator {
             field: &field,
             pose: observation.pose,
             twist: observation.twist,
-            obstacles: &observation.moving,
+            obstacles: &kept.moving,
             target,
             key_node: target,
             limits: self.approach_limits(observation),
-            footprint: &footprint,
+            footprint: &kept.footprint,
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
         let blocked_s = self.blocked.update(observation.time_s, command.is_none());
         let wedged = blocked_s.max(stuck_s) > self.settings.patience_s
             && observation.twist.linear.abs() < STANDING;
-        if wedged {
+        if wedged && observation.time_s >= self.next_recovery_s {
             self.backing_until_s = observation.time_s + BACKING_S;
-            self.blocked = Since::default();
+            // The way found after backing out gets its chance before the next attempt.
+            self.next_recovery_s = self.backing_until_s + 2.0 * self.settings.patience_s;
         }
         self.mode = if command.is_some() { Mode::Driving } else { Mode::Blocked };
         Ok(Decision {
@@ -195,7 +200,7 @@ impl Navigator {
         &mut self,
         observation: &Observation,
         field: &Arc<ClearanceField>,
-        footprint: &Footprint,
+        kept: &KeptClear,
         target: Point,
     ) -> Result<Decision, Fault> {
         let limits = Limits {
@@ -208,11 +213,11 @@ impl Navigator {
             field,
             pose: observation.pose,
             twist: observation.twist,
-            obstacles: &observation.moving,
+            obstacles: &kept.moving,
             target,
             key_node: behind,
             limits,
-            footprint,
+            footprint: &kept.footprint,
             weights: Weights { heading: 0.1, clearance: 0.3, velocity: 0.0, path: 0.6 },
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
@@ -229,7 +234,7 @@ impl Navigator {
     fn turn_in_place(
         &self,
         observation: &Observation,
-        footprint: &Footprint,
+        kept: &KeptClear,
         field: &ClearanceField,
         target: Point,
     ) -> Option<Twist> {
@@ -239,20 +244,15 @@ impl Navigator {
         let settings = &self.settings;
         let wanted =
             if turning { settings.turn_in_place_until } else { settings.turn_in_place_from };
-        if error.abs() <= wanted || !turning_is_clear(footprint, field, observation) {
+        // A moving robot is avoiding something, or about to come round by itself.
+        let may_begin = turning || observation.twist.linear.abs() < TURNS_BELOW;
+        if !may_begin
+            || error.abs() <= wanted
+            || !kept.may_turn(field, &observation.pose)
+        {
             return None;
         }
         Some(self.turn_by(observation, error))
-    }
-
-    /// The footprint with its margin; a robot that stands closer to an obstacle than that keeps the distance it has, so
-    /// that it can leave but not come closer.
-    fn kept_clear(&self, field: &ClearanceField, observation: &Observation) -> Footprint {
-        let footprint = &self.robot.footprint;
-        let margin_m = local_margin_m(&self.settings, field.frame().resolution_m);
-        let has_m = field.clearance_m(footprint, &observation.pose).unwrap_or(0.0);
-        let step_m = field.unit_m() * 2.0;
-        footprint.padded(margin_m.min(has_m - step_m).max(0.0))
     }
 
     /// At the goal: stop, turn to the yaw asked for, and be done when standing so.
@@ -340,26 +340,4 @@ impl Navigator {
         self.mode = Mode::Failed;
         self.stand(observation, Mode::Failed)
     }
-}
-
-/// Whether the robot can turn on the spot: the circle that its discs sweep is clear of static and moving obstacles.
-fn turning_is_clear(
-    footprint: &Footprint,
-    field: &ClearanceField,
-    observation: &Observation,
-) -> bool {
-    let swept = Footprint::new(vec![crate::robot::Disc {
-        x: 0.0,
-        y: 0.0,
-        radius: footprint.circumscribed_radius_m(),
-    }]);
-    let clear_of_static = swept.is_ok_and(|swept| {
-        field.clearance_m(&swept, &observation.pose).is_some_and(|clearance| clearance > 0.0)
-    });
-    let radius_m = footprint.circumscribed_radius_m();
-    let robot = observation.pose.position();
-    let clear_of = |disc: &crate::map::MovingDisc| {
-        (disc.center() - robot).norm() > disc.radius + radius_m
-    };
-    clear_of_static && observation.moving.iter().all(clear_of)
 }
