@@ -8,36 +8,49 @@ use crate::map::MovingDisc;
 use crate::robot::{Disc, Footprint};
 
 /// Footprint and moving obstacles, grown so that touching in the planner's eyes leaves the margins in truth.
-///
-/// A robot that already stands within a margin, because something came to it, keeps the distance it has: it can leave,
-/// but not come closer.
 pub(super) struct KeptClear {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,
 }
 
-/// The planner's own footprint grows no closer than this to what it must leave, metres.
+/// A robot within a margin keeps this much less than the distance it has, metres, so that standing is admissible.
 const SLACK_M: f64 = 0.002;
 
 impl KeptClear {
+    /// The whole margins.
     pub fn new(
+        footprint: &Footprint,
+        settings: &NavigatorSettings,
+        resolution_m: f64,
+        observation: &Observation,
+    ) -> Self {
+        let margin_m = local_margin_m(settings, resolution_m);
+        let grow = |disc: &MovingDisc| grown(disc, settings.moving_margin_m - margin_m);
+        Self {
+            footprint: footprint.padded(margin_m),
+            moving: observation.moving.iter().map(grow).collect(),
+        }
+    }
+
+    /// What is left of the margins for a robot that stands within them, because something came to it: it can leave, but
+    /// not come closer.
+    pub fn what_is_left(
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
         observation: &Observation,
     ) -> Self {
-        let wall_m = field.clearance_m(footprint, &observation.pose).unwrap_or(0.0);
+        let pose = &observation.pose;
+        let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
         let wanted_m = local_margin_m(settings, field.frame().resolution_m);
         let margin_m = wanted_m.min(wall_m - SLACK_M).max(0.0);
-        let grown = |disc: &MovingDisc| {
-            let gap_m = gap_m(footprint, &observation.pose, disc);
-            let apart_m = settings.moving_margin_m.min(gap_m - SLACK_M).max(0.0);
-            // The footprint's own margin counts towards the gap.
-            MovingDisc { radius: (disc.radius + apart_m - margin_m).max(SLACK_M), ..*disc }
+        let grow = |disc: &MovingDisc| {
+            let gap_m = gap_m(footprint, pose, disc);
+            grown(disc, settings.moving_margin_m.min(gap_m - SLACK_M).max(0.0) - margin_m)
         };
         Self {
             footprint: footprint.padded(margin_m),
-            moving: observation.moving.iter().map(grown).collect(),
+            moving: observation.moving.iter().map(grow).collect(),
         }
     }
 
@@ -50,6 +63,11 @@ impl KeptClear {
         field.clearance_m(&swept, pose).is_some_and(|clearance| clearance > 0.0)
             && self.moving.iter().all(|disc| gap_m(&swept, pose, disc) > 0.0)
     }
+}
+
+/// A moving obstacle with a margin beyond the footprint's own, which counts towards the gap.
+fn grown(disc: &MovingDisc, margin_m: f64) -> MovingDisc {
+    MovingDisc { radius: (disc.radius + margin_m).max(SLACK_M), ..*disc }
 }
 
 /// Gap between a footprint and a moving obstacle, metres.

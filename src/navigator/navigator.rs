@@ -55,6 +55,8 @@ pub struct Navigator {
 
 /// How long one attempt to back out lasts, seconds.
 const BACKING_S: f64 = 2.0;
+/// Clearance counts most, then getting away backwards.
+const BACKING_WEIGHTS: Weights = Weights { heading: 0.0, clearance: 0.6, velocity: 0.0, path: 0.4 };
 /// A robot slower than this stands, m/s or rad/s.
 const STANDING: f64 = 0.02;
 /// A robot faster than this does not begin to turn in place, m/s.
@@ -158,10 +160,12 @@ impl Navigator {
             |error| Fault::Choose(error.into()),
         )?;
         let target = self.route.key_node(self.settings.lookahead_m);
-        let kept = KeptClear::new(&self.robot.footprint, &self.settings, &field, observation);
         if observation.time_s < self.backing_until_s {
-            return self.back_out(observation, &field, &kept, target);
+            return self.back_out(observation, &field, target);
         }
+        let resolution_m = field.frame().resolution_m;
+        let footprint = &self.robot.footprint;
+        let kept = KeptClear::new(footprint, &self.settings, resolution_m, observation);
         if let Some(command) = self.turn_in_place(observation, &kept, &field, target) {
             self.mode = Mode::Turning;
             return Ok(Decision { command, mode: self.mode, local_target: target, counts: None });
@@ -195,19 +199,22 @@ impl Navigator {
         })
     }
 
-    /// Backs away from whatever is nearest, slowly.
+    /// Moves away from whatever is nearest, slowly and backwards first of all, even from within a margin.
     fn back_out(
         &mut self,
         observation: &Observation,
         field: &Arc<ClearanceField>,
-        kept: &KeptClear,
         target: Point,
     ) -> Result<Decision, Fault> {
+        let limits = self.robot.limits;
+        let slow = self.settings.backing_speed;
         let limits = Limits {
-            min_vel_x: -self.settings.backing_speed,
-            max_vel_x: 0.0,
-            ..self.robot.limits
+            min_vel_x: limits.min_vel_x.max(-slow),
+            max_vel_x: limits.max_vel_x.min(slow / 2.0),
+            ..limits
         };
+        let footprint = &self.robot.footprint;
+        let kept = KeptClear::what_is_left(footprint, &self.settings, field, observation);
         let behind = observation.pose.transform(&Point::new(-1.0, 0.0));
         let situation = Situation {
             field,
@@ -218,7 +225,7 @@ impl Navigator {
             key_node: behind,
             limits,
             footprint: &kept.footprint,
-            weights: Weights { heading: 0.1, clearance: 0.3, velocity: 0.0, path: 0.6 },
+            weights: BACKING_WEIGHTS,
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
         self.mode = Mode::BackingUp;
@@ -278,13 +285,14 @@ impl Navigator {
         limits.reachable(&observation.twist, &wanted, period_s)
     }
 
-    /// Limits that let the robot stop at the goal.
+    /// Limits for driving: forwards only, and so that the robot can stop at the goal.
     fn approach_limits(&self, observation: &Observation) -> Limits {
         let limits = self.robot.limits;
         let to_goal_m = (observation.pose.position() - self.goal.position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
-        let max_vel_x = limits.max_vel_x.min(stops_in_time.max(0.1)).max(limits.min_vel_x);
-        Limits { max_vel_x, ..limits }
+        let min_vel_x = limits.min_vel_x.max(0.0).min(limits.max_vel_x);
+        let max_vel_x = limits.max_vel_x.min(stops_in_time.max(0.1)).max(min_vel_x);
+        Limits { min_vel_x, max_vel_x, ..limits }
     }
 
     /// Half the side of the local window: as far as a trajectory and the clearance along it can reach.

@@ -28,7 +28,7 @@ impl Default for RobotConfig {
         Self {
             footprint: Footprint::new(discs.to_vec()).expect("two discs with a radius"),
             track_width_m: 0.45,
-            limits: Limits::default(),
+            limits: Limits { min_vel_x: -0.3, ..Limits::default() },
         }
     }
 }
