@@ -31,7 +31,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         map: Arc::new(map),
         truth: None,
         start: arguments.start.pose(),
-        goal: Goal { position: arguments.goal.position, yaw: arguments.goal.yaw },
+        goal: Goal {
+            position: arguments.goal.position,
+            yaw: arguments.goal.yaw,
+        },
         walkers,
         seed: arguments.seed,
         time_limit_s: arguments.time_limit,
@@ -74,7 +77,10 @@ pub fn simulate(
         bar.set_position(whole_cm(far_m - nearest_m));
     };
     let mut clock = wall_clock();
-    let mut observer = Observer { clock: &mut clock, progress: &mut progress };
+    let mut observer = Observer {
+        clock: &mut clock,
+        progress: &mut progress,
+    };
     let result = run_mission(mission, config, engine, &mut observer);
     bar.finish_and_clear();
     result
@@ -129,9 +135,16 @@ pub fn seeded_walkers(
         config.global.clone(),
         map.frame().resolution_m,
     );
-    let plan = planner.plan(&obstacles, start, goal, &mut || 0.0).map_err(Fault::Plan)?;
+    let plan = planner
+        .plan(&obstacles, start, goal, &mut || 0.0)
+        .map_err(Fault::Plan)?;
     let crowd = config.walkers.crowd(count, seed);
-    Ok(Walkers::seeded(&crowd, &obstacles, plan.smoothed.points(), &[start, goal])?)
+    Ok(Walkers::seeded(
+        &crowd,
+        &obstacles,
+        plan.smoothed.points(),
+        &[start, goal],
+    )?)
 }
 
 /// Percentiles of the decisions' times.

@@ -130,7 +130,11 @@ fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
 
 fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid> {
     match source {
-        MapSource { rows: Some(rows), file: None, .. } => {
+        MapSource {
+            rows: Some(rows),
+            file: None,
+            ..
+        } => {
             let origin = match source.origin.as_deref() {
                 None => Pose::default(),
                 Some(&[x, y]) => Pose::new(x, y, 0.0),
@@ -142,10 +146,16 @@ fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid
             };
             OccupancyGrid::from_rows(rows, resolution_m, origin).context("map.rows")
         }
-        MapSource { rows: None, file: Some(file), .. } => {
+        MapSource {
+            rows: None,
+            file: Some(file),
+            ..
+        } => {
             // Relative to the problem, as a map's image is relative to its YAML.
             let path = problem.parent().unwrap_or(Path::new("")).join(file);
-            let options = LoadOptions { resolution_m: source.resolution_m.unwrap_or(1.0) };
+            let options = LoadOptions {
+                resolution_m: source.resolution_m.unwrap_or(1.0),
+            };
             Ok(load(&path, &options)?)
         }
         _ => bail!("map needs either `rows` or `file`"),

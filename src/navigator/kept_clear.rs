@@ -46,7 +46,10 @@ impl KeptClear {
         let margin_m = wanted_m.min(wall_m - SLACK_M).max(0.0);
         let grow = |disc: &MovingDisc| {
             let gap_m = gap_m(footprint, pose, disc);
-            grown(disc, settings.moving_margin_m.min(gap_m - SLACK_M).max(0.0) - margin_m)
+            grown(
+                disc,
+                settings.moving_margin_m.min(gap_m - SLACK_M).max(0.0) - margin_m,
+            )
         };
         Self {
             footprint: footprint.padded(margin_m),
@@ -57,17 +60,29 @@ impl KeptClear {
     /// Whether the robot can turn on the spot: the circle that its discs sweep is clear.
     pub fn may_turn(&self, field: &ClearanceField, pose: &Pose) -> bool {
         let radius = self.footprint.circumscribed_radius_m();
-        let Ok(swept) = Footprint::new(vec![Disc { x: 0.0, y: 0.0, radius }]) else {
+        let Ok(swept) = Footprint::new(vec![Disc {
+            x: 0.0,
+            y: 0.0,
+            radius,
+        }]) else {
             return false;
         };
-        field.clearance_m(&swept, pose).is_some_and(|clearance| clearance > 0.0)
-            && self.moving.iter().all(|disc| gap_m(&swept, pose, disc) > 0.0)
+        field
+            .clearance_m(&swept, pose)
+            .is_some_and(|clearance| clearance > 0.0)
+            && self
+                .moving
+                .iter()
+                .all(|disc| gap_m(&swept, pose, disc) > 0.0)
     }
 }
 
 /// A moving obstacle with a margin beyond the footprint's own, which counts towards the gap.
 fn grown(disc: &MovingDisc, margin_m: f64) -> MovingDisc {
-    MovingDisc { radius: (disc.radius + margin_m).max(SLACK_M), ..*disc }
+    MovingDisc {
+        radius: (disc.radius + margin_m).max(SLACK_M),
+        ..*disc
+    }
 }
 
 /// Gap between a footprint and a moving obstacle, metres.

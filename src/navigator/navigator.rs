@@ -49,14 +49,21 @@ pub struct Navigator {
     blocked: Since,
     backing_until_s: f64,
     next_recovery_s: f64,
+    recoveries: u32,
     next_replan_s: f64,
     fault: Option<Fault>,
 }
 
-/// How long one attempt to back out lasts, seconds.
+/// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
 const BACKING_S: f64 = 2.0;
+const LONGEST_BACKING: u32 = 3;
 /// Clearance counts most, then getting away backwards.
-const BACKING_WEIGHTS: Weights = Weights { heading: 0.0, clearance: 0.6, velocity: 0.0, path: 0.4 };
+const BACKING_WEIGHTS: Weights = Weights {
+    heading: 0.0,
+    clearance: 0.6,
+    velocity: 0.0,
+    path: 0.4,
+};
 /// A robot slower than this stands, m/s or rad/s.
 const STANDING: f64 = 0.02;
 /// A robot faster than this does not begin to turn in place, m/s.
@@ -96,6 +103,7 @@ impl Navigator {
             blocked: Since::default(),
             backing_until_s: f64::NEG_INFINITY,
             next_recovery_s: f64::NEG_INFINITY,
+            recoveries: 0,
             next_replan_s: f64::NEG_INFINITY,
             fault: None,
         })
@@ -156,9 +164,10 @@ impl Navigator {
     /// The local decision: turn in place, back out, or follow the path.
     fn drive(&mut self, observation: &Observation, stuck_s: f64) -> Result<Decision, Fault> {
         let half_m = self.window_half_m();
-        let field = self.map.window(&observation.pose.position(), half_m).map_err(
-            |error| Fault::Choose(error.into()),
-        )?;
+        let field = self
+            .map
+            .window(&observation.pose.position(), half_m)
+            .map_err(|error| Fault::Choose(error.into()))?;
         let target = self.route.key_node(self.settings.lookahead_m);
         if observation.time_s < self.backing_until_s {
             return self.back_out(observation, &field, target);
@@ -168,7 +177,12 @@ impl Navigator {
         let kept = KeptClear::new(footprint, &self.settings, resolution_m, observation);
         if let Some(command) = self.turn_in_place(observation, &kept, &field, target) {
             self.mode = Mode::Turning;
-            return Ok(Decision { command, mode: self.mode, local_target: target, counts: None });
+            return Ok(Decision {
+                command,
+                mode: self.mode,
+                local_target: target,
+                counts: None,
+            });
         }
         let situation = Situation {
             field: &field,
@@ -183,14 +197,24 @@ impl Navigator {
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
         let blocked_s = self.blocked.update(observation.time_s, command.is_none());
+        if stuck_s == 0.0 {
+            self.recoveries = 0;
+        }
         let wedged = blocked_s.max(stuck_s) > self.settings.patience_s
             && observation.twist.linear.abs() < STANDING;
         if wedged && observation.time_s >= self.next_recovery_s {
-            self.backing_until_s = observation.time_s + BACKING_S;
+            // Each attempt in vain makes the next one longer, so that two that wait for one another part at last.
+            let lasts_s = BACKING_S * f64::from(1_u32 << self.recoveries.min(LONGEST_BACKING));
+            self.recoveries += 1;
+            self.backing_until_s = observation.time_s + lasts_s;
             // The way found after backing out gets its chance before the next attempt.
             self.next_recovery_s = self.backing_until_s + 2.0 * self.settings.patience_s;
         }
-        self.mode = if command.is_some() { Mode::Driving } else { Mode::Blocked };
+        self.mode = if command.is_some() {
+            Mode::Driving
+        } else {
+            Mode::Blocked
+        };
         Ok(Decision {
             command: command.unwrap_or_else(|| self.brake(observation)),
             mode: self.mode,
@@ -249,14 +273,14 @@ impl Navigator {
         let error = wrap_angle(bearing(&pose.position(), &target) - pose.yaw);
         let turning = self.mode == Mode::Turning;
         let settings = &self.settings;
-        let wanted =
-            if turning { settings.turn_in_place_until } else { settings.turn_in_place_from };
+        let wanted = if turning {
+            settings.turn_in_place_until
+        } else {
+            settings.turn_in_place_from
+        };
         // A moving robot is avoiding something, or about to come round by itself.
         let may_begin = turning || observation.twist.linear.abs() < TURNS_BELOW;
-        if !may_begin
-            || error.abs() <= wanted
-            || !kept.may_turn(field, &observation.pose)
-        {
+        if !may_begin || error.abs() <= wanted || !kept.may_turn(field, &observation.pose) {
             return None;
         }
         Some(self.turn_by(observation, error))
@@ -264,22 +288,34 @@ impl Navigator {
 
     /// At the goal: stop, turn to the yaw asked for, and be done when standing so.
     fn park(&mut self, observation: &Observation) -> Decision {
-        let error = self.goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - observation.pose.yaw));
+        let error = self
+            .goal
+            .yaw
+            .map_or(0.0, |yaw| wrap_angle(yaw - observation.pose.yaw));
         let twist = &observation.twist;
         if error.abs() > self.settings.yaw_goal_tolerance {
             self.mode = Mode::Turning;
             let command = self.turn_by(observation, error);
-            return Decision { command, ..self.stand(observation, self.mode) };
+            return Decision {
+                command,
+                ..self.stand(observation, self.mode)
+            };
         }
         let standing = twist.linear.abs() < STANDING && twist.angular.abs() < STANDING;
-        self.mode = if standing { Mode::Arrived } else { Mode::Driving };
+        self.mode = if standing {
+            Mode::Arrived
+        } else {
+            Mode::Driving
+        };
         self.stand(observation, self.mode)
     }
 
     /// A turn on the spot by an angle, at the rate from which it can still stop in time, with some to spare.
     fn turn_by(&self, observation: &Observation, angle: f64) -> Twist {
         let limits = &self.robot.limits;
-        let rate = (-limits.decel_lim_theta * angle.abs()).sqrt().min(limits.max_vel_theta);
+        let rate = (-limits.decel_lim_theta * angle.abs())
+            .sqrt()
+            .min(limits.max_vel_theta);
         let wanted = Twist::new(0.0, rate.copysign(angle));
         let period_s = self.planner.settings().control_period_s;
         limits.reachable(&observation.twist, &wanted, period_s)
@@ -292,14 +328,21 @@ impl Navigator {
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
         let min_vel_x = limits.min_vel_x.max(0.0).min(limits.max_vel_x);
         let max_vel_x = limits.max_vel_x.min(stops_in_time.max(0.1)).max(min_vel_x);
-        Limits { min_vel_x, max_vel_x, ..limits }
+        Limits {
+            min_vel_x,
+            max_vel_x,
+            ..limits
+        }
     }
 
     /// Half the side of the local window: as far as a trajectory and the clearance along it can reach.
     fn window_half_m(&self) -> f64 {
         let settings = self.planner.settings();
         let limits = &self.robot.limits;
-        let fastest = limits.max_vel_x.max(-limits.min_vel_x).max(self.settings.backing_speed);
+        let fastest = limits
+            .max_vel_x
+            .max(-limits.min_vel_x)
+            .max(self.settings.backing_speed);
         fastest * settings.sim_time_s
             + settings.max_clearance_m.min(1.5)
             + self.robot.footprint.circumscribed_radius_m()
@@ -310,7 +353,10 @@ impl Navigator {
         let radius_m = self.route_planner.least_radius_m();
         let ahead_m = self.settings.check_ahead_m;
         let blocked = self.map.has_marks()
-            && self.map.marks().any(|mark| self.route.is_near_ahead(&mark, radius_m, ahead_m));
+            && self
+                .map
+                .marks()
+                .any(|mark| self.route.is_near_ahead(&mark, radius_m, ahead_m));
         let waited = self.mode == Mode::BackingUp;
         let wanted = blocked || off_path_m > OFF_PATH_M || waited;
         if !wanted || observation.time_s < self.next_replan_s {
@@ -319,13 +365,20 @@ impl Navigator {
         self.next_replan_s = observation.time_s + self.settings.replan_period_s;
         // Moving things count as obstacles only for a robot that waited for them in vain.
         let discs: Vec<(Point, f64)> = if waited {
-            observation.moving.iter().map(|disc| (disc.center(), disc.radius)).collect()
+            observation
+                .moving
+                .iter()
+                .map(|disc| (disc.center(), disc.radius))
+                .collect()
         } else {
             Vec::new()
         };
         let obstacles = self.map.obstacles_with(&discs);
         let start = observation.pose.position();
-        if let Ok(plan) = self.route_planner.plan(&obstacles, start, self.goal.position, &mut || 0.0) {
+        if let Ok(plan) =
+            self.route_planner
+                .plan(&obstacles, start, self.goal.position, &mut || 0.0)
+        {
             self.route = Route::new(&plan, self.settings.key_node_spacing_m);
             self.watch.rebase(self.route.left_m());
             self.plans.push(plan);
@@ -334,13 +387,23 @@ impl Navigator {
 
     fn brake(&self, observation: &Observation) -> Twist {
         let period_s = self.planner.settings().control_period_s;
-        self.robot.limits.reachable(&observation.twist, &Twist::STOP, period_s)
+        self.robot
+            .limits
+            .reachable(&observation.twist, &Twist::STOP, period_s)
     }
 
     fn stand(&self, observation: &Observation, mode: Mode) -> Decision {
-        let command =
-            if observation.is_sound() { self.brake(observation) } else { Twist::STOP };
-        Decision { command, mode, local_target: self.goal.position, counts: None }
+        let command = if observation.is_sound() {
+            self.brake(observation)
+        } else {
+            Twist::STOP
+        };
+        Decision {
+            command,
+            mode,
+            local_target: self.goal.position,
+            counts: None,
+        }
     }
 
     fn give_up(&mut self, observation: &Observation, fault: Fault) -> Decision {

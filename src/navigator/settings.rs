@@ -44,7 +44,7 @@ impl Default for NavigatorSettings {
             xy_goal_tolerance: 0.25,
             yaw_goal_tolerance: 0.1,
             safety_margin_m: 0.05,
-            moving_margin_m: 0.3,
+            moving_margin_m: 0.35,
             comfort_margin_m: 0.25,
             key_node_spacing_m: 0.5,
             lookahead_m: 2.0,
