@@ -49,11 +49,14 @@ pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Resul
     Ok(rows)
 }
 
-const HEADER: &str = "engine                                    samples  steps    p50 ms    p99 ms    max ms   M steps/s";
+/// Heads the rows of [`table_row`].
+pub const HEADER: &str = "engine                                    samples  steps    p50 ms    p99 ms    max ms   M steps/s";
 
-fn table_row(row: &DensityRow) -> String {
+/// A row for people.
+pub fn table_row(row: &DensityRow) -> String {
     let engine = match &row.adapter {
         Some(adapter) => adapter.clone(),
+        None if row.threads == 1 => "CPU, 1 thread".to_owned(),
         None => format!("CPU, {} threads", row.threads),
     };
     format!(

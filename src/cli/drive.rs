@@ -157,7 +157,8 @@ pub fn latencies(result: &MissionResult) -> Latencies {
     latencies
 }
 
-fn object(result: &MissionResult) -> Value {
+/// The result as scripts read it.
+pub fn object(result: &MissionResult) -> Value {
     let (x_m, y_m) = result.final_error_m;
     json!({
         "reached": result.reached,
@@ -175,20 +176,25 @@ fn object(result: &MissionResult) -> Value {
     })
 }
 
-fn print(result: &MissionResult) {
+/// The result in one line.
+pub fn one_line(result: &MissionResult) -> String {
     let ending = match (result.reached, result.collided) {
         (_, true) => "touched an obstacle",
         (true, false) => "reached the goal",
         (false, false) => "did not reach the goal",
     };
-    output::line(format!(
+    format!(
         "{ending}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
         result.travelled_m,
         result.time_s,
         result.trace.rows.len(),
         result.plans.len(),
         result.min_clearance_m,
-    ));
+    )
+}
+
+fn print(result: &MissionResult) {
+    output::line(one_line(result));
     if let Some(fault) = &result.fault {
         output::line(format!("why: {fault}"));
     }
