@@ -13,9 +13,11 @@ mod error;
 mod field;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+mod inputs;
 mod open;
 mod prepare;
 mod problem;
+mod ranges;
 pub mod rollout;
 pub mod score;
 pub mod select;
@@ -27,7 +29,8 @@ pub use contract::{
 pub use cpu::CpuEngine;
 pub use error::{EngineError, ProblemError};
 pub use field::ClearanceField;
+pub use inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
 pub use open::{Opened, Preference, open};
-pub use prepare::{Header, Prepared};
+pub use prepare::Prepared;
 pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
 pub use window::{Axis, Window};
