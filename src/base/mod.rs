@@ -1,1 +1,57 @@
-//! Room: base.
+//! The machine's wire: what every base, real or simulated, owes the caller, and the bytes that a real one speaks.
+//!
+//! Do not rely on the base to stop by itself when commands cease: some published firmware has that disabled. The
+//! caller sends at a fixed rate, and [`Twist::STOP`] when in doubt.
+
+mod error;
+#[cfg(feature = "serial")]
+mod serial;
+pub mod wheeltec;
+
+pub use error::BaseError;
+#[cfg(feature = "serial")]
+pub use serial::{SerialBase, SerialSettings};
+
+use crate::geometry::Twist;
+
+/// What a base reports of itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Feedback {
+    /// How fast the base measures itself to move, in its own frame.
+    pub twist: Twist,
+    /// Whether the motors are disabled: an emergency stop, or a fault that the base acts on itself.
+    pub emergency_stop: bool,
+    /// Battery voltage, for a base that measures it.
+    pub battery_v: Option<f64>,
+}
+
+/// A base that takes velocity commands and reports its motion.
+///
+/// Neither method blocks longer than the implementation states. A command lasts until the next one; whether a base
+/// stops by itself when commands cease is its own affair, and not to be relied on.
+pub trait Base {
+    /// Hands a command to the base. What the base cannot do it brings to the nearest it can.
+    ///
+    /// # Errors
+    /// [`BaseError::NotFinite`] for a rate that is NaN or infinite: nothing is sent then. Others where the base
+    /// cannot be reached; part of the command may then have arrived, and never a different command.
+    fn send(&mut self, command: &Twist) -> Result<(), BaseError>;
+
+    /// The newest report of the base; the same one again while no newer has come and it is not yet out of date.
+    ///
+    /// # Errors
+    /// Where the base cannot be reached or has been silent for too long.
+    fn feedback(&mut self) -> Result<Feedback, BaseError>;
+}
+
+/// The command itself, or the error that every base answers a command with that is not finite.
+pub(crate) fn finite(command: &Twist) -> Result<&Twist, BaseError> {
+    if command.is_finite() {
+        Ok(command)
+    } else {
+        Err(BaseError::NotFinite {
+            linear: command.linear,
+            angular: command.angular,
+        })
+    }
+}

@@ -1,11 +1,17 @@
 //! Measure: verify the answer first, then time it; medians and tails, never a mean alone.
 
+mod density;
 mod digest;
+mod error;
 mod problems;
 mod record;
+mod timing;
 mod verify;
 
+pub use density::{DensityPlan, measure_density};
 pub use digest::EvaluationDigest;
+pub use error::BenchError;
 pub use problems::random_problem;
 pub use record::DensityRow;
-pub use verify::{Difference, Verification, VerifyError, compare, verify};
+pub use timing::{Latencies, LatencySummary};
+pub use verify::{Difference, Verification, compare, verify};

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::{EvaluationDigest, random_problem};
-use crate::local::{Detail, Engine, EngineError, Evaluation, Prepared, ProblemError};
+use super::{BenchError, EvaluationDigest, random_problem};
+use crate::local::{Detail, Engine, Evaluation, Prepared};
 
 /// The first bits in which two evaluations of one problem differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -46,27 +46,6 @@ impl Verification {
 /// How many differences are kept to be shown.
 const SHOWN: usize = 8;
 
-/// What stopped a verification.
-#[derive(Debug, thiserror::Error)]
-pub enum VerifyError {
-    /// A random problem that could not be prepared.
-    #[error("case {case}: {error}")]
-    Problem {
-        /// Number of the problem.
-        case: u64,
-        /// Why.
-        error: ProblemError,
-    },
-    /// An engine that gave no answer.
-    #[error("case {case}: {error}")]
-    Engine {
-        /// Number of the problem.
-        case: u64,
-        /// Why.
-        error: EngineError,
-    },
-}
-
 /// Puts problems 0 to `cases` of a seed to every engine and compares all bits with the first engine's. `progress` is
 /// called after each problem with the number done.
 ///
@@ -77,7 +56,7 @@ pub fn verify(
     cases: u64,
     seed: u64,
     mut progress: impl FnMut(u64),
-) -> Result<Verification, VerifyError> {
+) -> Result<Verification, BenchError> {
     let mut verification = Verification {
         cases,
         ..Verification::default()
@@ -85,13 +64,13 @@ pub fn verify(
     let mut digests = vec![EvaluationDigest::default(); engines.len()];
     for case in 0..cases {
         let problem = Prepared::new(&random_problem(seed, case))
-            .map_err(|error| VerifyError::Problem { case, error })?;
+            .map_err(|error| BenchError::Problem { which: format!("case {case}"), error })?;
         verification.samples += problem.len() as u64;
         let mut first: Option<Evaluation> = None;
         for (engine, digest) in engines.iter_mut().zip(&mut digests) {
             let evaluation = engine
                 .evaluate(&problem, Detail::Samples)
-                .map_err(|error| VerifyError::Engine { case, error })?;
+                .map_err(|error| BenchError::Engine { which: format!("case {case}"), error })?;
             digest.add(&evaluation);
             match &first {
                 None => first = Some(evaluation),

@@ -161,6 +161,9 @@ pub trait Engine: Send {
     /// `cpu` or `gpu`.
     fn kind(&self) -> &'static str;
 
+    /// Threads of a CPU engine; zero for a GPU.
+    fn threads(&self) -> usize;
+
     /// Evaluates every sample of a problem and chooses one.
     ///
     /// # Errors

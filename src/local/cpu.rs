@@ -51,12 +51,6 @@ impl CpuEngine {
             records: Vec::new(),
         })
     }
-
-    /// Worker threads, or one.
-    #[must_use]
-    pub const fn threads(&self) -> usize {
-        self.threads
-    }
 }
 
 impl Engine for CpuEngine {
@@ -67,6 +61,10 @@ impl Engine for CpuEngine {
 
     fn kind(&self) -> &'static str {
         "cpu"
+    }
+
+    fn threads(&self) -> usize {
+        self.threads
     }
 
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {

@@ -3,7 +3,9 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use super::ProblemError;
+use crate::geometry::Pose;
 use crate::map::{DistanceField, GridFrame, ObstacleGrid};
+use crate::robot::Footprint;
 
 /// Distance from each cell's centre to the centre of the nearest obstacle cell, in whole units of length.
 ///
@@ -80,6 +82,18 @@ impl ClearanceField {
     #[must_use]
     pub fn units(&self) -> &[u16] {
         &self.units
+    }
+
+    /// Clearance of a footprint at a pose, metres, as the engines see it: the distance stored for the cell under each
+    /// disc's centre, less its radius; the smallest of all discs. None where a centre is off the field.
+    #[must_use]
+    pub fn clearance_m(&self, footprint: &Footprint, pose: &Pose) -> Option<f64> {
+        let mut least = f64::INFINITY;
+        for (center, radius_m) in footprint.at(pose) {
+            let units = self.units[self.frame.index(self.frame.cell_of(&center)?)];
+            least = least.min(f64::from(units) * self.unit_m() - radius_m);
+        }
+        Some(least)
     }
 
     /// A number that no other field of this process has.

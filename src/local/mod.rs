@@ -10,17 +10,20 @@
 mod contract;
 mod cpu;
 mod error;
+mod explain;
 mod field;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod inputs;
 mod open;
+mod planner;
 mod prepare;
 mod problem;
 mod ranges;
 pub mod rollout;
 pub mod score;
 pub mod select;
+mod settings;
 mod window;
 
 pub use contract::{
@@ -28,9 +31,12 @@ pub use contract::{
 };
 pub use cpu::CpuEngine;
 pub use error::{EngineError, ProblemError};
+pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
 pub use field::ClearanceField;
 pub use inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
 pub use open::{Opened, Preference, open};
+pub use planner::{ChooseError, LocalPlanner, Situation};
 pub use prepare::Prepared;
 pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
+pub use settings::LocalSettings;
 pub use window::{Axis, Window};

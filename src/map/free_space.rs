@@ -10,7 +10,9 @@ use super::{Cell, DistanceField, GridFrame, ObstacleGrid};
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeSpace {
     frame: GridFrame,
+    radius_m: f64,
     free: Vec<bool>,
+    obstacle: Vec<bool>,
 }
 
 impl FreeSpace {
@@ -30,7 +32,7 @@ impl FreeSpace {
                 !obstacles.cells()[index] && f64::from(grown.squared_cells()[index]) >= least
             })
             .collect();
-        Self { frame, free }
+        Self { frame, radius_m, free, obstacle: obstacles.cells().to_vec() }
     }
 
     /// Size and placement.
@@ -43,6 +45,31 @@ impl FreeSpace {
     #[must_use]
     pub fn is_free(&self, cell: Cell) -> bool {
         self.frame.contains(cell) && self.free[self.frame.index(cell)]
+    }
+
+    /// Distance kept from every obstacle, metres.
+    #[must_use]
+    pub const fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
+    /// Whether the cell itself is an obstacle, not merely near one. True outside the grid.
+    #[must_use]
+    pub fn is_obstacle(&self, cell: Cell) -> bool {
+        !self.frame.contains(cell) || self.obstacle[self.frame.index(cell)]
+    }
+
+    /// The free cell whose centre is nearest to a cell's; of equally near ones, the first in storage. None where no cell
+    /// is free.
+    #[must_use]
+    pub fn nearest_free(&self, cell: Cell) -> Option<Cell> {
+        let squared = |other: &Cell| {
+            let dx = i64::from(other.column - cell.column);
+            let dy = i64::from(other.row - cell.row);
+            dx * dx + dy * dy
+        };
+        let free = (0..self.free.len()).filter(|&index| self.free[index]);
+        free.map(|index| self.frame.cell_at(index)).min_by_key(squared)
     }
 
     /// All cells, row-major, lowest row first; `true` is free.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::MapError;
 use crate::geometry::{Point, Pose};
 
 /// The place of a cell in its grid. Column 0, row 0 is the lower-left cell of the grid's own frame.
@@ -38,7 +39,32 @@ pub struct GridFrame {
 /// The largest number of columns or rows of a grid.
 pub const MAX_GRID_SIDE: i32 = 32_767;
 
+/// The largest number of cells of a grid.
+pub const MAX_GRID_CELLS: usize = 100_000_000;
+
 impl GridFrame {
+    /// A frame whose numbers have been checked.
+    ///
+    /// # Errors
+    /// When a side is not 1..=[`MAX_GRID_SIDE`], the whole is more than [`MAX_GRID_CELLS`], the resolution in
+    /// metres is not finite and above zero, or the origin is not finite.
+    pub fn new(width: i32, height: i32, resolution_m: f64, origin: Pose) -> Result<Self, MapError> {
+        check_size(i64::from(width), i64::from(height))?;
+        if !(resolution_m.is_finite() && resolution_m > 0.0) {
+            return Err(MapError::BadResolution { resolution_m });
+        }
+        if !origin.is_finite() {
+            let Pose { x, y, yaw } = origin;
+            return Err(MapError::BadOrigin { x, y, yaw });
+        }
+        Ok(Self {
+            width,
+            height,
+            resolution_m,
+            origin,
+        })
+    }
+
     /// Number of cells.
     #[must_use]
     pub const fn len(&self) -> usize {
@@ -106,6 +132,17 @@ impl GridFrame {
     }
 }
 
+/// Whether a grid may have these sides. Files state their size before their cells, so readers ask this first and
+/// set aside no memory for a grid that is refused.
+pub(super) fn check_size(width: i64, height: i64) -> Result<(), MapError> {
+    let side = 1..=i64::from(MAX_GRID_SIDE);
+    if side.contains(&width) && side.contains(&height) && width * height <= MAX_GRID_CELLS as i64 {
+        Ok(())
+    } else {
+        Err(MapError::BadGridSize { width, height })
+    }
+}
+
 /// What a map says of a cell it does not know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -143,6 +180,12 @@ impl OccupancyGrid {
             "one value for each cell of the frame"
         );
         Self { frame, cells }
+    }
+
+    /// A grid from cells in the order of pictures and text, highest row first.
+    pub(super) fn from_top_down(frame: GridFrame, cells: &[i8]) -> Self {
+        let lowest_first = cells.chunks_exact(frame.width as usize).rev();
+        Self::new(frame, lowest_first.flatten().copied().collect())
     }
 
     /// Size and placement.

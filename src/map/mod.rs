@@ -4,16 +4,28 @@
 //! is an obstacle, and so is unknown ground unless [`UnknownPolicy::Free`] is asked for.
 
 mod distance_field;
+mod error;
 mod free_space;
+mod grey_image;
 mod grid;
+mod load;
+mod map_server;
+mod map_yaml;
 mod moving_disc;
+mod movingai;
 mod scan;
+mod scenario;
+mod text_map;
 
 pub use distance_field::DistanceField;
+pub use error::MapError;
 pub use free_space::FreeSpace;
 pub use grid::{
-    Cell, GridFrame, MAX_GRID_SIDE, OCCUPIED_FROM, ObstacleGrid, OccupancyGrid, UNKNOWN,
-    UnknownPolicy,
+    Cell, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_FROM, ObstacleGrid, OccupancyGrid,
+    UNKNOWN, UnknownPolicy,
 };
+pub use load::{LoadOptions, load};
 pub use moving_disc::MovingDisc;
+pub use movingai::cell_from_top_left;
 pub use scan::Scan;
+pub use scenario::{Scenario, read_scen};

@@ -1,5 +1,26 @@
-//! When to do which: follow the path, replan, recover, stop.
+//! When to do which: the paper's hybrid method (section 3.3.3), made to finish.
+//!
+//! The global path gives key nodes; the local planner drives to one after the other; the robot stops at the last. At
+//! each tick [`Navigator::step`] takes what the robot sees and returns what it does. It holds no clock, no thread and
+//! no file: the same observations give the same decisions.
 
+mod fault;
+mod goal;
+mod local_map;
 mod mode;
+mod navigator;
+mod observation;
+mod planning;
+mod route;
+mod settings;
+mod watch;
 
+pub use fault::Fault;
+pub use goal::Goal;
+pub use local_map::LocalMap;
 pub use mode::Mode;
+pub use navigator::{Decision, Navigator, RobotModel};
+pub use observation::Observation;
+pub use planning::RoutePlanner;
+pub use route::Route;
+pub use settings::NavigatorSettings;

@@ -1,5 +1,28 @@
 //! A world to try it in: ground, moving obstacles, a lidar, a tracked base, and the tick that ties them together.
 
+mod config;
+mod crowd;
+mod drive;
+mod error;
+mod lidar;
+mod mission;
+mod obstacle_file;
+mod obstacles;
+mod ray;
+mod rock;
+mod route;
+mod scenes;
 mod trace;
+mod walk;
+mod world;
 
+pub use config::{Config, RobotConfig, WalkerSettings};
+pub use crowd::Crowd;
+pub use drive::{DriveDynamics, SimBase};
+pub use error::SimError;
+pub use lidar::{Lidar, LidarReturn};
+pub use mission::{Mission, MissionError, MissionResult, Observer, run_mission};
+pub use obstacles::{Walkers, YIELD_GAP_M, YIELD_PATIENCE_S};
+pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
 pub use trace::{Trace, TraceRow};
+pub use world::World;

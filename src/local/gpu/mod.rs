@@ -154,6 +154,10 @@ impl Engine for GpuEngine {
         "gpu"
     }
 
+    fn threads(&self) -> usize {
+        0
+    }
+
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
         self.device.check()?;
         self.fit_buffers(problem)?;

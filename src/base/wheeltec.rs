@@ -1,0 +1,225 @@
+//! The frames of the WHEELTEC STM32 lower controller: bytes and numbers, no I/O.
+//!
+//! 115200 baud, 8N1. A frame starts with `7B` and ends with `7D`; the byte before the end is the exclusive or of all
+//! before it. Numbers are big-endian signed 16-bit in mm/s and mrad/s. Both marks also occur inside frames, so a
+//! frame is one only when its length, both marks and the check byte agree.
+
+use std::collections::VecDeque;
+use std::marker::PhantomData;
+
+use super::{BaseError, Feedback, finite};
+use crate::geometry::Twist;
+
+const HEAD: u8 = 0x7B;
+const TAIL: u8 = 0x7D;
+
+/// Speed of the line.
+pub const BAUD: u32 = 115_200;
+
+/// Length of a command frame, bytes.
+pub const COMMAND_LENGTH: usize = 11;
+
+/// Length of a feedback frame, bytes.
+pub const FEEDBACK_LENGTH: usize = 24;
+
+/// Raw accelerometer counts for one m/s^2.
+const COUNTS_PER_M_S2: f64 = 1671.84;
+
+/// Turn rate of one raw gyro count, rad/s (range of 500 degrees per second either way).
+const RAD_S_PER_COUNT: f64 = 0.000_266_44;
+
+/// One kind of frame, for [`Decoder`].
+pub trait Frame: Sized {
+    /// Bytes from head to tail.
+    const LENGTH: usize;
+
+    /// The frame in bytes that are [`Self::LENGTH`] long and whose marks and check byte agree.
+    fn from_checked(bytes: &[u8]) -> Self;
+}
+
+/// What the host asks for, as the base reads it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// Wanted motion.
+    pub twist: Twist,
+}
+
+/// What the base reports, about 20 times a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Whether the motors are disabled.
+    pub motors_disabled: bool,
+    /// Measured motion.
+    pub twist: Twist,
+    /// Measured speed to the left, m/s: zero on tracks.
+    pub lateral: f64,
+    /// Acceleration along x, y and z, m/s^2.
+    pub acceleration: [f64; 3],
+    /// Turn rate about x, y and z, rad/s.
+    pub gyro: [f64; 3],
+    /// Battery voltage.
+    pub battery_v: f64,
+}
+
+impl Command {
+    /// The bytes of a command. Rates beyond what 16 bits hold (32.767 m/s or rad/s) become the largest that fit,
+    /// others are rounded to the nearest mm/s and mrad/s, halves away from zero.
+    ///
+    /// # Errors
+    /// [`BaseError::NotFinite`] for a rate that is NaN or infinite.
+    pub fn encode(&self) -> Result<[u8; COMMAND_LENGTH], BaseError> {
+        let twist = finite(&self.twist)?;
+        let mut bytes = [0; COMMAND_LENGTH];
+        write_i16(&mut bytes, 3, twist.linear * 1000.0);
+        write_i16(&mut bytes, 7, twist.angular * 1000.0);
+        seal(&mut bytes);
+        Ok(bytes)
+    }
+}
+
+impl Frame for Command {
+    const LENGTH: usize = COMMAND_LENGTH;
+
+    fn from_checked(bytes: &[u8]) -> Self {
+        Self {
+            twist: Twist::new(read_i16(bytes, 3) / 1000.0, read_i16(bytes, 7) / 1000.0),
+        }
+    }
+}
+
+impl Report {
+    /// The bytes of a report, as a base sends it: for an emulated base. Rounded and limited as commands are; NaN
+    /// becomes zero.
+    #[must_use]
+    pub fn encode(&self) -> [u8; FEEDBACK_LENGTH] {
+        let mut bytes = [0; FEEDBACK_LENGTH];
+        bytes[1] = self.motors_disabled.into();
+        write_i16(&mut bytes, 2, self.twist.linear * 1000.0);
+        write_i16(&mut bytes, 4, self.lateral * 1000.0);
+        write_i16(&mut bytes, 6, self.twist.angular * 1000.0);
+        for axis in 0..3 {
+            write_i16(
+                &mut bytes,
+                8 + 2 * axis,
+                self.acceleration[axis] * COUNTS_PER_M_S2,
+            );
+            write_i16(&mut bytes, 14 + 2 * axis, self.gyro[axis] / RAD_S_PER_COUNT);
+        }
+        let millivolts = (self.battery_v * 1000.0).round() as u16;
+        bytes[20..22].copy_from_slice(&millivolts.to_be_bytes());
+        seal(&mut bytes);
+        bytes
+    }
+}
+
+impl Frame for Report {
+    const LENGTH: usize = FEEDBACK_LENGTH;
+
+    fn from_checked(bytes: &[u8]) -> Self {
+        let acceleration = |axis: usize| read_i16(bytes, 8 + 2 * axis) / COUNTS_PER_M_S2;
+        let gyro = |axis: usize| read_i16(bytes, 14 + 2 * axis) * RAD_S_PER_COUNT;
+        Self {
+            motors_disabled: bytes[1] != 0,
+            twist: Twist::new(read_i16(bytes, 2) / 1000.0, read_i16(bytes, 6) / 1000.0),
+            lateral: read_i16(bytes, 4) / 1000.0,
+            acceleration: [0, 1, 2].map(acceleration),
+            gyro: [0, 1, 2].map(gyro),
+            battery_v: f64::from(u16::from_be_bytes([bytes[20], bytes[21]])) / 1000.0,
+        }
+    }
+}
+
+impl From<Report> for Feedback {
+    fn from(report: Report) -> Self {
+        Self {
+            twist: report.twist,
+            emergency_stop: report.motors_disabled,
+            battery_v: Some(report.battery_v),
+        }
+    }
+}
+
+/// Finds frames of one kind in a stream that arrives in pieces and may be damaged.
+///
+/// An iterator that ends for want of bytes and goes on after the next [`Decoder::push`]. Where no frame fits, one
+/// byte is dropped and the next position tried, so that a damaged frame costs itself and not the one behind it.
+#[derive(Clone, Debug)]
+pub struct Decoder<F> {
+    pending: VecDeque<u8>,
+    dropped: u64,
+    frame: PhantomData<F>,
+}
+
+impl<F> Default for Decoder<F> {
+    fn default() -> Self {
+        Self {
+            pending: VecDeque::new(),
+            dropped: 0,
+            frame: PhantomData,
+        }
+    }
+}
+
+impl<F: Frame> Decoder<F> {
+    /// Adds bytes in the order they came. They are kept until [`Iterator::next`] has used them.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.pending.extend(bytes);
+    }
+
+    /// Bytes thrown away so far because no frame fitted them: zero on a clean line.
+    #[must_use]
+    pub const fn dropped_bytes(&self) -> u64 {
+        self.dropped
+    }
+}
+
+impl<F: Frame> Iterator for Decoder<F> {
+    type Item = F;
+
+    fn next(&mut self) -> Option<F> {
+        while let Some(&first) = self.pending.front() {
+            if first == HEAD {
+                if self.pending.len() < F::LENGTH {
+                    return None;
+                }
+                let candidate = &self.pending.make_contiguous()[..F::LENGTH];
+                if is_sealed(candidate) {
+                    let frame = F::from_checked(candidate);
+                    self.pending.drain(..F::LENGTH);
+                    return Some(frame);
+                }
+            }
+            self.pending.pop_front();
+            self.dropped += 1;
+        }
+        None
+    }
+}
+
+fn write_i16(bytes: &mut [u8], at: usize, value: f64) {
+    // The cast brings what does not fit to the nearest that does; `round` takes halves away from zero.
+    bytes[at..at + 2].copy_from_slice(&(value.round() as i16).to_be_bytes());
+}
+
+fn read_i16(bytes: &[u8], at: usize) -> f64 {
+    f64::from(i16::from_be_bytes([bytes[at], bytes[at + 1]]))
+}
+
+/// Exclusive or of all bytes before the check byte.
+fn check_byte(frame: &[u8]) -> u8 {
+    frame[..frame.len() - 2]
+        .iter()
+        .fold(0, |check, byte| check ^ byte)
+}
+
+fn seal(frame: &mut [u8]) {
+    let last = frame.len() - 1;
+    frame[0] = HEAD;
+    frame[last - 1] = check_byte(frame);
+    frame[last] = TAIL;
+}
+
+fn is_sealed(frame: &[u8]) -> bool {
+    let last = frame.len() - 1;
+    frame[0] == HEAD && frame[last] == TAIL && frame[last - 1] == check_byte(frame)
+}

@@ -1,0 +1,171 @@
+//! Sampling density against latency: the same decision with more and more samples, on every engine.
+
+use std::sync::Arc;
+
+use super::{BenchError, DensityRow, EvaluationDigest, Latencies, LatencySummary};
+use crate::geometry::{Point, Pose, Twist};
+use crate::local::{
+    ClearanceField, Detail, Engine, LocalSettings, Prepared, Problem, Window,
+};
+use crate::map::{GridFrame, ObstacleGrid};
+use crate::robot::{Disc, Footprint, Limits};
+
+/// What to measure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DensityPlan {
+    /// Steps of the horizon.
+    pub steps: u32,
+    /// Numbers of samples, each about a square.
+    pub samples: Vec<usize>,
+    /// Time to measure each engine at each density, seconds.
+    pub seconds: f64,
+}
+
+impl DensityPlan {
+    /// Powers of four from least to most samples.
+    #[must_use]
+    pub fn powers_of_four(steps: u32, least: usize, most: usize, seconds: f64) -> Self {
+        let samples = std::iter::successors(Some(least.max(1)), |samples| samples.checked_mul(4));
+        Self { steps, samples: samples.take_while(|&samples| samples <= most).collect(), seconds }
+    }
+}
+
+/// Decisions taken before timing starts.
+const WARM_UP: usize = 3;
+/// Most decisions timed in one cell.
+const MOST_DECISIONS: usize = 5000;
+/// Fewest decisions timed in one cell.
+const FEWEST_DECISIONS: usize = 20;
+
+/// Measures every engine at every density, end to end: window and problem to integers, upload, evaluation, answer. The
+/// answers are compared first; a row is handed to `done` as soon as it is measured.
+///
+/// # Errors
+/// When an engine fails or its answer differs.
+pub fn measure_density(
+    engines: &mut [Box<dyn Engine>],
+    plan: &DensityPlan,
+    clock: &mut dyn FnMut() -> f64,
+    mut done: impl FnMut(&DensityRow),
+) -> Result<Vec<DensityRow>, BenchError> {
+    let field = Arc::new(roadway_field());
+    let mut rows = Vec::new();
+    for &samples in &plan.samples {
+        let side = (samples as f64).sqrt().round().max(1.0) as u32;
+        let counts = (side, (samples as u32).div_ceil(side));
+        let which = || format!("{samples} samples");
+        let mut expected: Option<(String, String)> = None;
+        for engine in engines.iter_mut() {
+            let decide = |engine: &mut dyn Engine, tick: usize| {
+                let problem = roadway_problem(&field, counts, plan.steps, tick);
+                let prepared = Prepared::new(&problem)
+                    .map_err(|error| BenchError::Problem { which: which(), error })?;
+                engine
+                    .evaluate(&prepared, Detail::Answer)
+                    .map_err(|error| BenchError::Engine { which: which(), error })
+            };
+            let digest = digest_of(|tick| decide(engine.as_mut(), tick))?;
+            match &expected {
+                None => expected = Some((engine.name(), digest)),
+                Some((first, answer)) if *answer != digest => {
+                    let (engine, first) = (engine.name(), first.clone());
+                    return Err(BenchError::Differs { which: which(), engine, first });
+                }
+                Some(_) => {}
+            }
+            let mut latencies = Latencies::default();
+            let began = clock();
+            for tick in 0..MOST_DECISIONS {
+                let before = clock();
+                decide(engine.as_mut(), tick)?;
+                let after = clock();
+                latencies.record(after - before)?;
+                if tick + 1 >= FEWEST_DECISIONS && after - began > plan.seconds {
+                    break;
+                }
+            }
+            let actual = counts.0 as usize * counts.1 as usize;
+            if let Some(summary) = latencies.summary() {
+                let row = row(engine.as_ref(), actual, plan.steps, &summary);
+                done(&row);
+                rows.push(row);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn digest_of<E>(
+    mut decide: impl FnMut(usize) -> Result<crate::local::Evaluation, E>,
+) -> Result<String, E> {
+    let mut digest = EvaluationDigest::default();
+    for tick in 0..WARM_UP {
+        digest.add(&decide(tick)?);
+    }
+    Ok(digest.hex())
+}
+
+fn row(engine: &dyn Engine, samples: usize, steps: u32, summary: &LatencySummary) -> DensityRow {
+    let is_gpu = engine.kind() == "gpu";
+    DensityRow {
+        engine: engine.kind().to_owned(),
+        adapter: is_gpu.then(|| engine.name()),
+        threads: engine.threads(),
+        samples,
+        steps: steps as usize,
+        p50_ms: summary.p50_ms,
+        p95_ms: summary.p95_ms,
+        p99_ms: summary.p99_ms,
+        max_ms: summary.max_ms,
+        decisions: summary.count as usize,
+        steps_per_s: samples as f64 * f64::from(steps) / (summary.p50_ms / 1000.0),
+    }
+}
+
+/// A drift 4 m wide with side drifts and rubble, 12 x 12 m at 5 cm.
+fn roadway_field() -> ClearanceField {
+    let side = 240;
+    let frame = GridFrame { width: side, height: side, resolution_m: 0.05, origin: Pose::default() };
+    let blocked = (0..frame.len()).map(|index| {
+        let cell = frame.cell_at(index);
+        let in_drift = (80..160).contains(&cell.row);
+        let in_side_drift = (130..190).contains(&cell.column);
+        let rubble = (cell.column % 53 == 7) && (cell.row % 29 == 5);
+        !(in_drift || in_side_drift) || rubble
+    });
+    ClearanceField::new(&ObstacleGrid::new(frame, blocked.collect()))
+        .expect("5 cm is within the range of resolutions")
+}
+
+/// A robot under way along the drift; each tick a little further, so that no two decisions are the same.
+fn roadway_problem(
+    field: &Arc<ClearanceField>,
+    (vx_samples, vtheta_samples): (u32, u32),
+    steps: u32,
+    tick: usize,
+) -> Problem {
+    let settings = LocalSettings::default();
+    let limits = Limits::default();
+    let along = (tick % 100) as f64 / 100.0;
+    let twist = Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15);
+    let horizon = LocalSettings { control_period_s: 1.0, ..settings };
+    let footprint = Footprint::new(vec![Disc { x: 0.0, y: 0.0, radius: 0.3 }]);
+    Problem {
+        field: Arc::clone(field),
+        pose: Pose::new(3.0 + along, 6.0, 0.1 * along),
+        window: Window::new(&limits, &twist, horizon.control_period_s, vx_samples, vtheta_samples),
+        braking_x: -limits.decel_lim_x,
+        braking_theta: -limits.decel_lim_theta,
+        step_s: horizon.sim_step_s,
+        steps,
+        footprint: footprint.expect("one disc with a radius"),
+        max_clearance_m: horizon.max_clearance_m,
+        outside: horizon.outside,
+        obstacles: Vec::new(),
+        target: Point::new(7.0, 6.5),
+        key_node: Point::new(7.0, 6.5),
+        weights: horizon.weights,
+        normalization: horizon.normalization,
+        stopping: horizon.stopping,
+    }
+}

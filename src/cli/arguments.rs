@@ -1,0 +1,223 @@
+//! What may be typed.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand};
+use inbye::geometry::{Point, Pose};
+use inbye::local::Preference;
+use inbye::map::UnknownPolicy;
+
+/// Exact GPU-parallel local planning and hybrid navigation for inspection robots.
+///
+/// With no command it runs its main job on built-in scenes: plan, drive among moving people, compare all engines of
+/// this machine, measure them, and write a report.
+#[derive(Debug, Parser)]
+#[command(version, about, long_about, max_term_width = 100)]
+#[command(after_help = "Example:\n  inbye                       run the main job, write inbye-report/index.html\n  \
+    inbye plan --map mine.yaml --start 10,5 --goal 80,40 --json\n\n\
+    Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.")]
+pub struct Arguments {
+    /// Print one JSON object on standard output instead of text.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Folder for the main job's report.
+    #[arg(long, default_value = "inbye-report")]
+    pub report: PathBuf,
+    /// The command.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Find a global path on a map.
+    Plan(PlanArguments),
+    /// Drive to a goal in a closed loop, simulated.
+    Drive(DriveArguments),
+    /// Take one decision of the dynamic window approach and explain it.
+    Evaluate(EvaluateArguments),
+    /// Put random problems to every engine here and compare all bits.
+    Verify(VerifyArguments),
+    /// List adapters and CPU features.
+    #[command(after_help = "Example:\n  inbye devices --json")]
+    Devices,
+    /// Measure.
+    Bench(BenchArguments),
+}
+
+/// Which map, and how to read it.
+#[derive(Debug, Args)]
+pub struct MapArguments {
+    /// Map: a ROS map_server .yaml, a MovingAI .map, or rows of text (# wall, . free, ? unknown).
+    #[arg(long)]
+    pub map: PathBuf,
+    /// Side of a cell of a .map or text map, metres.
+    #[arg(long, default_value_t = 1.0)]
+    pub resolution: f64,
+    /// What unknown ground counts as: blocked or free [default: the configuration's, blocked].
+    #[arg(long, value_parser = unknown_policy)]
+    pub unknown: Option<UnknownPolicy>,
+    /// Settings, TOML.
+    #[arg(long)]
+    pub config: Option<PathBuf>,
+}
+
+/// `inbye plan`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40")]
+pub struct PlanArguments {
+    #[command(flatten)]
+    pub map: MapArguments,
+    /// Start, metres (and radians).
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub start: Place,
+    /// Goal, metres.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub goal: Place,
+    /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
+    #[arg(long)]
+    pub radius: Option<f64>,
+}
+
+/// `inbye drive`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
+    --seed 7 --report out")]
+pub struct DriveArguments {
+    #[command(flatten)]
+    pub map: MapArguments,
+    /// Start, metres and radians; the yaw is 0 when left out.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub start: Place,
+    /// Goal, metres, and the yaw to park with where one is given.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub goal: Place,
+    /// How many people walk the drifts, or a JSON or TOML file of them.
+    #[arg(long, default_value = "0", value_name = "N or FILE")]
+    pub obstacles: String,
+    /// Seed of people and lidar noise.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Engine: auto, cpu, gpu, or gpu:NAME for an adapter whose name contains NAME.
+    #[arg(long, default_value = "auto")]
+    pub engine: Preference,
+    /// CPU threads [default: all cores].
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Simulated time after which the run ends, seconds.
+    #[arg(long, default_value_t = 3600.0)]
+    pub time_limit: f64,
+    /// Write a report page into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+    /// Write every tick as a line of JSON into this file.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+}
+
+/// `inbye evaluate`.
+#[derive(Debug, Args)]
+#[command(after_help = super::problem_file::HELP)]
+pub struct EvaluateArguments {
+    /// The problem, JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub problem: PathBuf,
+    /// Engine: auto, cpu, gpu, or gpu:NAME.
+    #[arg(long, default_value = "auto")]
+    pub engine: Preference,
+    /// Return every sample as well, in SI units.
+    #[arg(long)]
+    pub samples: bool,
+}
+
+/// `inbye verify`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye verify --cases 500 --seed 1 --json")]
+pub struct VerifyArguments {
+    /// Random problems.
+    #[arg(long, default_value_t = 200)]
+    pub cases: u64,
+    /// Seed of the problems.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// `inbye bench`.
+#[derive(Debug, Args)]
+pub struct BenchArguments {
+    /// What to measure.
+    #[command(subcommand)]
+    pub command: BenchCommand,
+}
+
+/// The benchmarks.
+#[derive(Debug, Subcommand)]
+pub enum BenchCommand {
+    /// Sampling density against latency, on every engine here.
+    Density(DensityArguments),
+}
+
+/// `inbye bench density`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye bench density --max-samples 65536 --json")]
+pub struct DensityArguments {
+    /// Steps of the horizon.
+    #[arg(long, default_value_t = 40)]
+    pub steps: u32,
+    /// Smallest number of samples.
+    #[arg(long, default_value_t = 256)]
+    pub min_samples: usize,
+    /// Largest number of samples.
+    #[arg(long, default_value_t = 65_536)]
+    pub max_samples: usize,
+    /// Seconds to measure each engine at each density.
+    #[arg(long, default_value_t = 0.5)]
+    pub seconds: f64,
+    /// Write the rows into this file, CSV or JSON by its ending.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+}
+
+/// A place as typed: two or three numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Position, metres.
+    pub position: Point,
+    /// Yaw, radians.
+    pub yaw: Option<f64>,
+}
+
+impl Place {
+    /// As a pose; without a yaw, facing along x.
+    pub fn pose(&self) -> Pose {
+        Pose::new(self.position.x, self.position.y, self.yaw.unwrap_or(0.0))
+    }
+}
+
+impl FromStr for Place {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mend = || format!("`{text}` is no place: write X,Y or X,Y,YAW in metres and radians, such as 2.5,-1,0");
+        let numbers = text
+            .split(',')
+            .map(|part| part.trim().parse::<f64>().ok().filter(|number| number.is_finite()))
+            .collect::<Option<Vec<f64>>>()
+            .ok_or_else(mend)?;
+        match numbers[..] {
+            [x, y] => Ok(Self { position: Point::new(x, y), yaw: None }),
+            [x, y, yaw] => Ok(Self { position: Point::new(x, y), yaw: Some(yaw) }),
+            _ => Err(mend()),
+        }
+    }
+}
+
+fn unknown_policy(text: &str) -> Result<UnknownPolicy, String> {
+    match text {
+        "blocked" => Ok(UnknownPolicy::Blocked),
+        "free" => Ok(UnknownPolicy::Free),
+        _ => Err(format!("`{text}` is neither blocked nor free")),
+    }
+}

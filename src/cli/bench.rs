@@ -1,0 +1,100 @@
+//! `inbye bench`.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use inbye::bench::{DensityPlan, DensityRow, measure_density};
+use inbye::local::Engine;
+use serde_json::json;
+
+use super::arguments::DensityArguments;
+use super::clock::wall_clock;
+use super::{engines, output};
+
+/// Sampling density against latency.
+pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
+    let plan = DensityPlan::powers_of_four(
+        arguments.steps,
+        arguments.min_samples,
+        arguments.max_samples,
+        arguments.seconds,
+    );
+    if plan.samples.is_empty() {
+        bail!("--min-samples {} is above --max-samples {}", arguments.min_samples, arguments.max_samples);
+    }
+    let rows = measure(&mut engines::all()?, &plan)?;
+    if let Some(file) = &arguments.record {
+        write(file, &rows)?;
+    }
+    if json {
+        output::json(&json!({ "rows": rows }))?;
+        return Ok(true);
+    }
+    output::line(HEADER);
+    rows.iter().for_each(|row| output::line(table_row(row)));
+    Ok(true)
+}
+
+/// Measures with a progress bar.
+pub fn measure(
+    all: &mut [Box<dyn Engine>],
+    plan: &DensityPlan,
+) -> anyhow::Result<Vec<DensityRow>> {
+    let cells = plan.samples.len() * all.len();
+    let bar = output::progress(cells as u64, "density");
+    let rows = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(rows)
+}
+
+const HEADER: &str =
+    "engine                                    samples  steps    p50 ms    p99 ms    max ms   M steps/s";
+
+fn table_row(row: &DensityRow) -> String {
+    let engine = match &row.adapter {
+        Some(adapter) => adapter.clone(),
+        None => format!("CPU, {} threads", row.threads),
+    };
+    format!(
+        "{engine:40} {:8} {:6} {:9.3} {:9.3} {:9.3} {:11.1}",
+        row.samples,
+        row.steps,
+        row.p50_ms,
+        row.p99_ms,
+        row.max_ms,
+        row.steps_per_s / 1e6,
+    )
+}
+
+fn write(file: &Path, rows: &[DensityRow]) -> anyhow::Result<()> {
+    let text = match file.extension().and_then(|ending| ending.to_str()) {
+        Some("json") => serde_json::to_string_pretty(rows)? + "\n",
+        Some("csv") => csv(rows),
+        _ => bail!("--record {}: the name must end in .csv or .json", file.display()),
+    };
+    fs::write(file, text).with_context(|| format!("--record {}", file.display()))
+}
+
+fn csv(rows: &[DensityRow]) -> String {
+    let mut text =
+        "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s\n"
+            .to_owned();
+    for row in rows {
+        let adapter = row.adapter.as_deref().unwrap_or_default().replace('"', "'");
+        text += &format!(
+            "{},\"{adapter}\",{},{},{},{},{},{},{},{},{}\n",
+            row.engine,
+            row.threads,
+            row.samples,
+            row.steps,
+            row.p50_ms,
+            row.p95_ms,
+            row.p99_ms,
+            row.max_ms,
+            row.decisions,
+            row.steps_per_s,
+        );
+    }
+    text
+}

@@ -1,0 +1,200 @@
+//! `inbye drive`.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+use inbye::bench::Latencies;
+use inbye::global::PlanError;
+use inbye::map::OccupancyGrid;
+use inbye::navigator::{Fault, Goal, RoutePlanner};
+use inbye::sim::{
+    Config, Mission, MissionError, MissionResult, Observer, TraceRow, Walkers, run_mission,
+};
+use serde_json::{Value, json};
+
+use super::arguments::DriveArguments;
+use super::clock::wall_clock;
+use super::{engines, map_file, output, plan, report_file};
+
+/// Drives to a goal. False when it is not reached, or something was touched.
+pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
+    let (map, config) = map_file::read(&arguments.map)?;
+    let map_name = format!("{}", arguments.map.map.display());
+    let walkers = match walkers(arguments, &map, &config) {
+        Ok(walkers) => walkers,
+        Err(error) => return no_path_or(error, json).context(map_name),
+    };
+    let mission = Mission {
+        map: Arc::new(map),
+        truth: None,
+        start: arguments.start.pose(),
+        goal: Goal { position: arguments.goal.position, yaw: arguments.goal.yaw },
+        walkers,
+        seed: arguments.seed,
+        time_limit_s: arguments.time_limit,
+    };
+    let engine = engines::choose(&arguments.engine, arguments.threads)?;
+    let result = match simulate(&mission, &config, engine, "driving") {
+        Ok(result) => result,
+        Err(error) => return no_path_or(error, json).context(map_name),
+    };
+    if let Some(file) = &arguments.record {
+        record(file, &result).with_context(|| format!("--record {}", file.display()))?;
+    }
+    if let Some(folder) = &arguments.report {
+        let command = std::env::args().collect::<Vec<_>>().join(" ");
+        let page = report_file::of_drive(&mission, &config, &result, &map_name, &command);
+        report_file::write(folder, &page)?;
+    }
+    if json {
+        output::json(&object(&result))?;
+    } else {
+        print(&result);
+    }
+    Ok(result.reached && !result.collided)
+}
+
+/// Runs a mission by the wall clock, with a bar that shows the way covered.
+pub fn simulate(
+    mission: &Mission,
+    config: &Config,
+    engine: Box<dyn inbye::local::Engine>,
+    what: &str,
+) -> Result<MissionResult, MissionError> {
+    let goal = mission.goal.position;
+    let whole_cm = |metres: f64| (metres * 100.0) as u64;
+    let far_m = (goal - mission.start.position()).norm();
+    let bar = output::progress(whole_cm(far_m), what);
+    let mut nearest_m = far_m;
+    let mut progress = |row: &TraceRow| {
+        nearest_m = nearest_m.min((goal - row.pose.position()).norm());
+        bar.set_position(whole_cm(far_m - nearest_m));
+    };
+    let mut clock = wall_clock();
+    let mut observer = Observer { clock: &mut clock, progress: &mut progress };
+    let result = run_mission(mission, config, engine, &mut observer);
+    bar.finish_and_clear();
+    result
+}
+
+/// No path is an answer; everything else about ends and settings is unusable input.
+fn no_path_or(error: MissionError, json: bool) -> anyhow::Result<bool> {
+    match error {
+        MissionError::Fault(Fault::Plan(error @ PlanError::NoValidPath { .. })) => {
+            plan::refuse(&error, json)?;
+            Ok(false)
+        }
+        error => Err(error.into()),
+    }
+}
+
+/// People from a file, or so many of them spread along the robot's way.
+fn walkers(
+    arguments: &DriveArguments,
+    map: &OccupancyGrid,
+    config: &Config,
+) -> Result<Walkers, MissionError> {
+    let Ok(count) = arguments.obstacles.parse::<usize>() else {
+        return Ok(Walkers::read(Path::new(&arguments.obstacles), map.frame())?);
+    };
+    seeded_walkers(
+        count,
+        arguments.seed,
+        map,
+        config,
+        arguments.start.pose().position(),
+        arguments.goal.position,
+    )
+}
+
+/// So many people spread along the way that the robot will plan.
+pub fn seeded_walkers(
+    count: usize,
+    seed: u64,
+    map: &OccupancyGrid,
+    config: &Config,
+    start: inbye::geometry::Point,
+    goal: inbye::geometry::Point,
+) -> Result<Walkers, MissionError> {
+    if count == 0 {
+        return Ok(Walkers::default());
+    }
+    let obstacles = map.obstacles(config.unknown);
+    let planner = RoutePlanner::new(
+        &config.robot.footprint,
+        &config.navigator,
+        config.global.clone(),
+        map.frame().resolution_m,
+    );
+    let plan = planner.plan(&obstacles, start, goal, &mut || 0.0).map_err(Fault::Plan)?;
+    let crowd = config.walkers.crowd(count, seed);
+    Ok(Walkers::seeded(&crowd, &obstacles, plan.smoothed.points(), &[start, goal])?)
+}
+
+/// Percentiles of the decisions' times.
+pub fn latencies(result: &MissionResult) -> Latencies {
+    let mut latencies = Latencies::default();
+    for &seconds in &result.decision_s {
+        // The wall clock never runs backwards, so every difference is a time.
+        let _ = latencies.record(seconds);
+    }
+    latencies
+}
+
+fn object(result: &MissionResult) -> Value {
+    let (x_m, y_m) = result.final_error_m;
+    json!({
+        "reached": result.reached,
+        "collided": result.collided,
+        "time_s": result.time_s,
+        "travelled_m": result.travelled_m,
+        "min_clearance_m": result.min_clearance_m,
+        "final_error": { "x_m": x_m, "y_m": y_m, "yaw_rad": result.final_yaw_error },
+        "engine": result.engine,
+        "latency_ms": latencies(result).summary(),
+        "ticks": result.trace.rows.len(),
+        "plans": result.plans.len(),
+        "fault": result.fault.as_ref().map(ToString::to_string),
+        "trace_digest": result.trace.digest(),
+    })
+}
+
+fn print(result: &MissionResult) {
+    let ending = match (result.reached, result.collided) {
+        (_, true) => "touched an obstacle",
+        (true, false) => "reached the goal",
+        (false, false) => "did not reach the goal",
+    };
+    output::line(format!(
+        "{ending}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
+        result.travelled_m,
+        result.time_s,
+        result.trace.rows.len(),
+        result.plans.len(),
+        result.min_clearance_m,
+    ));
+    if let Some(fault) = &result.fault {
+        output::line(format!("why: {fault}"));
+    }
+    let (x_m, y_m) = result.final_error_m;
+    output::line(format!("final error  x {x_m:+.3} m, y {y_m:+.3} m"));
+    if let Some(summary) = latencies(result).summary() {
+        output::line(format!(
+            "decision     p50 {:.2} ms, p99 {:.2} ms, slowest {:.2} ms on {}",
+            summary.p50_ms, summary.p99_ms, summary.max_ms, result.engine,
+        ));
+    }
+    output::line(format!("trace        {}", result.trace.digest()));
+}
+
+fn record(file: &Path, result: &MissionResult) -> anyhow::Result<()> {
+    let mut out = BufWriter::new(File::create(file)?);
+    for row in &result.trace.rows {
+        serde_json::to_writer(&mut out, row)?;
+        out.write_all(b"\n")?;
+    }
+    Ok(out.flush()?)
+}

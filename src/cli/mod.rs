@@ -1,0 +1,39 @@
+//! The command line: the only room that prints, reads clocks and opens files to write.
+
+mod arguments;
+mod bench;
+mod clock;
+mod config;
+mod devices;
+mod drive;
+mod engines;
+mod evaluate;
+mod main_job;
+mod map_file;
+pub mod output;
+mod plan;
+mod problem_file;
+mod report_file;
+mod verify;
+
+pub use arguments::Arguments;
+use arguments::{BenchCommand, Command};
+
+/// Runs a command. True: done; false: it ran and the answer is no.
+///
+/// # Errors
+/// When the input cannot be used.
+pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
+    let json = arguments.json;
+    match &arguments.command {
+        None => main_job::run(arguments),
+        Some(Command::Plan(command)) => plan::run(command, json),
+        Some(Command::Drive(command)) => drive::run(command, json),
+        Some(Command::Evaluate(command)) => evaluate::run(command, json),
+        Some(Command::Verify(command)) => verify::run(command, json),
+        Some(Command::Devices) => devices::run(json),
+        Some(Command::Bench(bench)) => match &bench.command {
+            BenchCommand::Density(command) => bench::density(command, json),
+        },
+    }
+}

@@ -1,0 +1,118 @@
+//! `inbye plan`.
+
+use anyhow::Context;
+use inbye::geometry::Point;
+use inbye::global::{self, Ground, Path, Plan, PlanError, min_clearance_m};
+use inbye::map::{FreeSpace, ObstacleGrid};
+use inbye::navigator::RoutePlanner;
+use inbye::sim::Config;
+use serde_json::{Value, json};
+
+use super::arguments::PlanArguments;
+use super::clock::wall_clock;
+use super::{map_file, output};
+
+/// Finds a path. False when there is none.
+pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
+    let (map, config) = map_file::read(&arguments.map)?;
+    let obstacles = map.obstacles(config.unknown);
+    match search(arguments, &config, &obstacles) {
+        Ok(plan) => {
+            let clearance_m = min_clearance_m(&plan.smoothed, &obstacles);
+            if json {
+                output::json(&object(&plan, clearance_m))?;
+            } else {
+                print(&plan, clearance_m);
+            }
+            Ok(true)
+        }
+        Err(error @ PlanError::NoValidPath { .. }) => {
+            refuse(&error, json)?;
+            Ok(false)
+        }
+        Err(error) => Err(error).with_context(|| format!("{}", arguments.map.map.display())),
+    }
+}
+
+/// Says that there is no path: the answer, and why.
+pub fn refuse(error: &PlanError, json: bool) -> anyhow::Result<()> {
+    if json {
+        output::json(&json!({ "found": false, "error": error.code(), "reason": error.to_string() }))
+    } else {
+        output::line(error.to_string());
+        Ok(())
+    }
+}
+
+fn search(
+    arguments: &PlanArguments,
+    config: &Config,
+    obstacles: &ObstacleGrid,
+) -> Result<Plan, PlanError> {
+    let (start, goal) = (arguments.start.position, arguments.goal.position);
+    let mut clock = wall_clock();
+    if let Some(radius_m) = arguments.radius {
+        let space = FreeSpace::new(obstacles, radius_m);
+        let ground = Ground { search: &space, proof: &space };
+        return global::plan(&ground, start, goal, &config.global, &mut clock);
+    }
+    let resolution_m = obstacles.frame().resolution_m;
+    RoutePlanner::new(
+        &config.robot.footprint,
+        &config.navigator,
+        config.global.clone(),
+        resolution_m,
+    )
+    .plan(obstacles, start, goal, &mut clock)
+}
+
+fn object(plan: &Plan, clearance_m: f64) -> Value {
+    let stage = |path: &Path| {
+        json!({
+            "length_m": path.length_m(),
+            "points": path.points().len(),
+            "turns": path.turns(),
+        })
+    };
+    let points: Vec<[f64; 2]> =
+        plan.smoothed.points().iter().map(|point: &Point| [point.x, point.y]).collect();
+    let times = &plan.time_s;
+    json!({
+        "found": true,
+        "path": points,
+        "length_m": plan.smoothed.length_m(),
+        "turns": plan.smoothed.turns(),
+        "raw": stage(&plan.raw),
+        "pruned": stage(&plan.pruned),
+        "min_clearance_m": if clearance_m.is_finite() { json!(clearance_m) } else { Value::Null },
+        "expanded": plan.expanded,
+        "time_ms": {
+            "search": times.search * 1e3,
+            "prune": times.prune * 1e3,
+            "smooth": times.smooth * 1e3,
+            "total": (times.search + times.prune + times.smooth) * 1e3,
+        },
+    })
+}
+
+fn print(plan: &Plan, clearance_m: f64) {
+    for (name, path) in
+        [("searched", &plan.raw), ("pruned", &plan.pruned), ("smoothed", &plan.smoothed)]
+    {
+        output::line(format!(
+            "{name:9} {:8.2} m  {:5} points  {:3} turns",
+            path.length_m(),
+            path.points().len(),
+            path.turns(),
+        ));
+    }
+    let times = &plan.time_s;
+    output::line(format!("clearance {clearance_m:8.3} m at the narrowest"));
+    output::line(format!(
+        "search {:.2} ms ({} cells expanded), prune {:.2} ms, smooth {:.2} ms",
+        times.search * 1e3,
+        plan.expanded,
+        times.prune * 1e3,
+        times.smooth * 1e3,
+    ));
+}

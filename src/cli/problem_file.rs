@@ -1,0 +1,165 @@
+//! `problem.json`: one decision to take, as a file.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use inbye::geometry::{Point, Pose, Twist};
+use inbye::local::{
+    ClearanceField, LocalSettings, Normalization, Outside, Problem, Stopping, Weights, Window,
+};
+use inbye::map::{LoadOptions, MovingDisc, OccupancyGrid, UnknownPolicy, load};
+use inbye::robot::{Footprint, Limits};
+use serde::Deserialize;
+
+/// The text under `inbye evaluate --help`.
+pub const HELP: &str = r##"Example:
+  inbye evaluate --problem problem.json --samples --json
+
+problem.json (rows run from the largest y down; # wall, . free, ? unknown; or "map": {"file": "mine.yaml"}):
+  {
+    "map": {"resolution_m": 0.05, "origin": [0.0, 0.0], "rows": ["#######", "#.....#", "#######"]},
+    "robot": {"pose": [0.1, 0.075, 0.0], "velocity": [0.2, 0.0],
+              "footprint": [{"x": 0.0, "y": 0.0, "radius": 0.02}]},
+    "limits": {"min_vel_x": 0.0, "max_vel_x": 1.0, "max_vel_theta": 1.0, "acc_lim_x": 0.5, "decel_lim_x": -0.5,
+               "acc_lim_theta": 1.0, "decel_lim_theta": -1.0},
+    "vx_samples": 20, "vtheta_samples": 40,
+    "control_period_s": 0.1, "sim_time_s": 3.0, "sim_step_s": 0.1,
+    "max_clearance_m": 3.0, "outside": "obstacle",
+    "obstacles": [{"x": 0.3, "y": 0.075, "radius": 0.02, "vx": -0.1, "vy": 0.0}],
+    "target": [0.25, 0.075], "key_node": [0.25, 0.075],
+    "weights": {"heading": 0.05, "clearance": 0.25, "velocity": 0.20, "path": 0.15},
+    "normalization": "sum", "stopping": "clearance"
+  }
+map, robot (pose), and target are required; key_node is the target when left out, the rest as shown in the README."##;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProblemFile {
+    map: MapSource,
+    robot: RobotState,
+    #[serde(default)]
+    limits: Limits,
+    vx_samples: Option<u32>,
+    vtheta_samples: Option<u32>,
+    control_period_s: Option<f64>,
+    sim_time_s: Option<f64>,
+    sim_step_s: Option<f64>,
+    max_clearance_m: Option<f64>,
+    #[serde(default)]
+    outside: Outside,
+    #[serde(default)]
+    unknown: UnknownPolicy,
+    #[serde(default)]
+    obstacles: Vec<MovingDisc>,
+    target: [f64; 2],
+    key_node: Option<[f64; 2]>,
+    #[serde(default)]
+    weights: Weights,
+    #[serde(default)]
+    normalization: Normalization,
+    #[serde(default)]
+    stopping: Stopping,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapSource {
+    resolution_m: Option<f64>,
+    origin: Option<Vec<f64>>,
+    rows: Option<Vec<String>>,
+    file: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RobotState {
+    pose: [f64; 3],
+    #[serde(default)]
+    velocity: [f64; 2],
+    footprint: Option<Footprint>,
+}
+
+/// Reads a problem.
+pub fn read(file: &Path) -> anyhow::Result<Problem> {
+    let place = || format!("{}", file.display());
+    let text = fs::read_to_string(file).with_context(place)?;
+    let parsed: ProblemFile = serde_json::from_str(&text).with_context(place)?;
+    problem(parsed, file).with_context(place)
+}
+
+fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
+    let map = occupancy(&file.map, path)?;
+    let field = ClearanceField::new(&map.obstacles(file.unknown))?;
+    file.limits.validate()?;
+    let defaults = LocalSettings::default();
+    let settings = LocalSettings {
+        vx_samples: file.vx_samples.unwrap_or(defaults.vx_samples),
+        vtheta_samples: file.vtheta_samples.unwrap_or(defaults.vtheta_samples),
+        control_period_s: file.control_period_s.unwrap_or(defaults.control_period_s),
+        sim_time_s: file.sim_time_s.unwrap_or(defaults.sim_time_s),
+        sim_step_s: file.sim_step_s.unwrap_or(defaults.sim_step_s),
+        max_clearance_m: file.max_clearance_m.unwrap_or(defaults.max_clearance_m),
+        ..defaults
+    };
+    settings.validate()?;
+    let [linear, angular] = file.robot.velocity;
+    let twist = Twist::new(linear, angular);
+    if !twist.is_finite() {
+        bail!("robot.velocity must be two finite numbers");
+    }
+    let footprint = match file.robot.footprint {
+        Some(footprint) => footprint,
+        None => inbye::sim::RobotConfig::default().footprint,
+    };
+    let point = |[x, y]: [f64; 2]| Point::new(x, y);
+    Ok(Problem {
+        field: Arc::new(field),
+        pose: Pose::from(file.robot.pose),
+        window: Window::new(
+            &file.limits,
+            &twist,
+            settings.control_period_s,
+            settings.vx_samples,
+            settings.vtheta_samples,
+        ),
+        braking_x: -file.limits.decel_lim_x,
+        braking_theta: -file.limits.decel_lim_theta,
+        step_s: settings.sim_step_s,
+        steps: settings.steps(),
+        footprint,
+        max_clearance_m: settings.max_clearance_m,
+        outside: file.outside,
+        obstacles: file.obstacles,
+        target: point(file.target),
+        key_node: point(file.key_node.unwrap_or(file.target)),
+        weights: file.weights,
+        normalization: file.normalization,
+        stopping: file.stopping,
+    })
+}
+
+fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid> {
+    match source {
+        MapSource { rows: Some(rows), file: None, .. } => {
+            let origin = match source.origin.as_deref() {
+                None => Pose::default(),
+                Some(&[x, y]) => Pose::new(x, y, 0.0),
+                Some(&[x, y, yaw]) => Pose::new(x, y, yaw),
+                Some(_) => bail!("map.origin must be [x, y] or [x, y, yaw]"),
+            };
+            let Some(resolution_m) = source.resolution_m else {
+                bail!("map.rows needs map.resolution_m, the side of a cell in metres");
+            };
+            OccupancyGrid::from_rows(rows, resolution_m, origin).context("map.rows")
+        }
+        MapSource { rows: None, file: Some(file), .. } => {
+            // Relative to the problem, as a map's image is relative to its YAML.
+            let path = problem.parent().unwrap_or(Path::new("")).join(file);
+            let options = LoadOptions { resolution_m: source.resolution_m.unwrap_or(1.0) };
+            Ok(load(&path, &options)?)
+        }
+        _ => bail!("map needs either `rows` or `file`"),
+    }
+}

@@ -1,0 +1,106 @@
+//! The report page of a run, and the folder it goes into.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context;
+use inbye::geometry::Pose;
+use inbye::map::OccupancyGrid;
+use inbye::report::{MissionView, Outcome, Report, html};
+use inbye::sim::{Config, Mission, MissionResult};
+
+use super::output;
+
+/// What a mission's page needs beyond the mission: owned here, borrowed by [`MissionView`].
+pub struct MissionPage {
+    title: String,
+    command: String,
+    latency_ms: Vec<f64>,
+    facts: Vec<(String, String)>,
+}
+
+impl MissionPage {
+    /// A page with a title, for a run that a command repeats.
+    pub fn new(title: &str, command: &str, result: &MissionResult) -> Self {
+        let mut facts = vec![
+            ("Version".to_owned(), format!("inbye {}", env!("CARGO_PKG_VERSION"))),
+            ("Global plans".to_owned(), result.plans.len().to_string()),
+            ("Trace digest".to_owned(), result.trace.digest()),
+        ];
+        if let Some(fault) = &result.fault {
+            facts.push(("Fault".to_owned(), fault.to_string()));
+        }
+        Self {
+            title: title.to_owned(),
+            command: command.to_owned(),
+            latency_ms: result.decision_s.iter().map(|seconds| seconds * 1e3).collect(),
+            facts,
+        }
+    }
+
+    /// The view of a run for the report.
+    pub fn view<'a>(
+        &'a self,
+        map: &'a OccupancyGrid,
+        mission: &Mission,
+        config: &'a Config,
+        result: &'a MissionResult,
+    ) -> MissionView<'a> {
+        let first = result.plans.first();
+        let points = |path: fn(&inbye::global::Plan) -> &inbye::global::Path| {
+            first.map_or(&[][..], |plan| path(plan).points())
+        };
+        let (x, y) = result.final_error_m;
+        MissionView {
+            title: &self.title,
+            command: &self.command,
+            map,
+            start: mission.start,
+            goal: mission.goal.position,
+            searched: points(|plan| &plan.raw),
+            pruned: points(|plan| &plan.pruned),
+            smoothed: points(|plan| &plan.smoothed),
+            trace: &result.trace,
+            footprint: &config.robot.footprint,
+            latency_ms: &self.latency_ms,
+            engine: &result.engine,
+            outcome: Outcome {
+                reached: result.reached,
+                collided: result.collided,
+                time_s: result.time_s,
+                travelled_m: result.travelled_m,
+                min_clearance_m: result.min_clearance_m,
+                final_error: Pose::new(x, y, result.final_yaw_error.unwrap_or(f64::NAN)),
+            },
+            control_period_s: config.local.control_period_s,
+            facts: &self.facts,
+        }
+    }
+}
+
+/// The page of one drive.
+pub fn of_drive(
+    mission: &Mission,
+    config: &Config,
+    result: &MissionResult,
+    map_name: &str,
+    command: &str,
+) -> String {
+    let page = MissionPage::new(map_name, command, result);
+    html(&Report {
+        title: "inbye drive",
+        intro: "One mission, simulated in a closed loop.",
+        missions: vec![page.view(&mission.map, mission, config, result)],
+        ..Report::default()
+    })
+}
+
+/// Writes a page as `index.html` into a folder, which is made where it is missing.
+pub fn write(folder: &Path, page: &str) -> anyhow::Result<()> {
+    let file = folder.join("index.html");
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&file, page))
+        .with_context(|| format!("--report {}", folder.display()))?;
+    output::note(format!("report: {}", file.display()));
+    Ok(())
+}

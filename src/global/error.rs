@@ -1,0 +1,83 @@
+//! Why there is no path, in Nav2's words.
+
+use thiserror::Error;
+
+use crate::geometry::Point;
+
+/// A query without a path.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlanError {
+    /// The start lies off the map.
+    #[error("START_OUTSIDE_MAP: start ({:.2}, {:.2}) is off the map, which spans {extent}", place.x, place.y)]
+    StartOutsideMap {
+        /// The start.
+        place: Point,
+        /// Corners of the map.
+        extent: String,
+    },
+    /// The goal lies off the map.
+    #[error("GOAL_OUTSIDE_MAP: goal ({:.2}, {:.2}) is off the map, which spans {extent}", place.x, place.y)]
+    GoalOutsideMap {
+        /// The goal.
+        place: Point,
+        /// Corners of the map.
+        extent: String,
+    },
+    /// The start is in or too near an obstacle.
+    #[error("START_OCCUPIED: start ({:.2}, {:.2}) {why}", place.x, place.y)]
+    StartOccupied {
+        /// The start.
+        place: Point,
+        /// What is in the way, and the nearest free point.
+        why: String,
+    },
+    /// The goal is in or too near an obstacle.
+    #[error("GOAL_OCCUPIED: goal ({:.2}, {:.2}) {why}", place.x, place.y)]
+    GoalOccupied {
+        /// The goal.
+        place: Point,
+        /// What is in the way, and the nearest free point.
+        why: String,
+    },
+    /// Start and goal are not connected.
+    #[error(
+        "NO_VALID_PATH: no way from ({:.2}, {:.2}) to ({:.2}, {:.2}) that keeps {radius_m:.2} m from every obstacle \
+         ({expanded} cells searched): choose a goal on the same side, or a smaller radius",
+        start.x, start.y, goal.x, goal.y
+    )]
+    NoValidPath {
+        /// The start.
+        start: Point,
+        /// The goal.
+        goal: Point,
+        /// Distance kept.
+        radius_m: f64,
+        /// Cells expanded.
+        expanded: u32,
+    },
+    /// A setting out of range.
+    #[error("global.{name} is {value}: it must be {expected}")]
+    BadSetting {
+        /// Its name.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
+}
+
+impl PlanError {
+    /// Nav2's name of the error.
+    #[must_use]
+    pub const fn code(&self) -> &'static str {
+        match self {
+            Self::StartOutsideMap { .. } => "START_OUTSIDE_MAP",
+            Self::GoalOutsideMap { .. } => "GOAL_OUTSIDE_MAP",
+            Self::StartOccupied { .. } => "START_OCCUPIED",
+            Self::GoalOccupied { .. } => "GOAL_OCCUPIED",
+            Self::NoValidPath { .. } => "NO_VALID_PATH",
+            Self::BadSetting { .. } => "BAD_SETTING",
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! A polyline with arc length.
+
+use core::ops::Range;
+
+use crate::geometry::{Point, bearing, wrap_angle};
+
+/// A change of heading larger than this is a turn, radians: 5 degrees.
+const TURN_FROM_RAD: f64 = 0.087_266_462_599_716_48;
+
+/// Points joined by straight segments, metres in the map frame. Consecutive points differ; there is at least one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    points: Vec<Point>,
+    /// Arc length at each point.
+    arcs_m: Vec<f64>,
+}
+
+/// The point of a path that is nearest to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// Arc length there, metres.
+    pub arc_m: f64,
+    /// Distance between the two, metres.
+    pub distance_m: f64,
+    /// The point on the path.
+    pub point: Point,
+}
+
+impl Path {
+    /// A path through points; one that repeats its predecessor is dropped.
+    ///
+    /// # Panics
+    /// When there is no point.
+    #[must_use]
+    pub fn new(mut points: Vec<Point>) -> Self {
+        assert!(!points.is_empty(), "a path has at least one point");
+        points.dedup();
+        let mut arcs_m = Vec::with_capacity(points.len());
+        let mut arc_m = 0.0;
+        arcs_m.push(arc_m);
+        for pair in points.windows(2) {
+            arc_m += (pair[1] - pair[0]).norm();
+            arcs_m.push(arc_m);
+        }
+        Self { points, arcs_m }
+    }
+
+    /// The points.
+    #[must_use]
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Length, metres.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.arcs_m.last().copied().unwrap_or(0.0)
+    }
+
+    /// Inner points where the heading changes by more than 5 degrees: the paper's inflection points (Table 2).
+    #[must_use]
+    pub fn turns(&self) -> usize {
+        let change = |triple: &[Point]| {
+            wrap_angle(bearing(&triple[1], &triple[2]) - bearing(&triple[0], &triple[1])).abs()
+        };
+        self.points.windows(3).filter(|triple| change(triple) > TURN_FROM_RAD).count()
+    }
+
+    /// The point at an arc length; the nearest end for one outside the path.
+    #[must_use]
+    pub fn point_at(&self, arc_m: f64) -> Point {
+        let after = self.arcs_m.partition_point(|&arc| arc <= arc_m);
+        if after == 0 {
+            return self.points[0];
+        }
+        let Some(next) = self.points.get(after) else {
+            return self.points[self.points.len() - 1];
+        };
+        let (from, to) = (self.arcs_m[after - 1], self.arcs_m[after]);
+        let share = (arc_m - from) / (to - from);
+        self.points[after - 1] + (next - self.points[after - 1]) * share
+    }
+
+    /// The nearest point of the whole path; of equally near ones, the earliest.
+    #[must_use]
+    pub fn project(&self, point: &Point) -> Projection {
+        self.project_within(point, 0.0..self.length_m())
+    }
+
+    /// The nearest point of the stretch between two arc lengths; of equally near ones, the earliest. A stretch outside
+    /// the path is its nearest end.
+    #[must_use]
+    pub fn project_within(&self, point: &Point, stretch_m: Range<f64>) -> Projection {
+        let length = self.length_m();
+        let begin = stretch_m.start.clamp(0.0, length);
+        let end = stretch_m.end.clamp(begin, length);
+        let mut best = self.projection(point, begin);
+        let first = self.arcs_m.partition_point(|&arc| arc <= begin).max(1);
+        for index in first..self.points.len() {
+            let (from_m, to_m) = (self.arcs_m[index - 1], self.arcs_m[index]);
+            if from_m > end {
+                break;
+            }
+            let from = self.points[index - 1];
+            let along = (self.points[index] - from) / (to_m - from_m);
+            let arc_m = (from_m + along.dot(&(point - from))).clamp(from_m, to_m);
+            let found = self.projection(point, arc_m.clamp(begin, end));
+            if found.distance_m < best.distance_m {
+                best = found;
+            }
+        }
+        best
+    }
+
+    fn projection(&self, point: &Point, arc_m: f64) -> Projection {
+        let on_path = self.point_at(arc_m);
+        Projection { arc_m, distance_m: (point - on_path).norm(), point: on_path }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corner() -> Path {
+        Path::new([(0.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0, 3.0)].map(|(x, y)| Point::new(x, y)).to_vec())
+    }
+
+    #[test]
+    fn arc_length_runs_through_the_corner() {
+        let path = corner();
+        assert_eq!(path.length_m(), 5.0);
+        assert_eq!(path.point_at(3.0), Point::new(2.0, 1.0));
+        assert_eq!(path.point_at(-1.0), Point::new(0.0, 0.0));
+        assert_eq!(path.point_at(9.0), Point::new(2.0, 3.0));
+        assert_eq!(path.turns(), 1);
+    }
+
+    #[test]
+    fn projection_stays_within_its_stretch() {
+        let path = corner();
+        let near_start = Point::new(0.5, 1.0);
+        assert_eq!(path.project(&near_start).arc_m, 0.5);
+        let later = path.project_within(&near_start, 1.5..5.0);
+        assert_eq!((later.arc_m, later.point), (1.5, Point::new(1.5, 0.0)));
+    }
+}

@@ -1,0 +1,42 @@
+//! How global paths are made.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Heuristic, PlanError};
+
+/// Settings of the global planner.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Estimate that guides the search.
+    pub heuristic: Heuristic,
+    /// Degree of the smoothing B-spline, 1 to 9; 1 leaves the pruned path as it is.
+    pub spline_degree: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { heuristic: Heuristic::default(), spline_degree: 3 }
+    }
+}
+
+impl Settings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// Names the first that is out of range.
+    pub fn validate(&self) -> Result<(), PlanError> {
+        let degree = self.spline_degree;
+        if !(1..=9).contains(&degree) {
+            let (name, expected) = ("spline_degree", "1 to 9");
+            return Err(PlanError::BadSetting { name, value: degree as f64, expected });
+        }
+        match self.heuristic.weight() {
+            Some(value) if !(0.0..=1e6).contains(&value) => {
+                let (name, expected) = ("heuristic.k", "0 to 1e6");
+                Err(PlanError::BadSetting { name, value, expected })
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The local planner: window, problem, engine, command.
+
+use std::sync::Arc;
+
+use super::{
+    ClearanceField, Detail, Engine, EngineError, Evaluation, LocalSettings, Prepared, Problem,
+    ProblemError, Weights, Window,
+};
+use crate::geometry::{Point, Pose, Twist};
+use crate::map::MovingDisc;
+use crate::robot::{Footprint, Limits};
+
+/// What the robot knows at a tick.
+#[derive(Clone, Debug)]
+pub struct Situation<'a> {
+    /// Static obstacles around the robot.
+    pub field: &'a Arc<ClearanceField>,
+    /// Where it is.
+    pub pose: Pose,
+    /// How fast it moves.
+    pub twist: Twist,
+    /// Moving obstacles.
+    pub obstacles: &'a [MovingDisc],
+    /// Where to face: the local target.
+    pub target: Point,
+    /// The key node to end near.
+    pub key_node: Point,
+    /// What the robot may do at this tick.
+    pub limits: Limits,
+    /// The shape to keep clear.
+    pub footprint: &'a Footprint,
+    /// How much each term counts.
+    pub weights: Weights,
+}
+
+/// A decision that could not be taken.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ChooseError {
+    /// The situation is outside the promised ranges.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// The engine gave no answer.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+}
+
+/// Chooses a velocity from the dynamic window, many times a second.
+pub struct LocalPlanner {
+    engine: Box<dyn Engine>,
+    settings: LocalSettings,
+}
+
+impl LocalPlanner {
+    /// A planner on an engine.
+    #[must_use]
+    pub fn new(engine: Box<dyn Engine>, settings: LocalSettings) -> Self {
+        Self { engine, settings }
+    }
+
+    /// What the engine runs on.
+    #[must_use]
+    pub fn engine_name(&self) -> String {
+        self.engine.name()
+    }
+
+    /// Sampling, horizon and weights.
+    #[must_use]
+    pub const fn settings(&self) -> &LocalSettings {
+        &self.settings
+    }
+
+    /// The problem that a situation poses.
+    #[must_use]
+    pub fn problem(&self, situation: &Situation<'_>) -> Problem {
+        let settings = &self.settings;
+        Problem {
+            field: Arc::clone(situation.field),
+            pose: situation.pose,
+            window: Window::new(
+                &situation.limits,
+                &situation.twist,
+                settings.control_period_s,
+                settings.vx_samples,
+                settings.vtheta_samples,
+            ),
+            braking_x: -situation.limits.decel_lim_x,
+            braking_theta: -situation.limits.decel_lim_theta,
+            step_s: settings.sim_step_s,
+            steps: settings.steps(),
+            footprint: situation.footprint.clone(),
+            max_clearance_m: settings.max_clearance_m,
+            outside: settings.outside,
+            obstacles: situation.obstacles.to_vec(),
+            target: situation.target,
+            key_node: situation.key_node,
+            weights: situation.weights,
+            normalization: settings.normalization,
+            stopping: settings.stopping,
+        }
+    }
+
+    /// Evaluates the window; the command is the winner's velocity, none when no sample is admissible.
+    ///
+    /// # Errors
+    /// When the situation is out of range or the engine fails.
+    pub fn choose(
+        &mut self,
+        situation: &Situation<'_>,
+    ) -> Result<(Option<Twist>, Evaluation), ChooseError> {
+        let problem = self.problem(situation);
+        let evaluation = self.engine.evaluate(&Prepared::new(&problem)?, Detail::Answer)?;
+        let command = evaluation.winner.as_ref().map(|winner| problem.window.twist(winner.index));
+        Ok((command, evaluation))
+    }
+}

@@ -1,0 +1,88 @@
+//! How the local planner samples and weighs, under the names that ROS users know.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Normalization, Outside, ProblemError, Stopping, Weights};
+
+/// Sampling density, horizon and weights. The defaults drive the default robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LocalSettings {
+    /// Forward speeds tried at each decision.
+    pub vx_samples: u32,
+    /// Turn rates tried at each decision.
+    pub vtheta_samples: u32,
+    /// Time from one decision to the next, seconds: the window spans what can be reached within it.
+    pub control_period_s: f64,
+    /// Horizon, seconds.
+    pub sim_time_s: f64,
+    /// Time between two checked poses, seconds.
+    pub sim_step_s: f64,
+    /// Clearance beyond which more is not better, metres.
+    pub max_clearance_m: f64,
+    /// What lies beyond the local field.
+    pub outside: Outside,
+    /// How much each term counts.
+    pub weights: Weights,
+    /// How the terms are brought to one scale.
+    pub normalization: Normalization,
+    /// What a sample must be able to stop within.
+    pub stopping: Stopping,
+}
+
+impl Default for LocalSettings {
+    fn default() -> Self {
+        Self {
+            vx_samples: 20,
+            vtheta_samples: 40,
+            control_period_s: 0.1,
+            sim_time_s: 3.0,
+            sim_step_s: 0.1,
+            max_clearance_m: 3.0,
+            outside: Outside::default(),
+            weights: Weights::default(),
+            normalization: Normalization::default(),
+            stopping: Stopping::default(),
+        }
+    }
+}
+
+impl LocalSettings {
+    /// Steps of the horizon, at least one.
+    #[must_use]
+    pub fn steps(&self) -> u32 {
+        (self.sim_time_s / self.sim_step_s).round().max(1.0) as u32
+    }
+}
+
+/// The longest horizon or step that makes sense, seconds.
+const LONGEST_S: f64 = 1000.0;
+
+impl LocalSettings {
+    /// Checks the numbers that do not depend on a problem.
+    ///
+    /// # Errors
+    /// Names the first that is out of range.
+    pub fn validate(&self) -> Result<(), ProblemError> {
+        for (quantity, count) in
+            [("vx_samples", self.vx_samples), ("vtheta_samples", self.vtheta_samples)]
+        {
+            if count == 0 {
+                let (unit, limit) = ("", "at least 1");
+                return Err(ProblemError::OutOfRange { quantity, value: 0.0, unit, limit });
+            }
+        }
+        for (quantity, value, unit) in [
+            ("control_period_s", self.control_period_s, "s"),
+            ("sim_time_s", self.sim_time_s, "s"),
+            ("sim_step_s", self.sim_step_s, "s"),
+            ("max_clearance_m", self.max_clearance_m, "m"),
+        ] {
+            if !(value > 0.0 && value <= LONGEST_S) {
+                let limit = "above zero and at most 1000";
+                return Err(ProblemError::OutOfRange { quantity, value, unit, limit });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,116 @@
+//! Grid maps of the `MovingAI` benchmark (Sturtevant 2012): `.map` files of type octile.
+
+use super::{Cell, GridFrame, MAX_GRID_SIDE, MapError, OccupancyGrid};
+use crate::geometry::Pose;
+
+/// First line of every such file.
+const FIRST_LINE: &str = "type octile";
+
+/// Whether the text begins as a map of this kind.
+pub(super) fn begins(text: &str) -> bool {
+    text.lines().next().map(str::trim_end) == Some(FIRST_LINE)
+}
+
+/// The cell at a column and row counted from the top left, as `.map` and `.scen` files count. It lies outside the
+/// grid when the coordinates do.
+#[must_use]
+pub const fn cell_from_top_left(frame: &GridFrame, (x, y): (i32, i32)) -> Cell {
+    Cell::new(x, (frame.height - 1).saturating_sub(y))
+}
+
+/// A map from the text of its file. `.`, `G` and `S` (swamp) are free; `@`, `O`, `T` and `W` (water) are occupied.
+pub(super) fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapError> {
+    let mut lines = (1..).zip(text.lines().map(str::trim_end));
+    let (width, height) = header(&mut lines)?;
+    let frame = GridFrame::new(width, height, resolution_m, Pose::default())?;
+    let mut cells = Vec::new();
+    let mut rows = 0;
+    for (line, row) in lines {
+        if rows < height {
+            append_row(&mut cells, line, row, width)?;
+            rows += 1;
+        } else if !row.is_empty() {
+            let expected = format!("nothing after {height} rows, as `height` says");
+            return Err(bad_line(line, "one more row".into(), expected));
+        }
+    }
+    if rows < height {
+        let found = format!("the file ends after {rows} rows");
+        let expected = format!("{height}, as `height` says");
+        return Err(bad_line(text.lines().count(), found, expected));
+    }
+    Ok(OccupancyGrid::from_top_down(frame, &cells))
+}
+
+/// Width and height, from the lines up to `map`.
+fn header<'a>(lines: &mut impl Iterator<Item = (usize, &'a str)>) -> Result<(i32, i32), MapError> {
+    let (mut width, mut height) = (None, None);
+    let mut last = 1;
+    for (line, text) in lines {
+        last = line;
+        match text.split_once(' ') {
+            _ if line == 1 && text == FIRST_LINE => {}
+            Some(("height", value)) if line > 1 => height = Some(side(line, "height", value)?),
+            Some(("width", value)) if line > 1 => width = Some(side(line, "width", value)?),
+            None if text == "map" => {
+                return width.zip(height).ok_or_else(|| {
+                    let expected = "`height` and `width` before it".into();
+                    bad_line(line, "`map`".into(), expected)
+                });
+            }
+            _ => {
+                let expected = match line {
+                    1 => format!("`{FIRST_LINE}`"),
+                    _ => "`height N`, `width N` or `map`".into(),
+                };
+                return Err(bad_line(line, quoted(text), expected));
+            }
+        }
+    }
+    let expected = format!("`{FIRST_LINE}`, `height N`, `width N`, `map` and the rows");
+    Err(bad_line(last, "the file ends".into(), expected))
+}
+
+fn side(line: usize, key: &str, value: &str) -> Result<i32, MapError> {
+    let cells = value.trim().parse().ok();
+    cells
+        .filter(|cells| (1..=MAX_GRID_SIDE).contains(cells))
+        .ok_or_else(|| {
+            let expected = format!("a whole number from 1 to {MAX_GRID_SIDE}");
+            bad_line(line, format!("`{key}` is {}", quoted(value)), expected)
+        })
+}
+
+fn append_row(cells: &mut Vec<i8>, line: usize, row: &str, width: i32) -> Result<(), MapError> {
+    let before = cells.len();
+    for (column, character) in (1..).zip(row.chars()) {
+        cells.push(match character {
+            '.' | 'G' | 'S' => 0,
+            '@' | 'O' | 'T' | 'W' => 100,
+            _ => {
+                let found = format!("column {column}: {character:?}");
+                let expected = "`.`, `G` or `S` (free), or `@`, `O`, `T` or `W` (blocked)".into();
+                return Err(bad_line(line, found, expected));
+            }
+        });
+    }
+    let found = cells.len() - before;
+    if found == width as usize {
+        return Ok(());
+    }
+    let expected = format!("{width}, as `width` says");
+    Err(bad_line(line, format!("a row of {found} cells"), expected))
+}
+
+/// The beginning of a text as it may stand in a message: one line, not long.
+pub(super) fn quoted(text: &str) -> String {
+    format!("{:?}", text.chars().take(40).collect::<String>())
+}
+
+pub(super) fn bad_line(line: usize, found: String, expected: String) -> MapError {
+    MapError::BadLine {
+        line,
+        found,
+        expected,
+    }
+}

@@ -1,0 +1,63 @@
+//! Maps drawn as rows of text.
+
+use super::{GridFrame, MapError, OccupancyGrid, UNKNOWN};
+use crate::geometry::Pose;
+
+impl OccupancyGrid {
+    /// A grid drawn as rows of text, from the largest y down, one character a cell: `#` is occupied, `.` or a space
+    /// free, `?` unknown. The resolution is in metres a cell; the origin is the lower left corner of the drawing.
+    ///
+    /// # Errors
+    /// When there is no cell, a row differs in length from the first, a character is none of these, or the frame is
+    /// refused by [`GridFrame::new`]. Rows and columns are counted from one at the top left.
+    pub fn from_rows(
+        rows: &[impl AsRef<str>],
+        resolution_m: f64,
+        origin: Pose,
+    ) -> Result<Self, MapError> {
+        let width = rows.first().map_or(0, |row| row.as_ref().chars().count());
+        if width == 0 {
+            return Err(MapError::NoRows);
+        }
+        let side = |cells: usize| i32::try_from(cells).unwrap_or(i32::MAX);
+        let frame = GridFrame::new(side(width), side(rows.len()), resolution_m, origin)?;
+        let mut cells = Vec::with_capacity(frame.len());
+        for (row, text) in rows.iter().enumerate() {
+            for (column, character) in text.as_ref().chars().enumerate() {
+                let value = occupancy(character).ok_or(MapError::UnknownCharacter {
+                    row: row + 1,
+                    column: column + 1,
+                    character,
+                })?;
+                cells.push(value);
+            }
+            let found = cells.len() - row * width;
+            if found != width {
+                return Err(MapError::RaggedRow {
+                    row: row + 1,
+                    found,
+                    expected: width,
+                });
+            }
+        }
+        Ok(Self::from_top_down(frame, &cells))
+    }
+}
+
+/// A map file of rows of text; empty lines at its end are left out.
+pub(super) fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapError> {
+    let mut rows: Vec<&str> = text.lines().collect();
+    while rows.last().is_some_and(|row| row.is_empty()) {
+        rows.pop();
+    }
+    OccupancyGrid::from_rows(&rows, resolution_m, Pose::default())
+}
+
+fn occupancy(character: char) -> Option<i8> {
+    match character {
+        '#' => Some(100),
+        '.' | ' ' => Some(0),
+        '?' => Some(UNKNOWN),
+        _ => None,
+    }
+}

@@ -1,0 +1,30 @@
+//! Why a mission cannot go on, in Nav2's words.
+
+use thiserror::Error;
+
+use crate::global::PlanError;
+use crate::local::ChooseError;
+
+/// What ended a mission, or kept it from starting.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Fault {
+    /// No path, or an endpoint that no path can have.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The local planner could not decide.
+    #[error(transparent)]
+    Choose(#[from] ChooseError),
+    /// No progress along the path for longer than the patience allows.
+    #[error("FAILED_TO_MAKE_PROGRESS: {stuck_s:.0} s without {radius_m} m of progress, {left_m:.1} m from the goal")]
+    NoProgress {
+        /// How long, seconds.
+        stuck_s: f64,
+        /// What would have counted, metres.
+        radius_m: f64,
+        /// Path left, metres.
+        left_m: f64,
+    },
+    /// Senses with numbers that are not finite.
+    #[error("INVALID_OBSERVATION: pose, speed or a tracked obstacle is not finite; the robot stops")]
+    BadObservation,
+}

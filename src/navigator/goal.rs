@@ -1,0 +1,12 @@
+//! Where a mission ends.
+
+use crate::geometry::Point;
+
+/// A place to reach, and the yaw to stand there with where one is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// Position, metres in the map frame.
+    pub position: Point,
+    /// Yaw, radians.
+    pub yaw: Option<f64>,
+}

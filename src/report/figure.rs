@@ -1,0 +1,105 @@
+//! A picture with its title, legend and caption, and the table behind it.
+
+use maud::{Markup, html};
+
+/// Rows that a table shows of a long run.
+const TABLE_ROWS: usize = 50;
+
+/// What stands around a picture.
+pub(super) struct Figure<'a> {
+    pub(super) title: &'a str,
+    pub(super) picture: Markup,
+    /// Entries made by [`key`].
+    pub(super) legend: Vec<Markup>,
+    pub(super) caption: String,
+    pub(super) table: Table<'a>,
+}
+
+/// Numbers as text, with their units in the heads of the columns.
+pub(super) struct Table<'a> {
+    pub(super) title: String,
+    pub(super) heads: &'a [&'a str],
+    pub(super) rows: Vec<Vec<String>>,
+}
+
+impl Figure<'_> {
+    pub(super) fn markup(&self) -> Markup {
+        html! {
+            figure {
+                h3 { (self.title) }
+                (self.picture)
+                @if !self.legend.is_empty() {
+                    ul class="legend" { @for entry in &self.legend { li { (entry) } } }
+                }
+                figcaption { (self.caption) }
+                details { summary { "Table: " (self.table.title) } (self.table.markup()) }
+            }
+        }
+    }
+}
+
+impl Table<'_> {
+    pub(super) fn markup(&self) -> Markup {
+        html! {
+            div class="scroll" tabindex="0" role="region" aria-label=(self.title) {
+                table {
+                    thead { tr { @for head in self.heads { th scope="col" { (head) } } } }
+                    tbody { @for row in &self.rows { tr { @for cell in row { td { (cell) } } } } }
+                }
+            }
+        }
+    }
+}
+
+/// A legend entry: a mark as the picture has it, drawn in a box of 28 by 14 units, and its meaning.
+pub(super) fn key(mark: &Markup, meaning: &str) -> Markup {
+    html! {
+        svg class="key" viewBox="0 0 28 14" role="presentation" aria-hidden="true" { (mark) }
+        span { (meaning) }
+    }
+}
+
+/// The key of a line of this class.
+pub(super) fn line_key(class: &str, meaning: &str) -> Markup {
+    key(
+        &html! { line class=(class) x1="1" x2="27" y1="7" y2="7" {} },
+        meaning,
+    )
+}
+
+/// The key of an area of this class.
+pub(super) fn area_key(class: &str, meaning: &str) -> Markup {
+    key(
+        &html! { rect class=(class) x="2" y="2" width="24" height="10" {} },
+        meaning,
+    )
+}
+
+/// A sentence in place of a picture that has nothing to show.
+pub(super) fn nothing_to_show(title: &str, reason: &str) -> Markup {
+    html! { figure { h3 { (title) } p class="nothing" { (reason) } } }
+}
+
+impl<'a> Table<'a> {
+    /// A table of a run, of all ticks or of one in so many, which the title then says.
+    pub(super) fn of_ticks<T>(
+        title: &str,
+        heads: &'a [&'a str],
+        ticks: &[T],
+        row: impl Fn(usize, &T) -> Vec<String>,
+    ) -> Self {
+        let stride = ticks.len().div_ceil(TABLE_ROWS).max(1);
+        let title = if stride == 1 {
+            title.to_owned()
+        } else {
+            format!("{title}, one tick in {stride}")
+        };
+        let rows = ticks
+            .iter()
+            .enumerate()
+            .step_by(stride)
+            .map(|(index, tick)| row(index, tick))
+            .collect();
+        Self { title, heads, rows }
+    }
+}

@@ -1,0 +1,93 @@
+//! What a map needs to be read: start and goal, a scale bar, the axes.
+
+use maud::{Markup, html};
+
+use super::map_picture::STRIP;
+use super::number::coordinate;
+use super::viewport::{MAP_WIDTH, Viewport};
+use crate::geometry::Point;
+
+/// Length aimed at for the scale bar, drawing units.
+const SCALE_BAR: f64 = 150.0;
+
+/// A dart at a place of the drawing that points along a heading.
+pub(super) fn start_mark([x, y]: [f64; 2], yaw: f64) -> Markup {
+    let degrees = if yaw.is_finite() {
+        -yaw.to_degrees()
+    } else {
+        0.0
+    };
+    html! {
+        path class="start" d="M11 0l-17 7l4 -7l-4 -7z"
+            transform=(format!("translate({} {}) rotate({})", coordinate(x), coordinate(y), coordinate(degrees))) {}
+    }
+}
+
+/// A target at a place of the drawing.
+pub(super) fn goal_mark([x, y]: [f64; 2]) -> Markup {
+    let (x, y) = (coordinate(x), coordinate(y));
+    html! {
+        circle class="goal" cx=(x) cy=(y) r="6.5" {}
+        circle class="goal-center" cx=(x) cy=(y) r="2.2" {}
+    }
+}
+
+/// The words "start" and "goal", each on the side away from the other.
+pub(super) fn labels(view: &Viewport, start: &Point, goal: &Point) -> Markup {
+    let start_is_above = start.y > goal.y;
+    html! {
+        (label(view, start, "start", start_is_above))
+        (label(view, goal, "goal", !start_is_above))
+    }
+}
+
+fn label(view: &Viewport, place: &Point, word: &str, above: bool) -> Markup {
+    let [x, y] = view.at(place);
+    let side = if x > MAP_WIDTH * 0.85 {
+        "end halo strong"
+    } else if x < MAP_WIDTH * 0.15 {
+        "halo strong"
+    } else {
+        "middle halo strong"
+    };
+    let (y, shift) = if above {
+        (y - 12.0, "0")
+    } else {
+        (y + 12.0, ".8em")
+    };
+    html! {
+        @if view.shows(place) {
+            text class=(side) x=(coordinate(x)) y=(coordinate(y)) dy=(shift) { (word) }
+        }
+    }
+}
+
+/// The strip below the map: the scale bar, and which way the axes point.
+pub(super) fn strip(view: &Viewport, top: f64) -> Markup {
+    let metres = round_length(SCALE_BAR / view.scale());
+    let end = 12.0 + metres * view.scale();
+    let y = top + STRIP / 2.0 + 2.0;
+    let (x, foot) = (MAP_WIDTH - 70.0, top + STRIP - 9.0);
+    html! {
+        rect class="strip" x="0" y=(coordinate(top)) width=(MAP_WIDTH) height=(STRIP) {}
+        path class="scale" d=(format!(
+            "M12 {y0}v8m0 -4H{end}m0 -4v8", y0 = coordinate(y - 4.0), end = coordinate(end)
+        )) {}
+        text x=(coordinate(end + 9.0)) y=(coordinate(y)) dy=".35em" { (metres) " m" }
+        path class="scale" d=(format!(
+            "M{x} {foot}h26m-5 -4l5 4l-5 4M{x} {foot}v-26m-4 5l4 -5l4 5", x = coordinate(x), foot = coordinate(foot)
+        )) {}
+        text x=(coordinate(x + 33.0)) y=(coordinate(foot)) dy=".3em" { "x" }
+        text class="end" x=(coordinate(x - 8.0)) y=(coordinate(foot - 20.0)) dy=".35em" { "y" }
+    }
+}
+
+/// The greatest of 1, 2 and 5 times a power of ten that is not above a length.
+fn round_length(length: f64) -> f64 {
+    let power = libm::exp10(libm::floor(libm::log10(length)));
+    [5.0, 2.0]
+        .into_iter()
+        .map(|digit| digit * power)
+        .find(|&round| round <= length)
+        .unwrap_or(power)
+}

@@ -1,0 +1,119 @@
+//! The page around the missions and charts.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::simplify::TOLERANCE;
+use super::{EngineComparison, MissionView, Report, density_chart, mission};
+
+const STYLE: &str = include_str!("style.css");
+
+/// What the page may load: nothing but what it holds.
+const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+
+/// The page as text, complete, to be written to a file that ends in `.html`.
+#[must_use]
+pub fn html(report: &Report) -> String {
+    let content = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (report.title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { main {
+                (head(report))
+                @for (index, view) in report.missions.iter().enumerate() {
+                    (mission::section(view, index + 1))
+                }
+                @if report.missions.is_empty() {
+                    section { p class="nothing" { "There is no mission in this report." } }
+                }
+                @if !report.comparisons.is_empty() { (comparisons(report.comparisons)) }
+                @if !report.density.is_empty() || !report.density_command.is_empty() { (density(report)) }
+                (foot())
+            } }
+        }
+    };
+    content.into_string()
+}
+
+fn head(report: &Report) -> Markup {
+    html! {
+        header {
+            h1 { (report.title) }
+            @for paragraph in report.intro.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
+                p { (paragraph) }
+            }
+            @if !report.machine.is_empty() { p class="machine" { "Measured on: " (report.machine) } }
+            @if report.missions.len() > 1 { (overview(&report.missions)) }
+        }
+    }
+}
+
+/// The missions at a glance, each linked to its section.
+fn overview(missions: &[MissionView]) -> Markup {
+    html! {
+        nav aria-label="Missions" { ol {
+            @for (index, mission) in missions.iter().enumerate() {
+                li {
+                    a href=(format!("#mission-{}", index + 1)) { (mission.title) }
+                    " "
+                    (mission::verdict(&mission.outcome))
+                }
+            }
+        } }
+    }
+}
+
+fn comparisons(comparisons: &[EngineComparison]) -> Markup {
+    let agree = comparisons.iter().all(|engine| engine.agrees);
+    html! {
+        section id="engines" {
+            h2 { "Do the engines agree?" }
+            p { (mission::badge(agree, if agree { "all agree, bit for bit" } else { "they differ" })) }
+            div class="scroll" tabindex="0" role="region" aria-label="engines" {
+                table class="words" {
+                    thead { tr {
+                        th scope="col" { "engine" }
+                        th scope="col" { "agrees" }
+                        th scope="col" { "digest of all answers" }
+                    } }
+                    tbody { @for engine in comparisons { tr {
+                        td { (engine.name) }
+                        td { (if engine.agrees { "yes" } else { "no" }) }
+                        td { code { (engine.digest) } }
+                    } } }
+                }
+            }
+        }
+    }
+}
+
+fn density(report: &Report) -> Markup {
+    html! {
+        section id="density" {
+            h2 { "How dense can the samples be?" }
+            div class="charts" { (density_chart::figure(report.density)) }
+            @if !report.density_command.is_empty() {
+                h3 { "The same again" }
+                pre tabindex="0" { code { (report.density_command) } }
+            }
+        }
+    }
+}
+
+fn foot() -> Markup {
+    html! {
+        footer {
+            p {
+                "SI units. On the maps x points right and y up; yaw and turn rates count counter-clockwise (REP-103). \
+                 Drawn lines keep within " (TOLERANCE) " drawing units of the data, less than a pixel; tables of long \
+                 runs show one tick in so many."
+            }
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The ground of a map as a small picture inside the page.
+
+use std::ops::Range;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::map::{OCCUPIED_FROM, OccupancyGrid, UNKNOWN};
+
+/// Pixels of the longer side, at most.
+const MAX_SIDE: i32 = 900;
+
+/// Grey of rock and of unknown ground; free ground is transparent, so that the page's own colour shows.
+const ROCK: u8 = 0x70;
+const UNKNOWN_GREY: u8 = 0xb8;
+
+/// Steps of opacity. Few, since a picture of few values packs small.
+const OPACITY_STEPS: u32 = 15;
+
+/// A picture of a part of a map, one pixel for each block of cells, lowest row first.
+pub(super) struct Raster {
+    /// PNG as a data URI.
+    pub(super) data_uri: String,
+    /// Pixels along the columns.
+    pub(super) width: i32,
+    /// Pixels along the rows.
+    pub(super) height: i32,
+    /// Cells along each side of a block.
+    pub(super) block: i32,
+}
+
+impl Raster {
+    /// Of the cells of these columns and rows, which lie inside the grid and are at least one. A block of mixed
+    /// ground is as opaque as its share of cells that are not free.
+    pub(super) fn new(map: &OccupancyGrid, columns: Range<i32>, rows: Range<i32>) -> Self {
+        let longest = (columns.end - columns.start).max(rows.end - rows.start);
+        let block = (longest + MAX_SIDE - 1) / MAX_SIDE;
+        let blocks = |range: &Range<i32>| (range.end - range.start + block - 1) / block;
+        let (width, height) = (blocks(&columns), blocks(&rows));
+        let mut pixels = Vec::with_capacity(2 * width as usize * height as usize);
+        for row in rows.clone().step_by(block as usize) {
+            for column in columns.clone().step_by(block as usize) {
+                let across = column..(column + block).min(columns.end);
+                let up = row..(row + block).min(rows.end);
+                pixels.extend(grey_and_opacity(map, across, up));
+            }
+        }
+        Self {
+            data_uri: data_uri(&pixels, width, height),
+            width,
+            height,
+            block,
+        }
+    }
+}
+
+fn grey_and_opacity(map: &OccupancyGrid, columns: Range<i32>, rows: Range<i32>) -> [u8; 2] {
+    let stride = map.frame().width as usize;
+    let (mut rock, mut unknown, mut all) = (0_u32, 0_u32, 0_u32);
+    for row in rows {
+        let start = row as usize * stride;
+        for &cell in &map.cells()[start + columns.start as usize..start + columns.end as usize] {
+            rock += u32::from(cell >= OCCUPIED_FROM);
+            unknown += u32::from(cell == UNKNOWN);
+            all += 1;
+        }
+    }
+    let opacity = ((rock + unknown) * OPACITY_STEPS + all / 2) / all * (255 / OPACITY_STEPS);
+    let grey = if rock >= unknown { ROCK } else { UNKNOWN_GREY };
+    [grey, opacity as u8]
+}
+
+fn data_uri(pixels: &[u8], width: i32, height: i32) -> String {
+    let mut png = Vec::new();
+    PngEncoder::new_with_quality(&mut png, CompressionType::Best, FilterType::NoFilter)
+        .write_image(pixels, width as u32, height as u32, ExtendedColorType::La8)
+        .expect("as many bytes as the size says, written to memory");
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}

@@ -1,0 +1,100 @@
+//! Every setting of a run, with a documented default for each. The file format is TOML.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Crowd, DriveDynamics, Lidar};
+use crate::global;
+use crate::local::LocalSettings;
+use crate::map::UnknownPolicy;
+use crate::navigator::{NavigatorSettings, RobotModel};
+use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
+
+/// The robot as a configuration describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RobotConfig {
+    /// Discs that cover it, in its own frame.
+    pub footprint: Footprint,
+    /// Distance between the tracks' centre lines, metres.
+    pub track_width_m: f64,
+    /// Speeds and accelerations.
+    pub limits: Limits,
+}
+
+impl Default for RobotConfig {
+    /// A tracked base of about 0.7 by 0.5 m, covered by two discs.
+    fn default() -> Self {
+        let discs = [0.12, -0.12].map(|x| Disc { x, y: 0.0, radius: 0.3 });
+        Self {
+            footprint: Footprint::new(discs.to_vec()).expect("two discs with a radius"),
+            track_width_m: 0.45,
+            limits: Limits::default(),
+        }
+    }
+}
+
+impl RobotConfig {
+    /// What the navigator needs to know.
+    #[must_use]
+    pub fn model(&self) -> RobotModel {
+        RobotModel { footprint: self.footprint.clone(), limits: self.limits }
+    }
+
+    /// The kinematics of its tracks.
+    #[must_use]
+    pub const fn drive(&self) -> TrackedDrive {
+        TrackedDrive { track_width_m: self.track_width_m }
+    }
+}
+
+/// Simulated people.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WalkerSettings {
+    /// Radius of each, metres.
+    pub radius_m: f64,
+    /// Speed of the slowest, m/s.
+    pub slowest: f64,
+    /// Speed of the fastest, m/s.
+    pub fastest: f64,
+    /// Whether they stop rather than walk into the robot.
+    pub yields: bool,
+}
+
+impl Default for WalkerSettings {
+    fn default() -> Self {
+        let Crowd { radius_m, speed_m_s: (slowest, fastest), yields, .. } = Crowd::new(0, 0);
+        Self { radius_m, slowest, fastest, yields }
+    }
+}
+
+impl WalkerSettings {
+    /// So many of these people.
+    #[must_use]
+    pub const fn crowd(&self, count: usize, seed: u64) -> Crowd {
+        let speed_m_s = (self.slowest, self.fastest);
+        Crowd { count, seed, radius_m: self.radius_m, speed_m_s, yields: self.yields }
+    }
+}
+
+/// A whole configuration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Config {
+    /// What unknown ground counts as.
+    pub unknown: UnknownPolicy,
+    /// The robot.
+    pub robot: RobotConfig,
+    /// Global planning.
+    pub global: global::Settings,
+    /// Local planning.
+    pub local: LocalSettings,
+    /// Following the path.
+    pub navigator: NavigatorSettings,
+    /// The simulated lidar.
+    pub lidar: Lidar,
+    /// The simulated base.
+    pub dynamics: DriveDynamics,
+    /// Simulated people.
+    pub walkers: WalkerSettings,
+}

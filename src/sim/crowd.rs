@@ -1,0 +1,193 @@
+//! Walkers placed by a seed along the way that the robot means to take.
+
+use core::f64::consts::{FRAC_PI_2, TAU};
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::obstacles::Walker;
+use super::route::Route;
+use super::walk::{straight_walk, winding_walk};
+use super::{SimError, Walkers};
+use crate::geometry::{Point, bearing};
+use crate::map::{FreeSpace, ObstacleGrid};
+
+/// Shortest and longest walk, metres.
+const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
+
+/// Walkers keep this far from the places kept clear, metres.
+const KEEP_CLEAR_M: f64 = 5.0;
+
+/// Attempts to find each walker a walk; after half of them its place need not be its own part of the path.
+const ATTEMPTS: usize = 64;
+
+/// Turns of a crossing walk away from square to the path, radians, tried in this order.
+const SLANTS_RAD: [f64; 7] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75];
+
+/// How many people walk where the robot drives, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crowd {
+    /// How many.
+    pub count: usize,
+    /// Same seed, same walkers.
+    pub seed: u64,
+    /// Radius of each, metres. Default 0.3 m.
+    pub radius_m: f64,
+    /// Slowest and fastest, metres per second. Default 0.3 to 0.8 m/s.
+    pub speed_m_s: (f64, f64),
+    /// Whether they mind the robot. Default yes.
+    pub yields: bool,
+}
+
+impl Crowd {
+    /// People of usual size and pace, who mind the robot.
+    #[must_use]
+    pub const fn new(count: usize, seed: u64) -> Self {
+        Self {
+            count,
+            seed,
+            radius_m: 0.3,
+            speed_m_s: (0.3, 0.8),
+            yields: true,
+        }
+    }
+}
+
+impl Walkers {
+    /// Walkers spread along the robot's path, each crossing the drift there or following it, on a walk of 4 to 12 m
+    /// over ground that is free for it.
+    ///
+    /// No walk comes within 5 m of a place to keep clear, the robot's start and goal say; on a path shorter than
+    /// 20 m, within a quarter of its length.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where
+    /// some found no walk.
+    pub fn seeded(
+        crowd: &Crowd,
+        obstacles: &ObstacleGrid,
+        path: &[Point],
+        keep_clear: &[Point],
+    ) -> Result<Self, SimError> {
+        let (slowest, fastest) = crowd.speed_m_s;
+        for (name, value) in [
+            ("obstacle radius", crowd.radius_m),
+            ("slowest obstacle speed", slowest),
+            ("fastest obstacle speed", fastest),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(SimError::BadSetting {
+                    name,
+                    value,
+                    expected: "finite and above zero",
+                });
+            }
+        }
+        if crowd.count == 0 {
+            return Ok(Self::default());
+        }
+        let places = Places::new(obstacles, crowd.radius_m, path, keep_clear);
+        let mut rng = Pcg64Mcg::seed_from_u64(crowd.seed);
+        let mut walkers = Vec::with_capacity(crowd.count);
+        for index in 0..crowd.count {
+            let Some(route) = places.walk(index, crowd.count, &mut rng) else {
+                return Err(SimError::NoRoom {
+                    placed: walkers.len(),
+                    asked: crowd.count,
+                    least_m: *WALK_M.start(),
+                    most_m: *WALK_M.end(),
+                });
+            };
+            let share = rng.random::<f64>();
+            let speed = slowest + (fastest - slowest) * share;
+            let mut walker = Walker::new(crowd.radius_m, speed, route, crowd.yields);
+            walker.along_m = walker.route.length_m() * rng.random::<f64>();
+            walker.forward = rng.random_bool(0.5);
+            walkers.push(walker);
+        }
+        Ok(Self::new(walkers))
+    }
+}
+
+/// Where walks may be laid.
+struct Places<'a> {
+    free: FreeSpace,
+    /// Points along the path that may be walked over, each with the path's direction.
+    spots: Vec<(Point, f64)>,
+    keep_clear: &'a [Point],
+    keep_clear_m: f64,
+}
+
+impl<'a> Places<'a> {
+    fn new(
+        obstacles: &ObstacleGrid,
+        radius_m: f64,
+        path: &[Point],
+        keep_clear: &'a [Point],
+    ) -> Self {
+        let length: f64 = path.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+        let mut places = Self {
+            free: FreeSpace::new(obstacles, radius_m),
+            spots: Vec::new(),
+            keep_clear,
+            keep_clear_m: KEEP_CLEAR_M.min(length / 4.0),
+        };
+        for leg in path.windows(2) {
+            let direction = bearing(&leg[0], &leg[1]);
+            for point in Route::new(leg.to_vec()).samples(0.1) {
+                let cell = places.free.frame().cell_of(&point);
+                if places.may_walk(&point) && cell.is_some_and(|cell| places.free.is_free(cell)) {
+                    places.spots.push((point, direction));
+                }
+            }
+        }
+        places
+    }
+
+    fn may_walk(&self, point: &Point) -> bool {
+        self.keep_clear
+            .iter()
+            .all(|place| (point - place).norm() >= self.keep_clear_m)
+    }
+
+    /// A walk through the part of the path that belongs to one walker of several, or elsewhere if none is there.
+    fn walk(&self, index: usize, count: usize, rng: &mut Pcg64Mcg) -> Option<Route> {
+        let spots = self.spots.len();
+        let own = index * spots / count..(index + 1) * spots / count;
+        for attempt in 0..ATTEMPTS {
+            let range = if attempt < ATTEMPTS / 2 {
+                own.clone()
+            } else {
+                0..spots
+            };
+            if range.is_empty() {
+                continue;
+            }
+            let (spot, direction) = self.spots[rng.random_range(range)];
+            let crossing = rng.random_bool(0.5);
+            let points = if crossing {
+                self.crossing(&spot, direction)
+            } else {
+                winding_walk(&self.free, &spot, &WALK_M, rng)
+            };
+            let route = points
+                .map(Route::new)
+                .filter(|route| WALK_M.contains(&route.length_m()))
+                .filter(|route| route.samples(0.1).all(|point| self.may_walk(&point)));
+            if route.is_some() {
+                return route;
+            }
+        }
+        None
+    }
+
+    /// A straight walk through a spot, from wall to wall, as square to the path as is long enough.
+    fn crossing(&self, spot: &Point, direction: f64) -> Option<Vec<Point>> {
+        SLANTS_RAD
+            .iter()
+            .map(|slant| (direction + FRAC_PI_2 + slant) % TAU)
+            .map(|across| straight_walk(&self.free, spot, across, *WALK_M.end() / 2.0))
+            .find(|[from, to]| (to - from).norm() >= *WALK_M.start())
+            .map(Vec::from)
+    }
+}

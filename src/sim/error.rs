@@ -1,0 +1,87 @@
+//! What a simulated world cannot be made of.
+
+use thiserror::Error;
+
+use crate::robot::RobotError;
+
+/// A description of a simulation that cannot be run.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SimError {
+    /// A robot that cannot be.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A setting out of range.
+    #[error("{name} is {value}: it must be {expected}")]
+    BadSetting {
+        /// Name as in the configuration.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
+    /// A file that could not be read.
+    #[error("{file}: cannot be read ({reason}): check the name and your right to read it")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// In the system's words.
+        reason: String,
+    },
+    /// A file of moving obstacles that is not what it should be.
+    #[error(
+        "{file}: not a list of moving obstacles ({reason}): give JSON such as [{{\"x\": 1.0, \"y\": 2.0, \"radius\": 0.3, \"speed\": 0.5, \"route\": [[4.0, 2.0]]}}], or TOML with an [[obstacles]] table for each"
+    )]
+    NotObstacles {
+        /// The file.
+        file: String,
+        /// The parser's words, in one line.
+        reason: String,
+    },
+    /// A number of a moving obstacle out of range.
+    #[error("{file}: obstacle {index}: {key} is {value}: it must be {expected}")]
+    BadObstacle {
+        /// The file.
+        file: String,
+        /// Position in the list, from zero.
+        index: usize,
+        /// Which of its keys.
+        key: &'static str,
+        /// As given.
+        value: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
+    /// A moving obstacle that would leave the map.
+    #[error(
+        "{file}: obstacle {index}: ({x}, {y}) lies outside the map, which ends within ({width_m} m, {height_m} m) of its origin: move the point or the map"
+    )]
+    ObstacleOutside {
+        /// The file.
+        file: String,
+        /// Position in the list, from zero.
+        index: usize,
+        /// The point, metres.
+        x: f64,
+        /// The point, metres.
+        y: f64,
+        /// Extent of the map along its own x axis.
+        width_m: f64,
+        /// Extent of the map along its own y axis.
+        height_m: f64,
+    },
+    /// No room for as many moving obstacles along the robot's path.
+    #[error(
+        "only {placed} of {asked} moving obstacles found a free walk of {least_m} to {most_m} m along the path: ask for fewer, or give a file of obstacles"
+    )]
+    NoRoom {
+        /// How many found one.
+        placed: usize,
+        /// How many were asked for.
+        asked: usize,
+        /// Shortest walk, metres.
+        least_m: f64,
+        /// Longest walk, metres.
+        most_m: f64,
+    },
+}

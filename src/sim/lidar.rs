@@ -1,0 +1,172 @@
+//! A planar lidar: exact rays through the world.
+
+use core::f64::consts::TAU;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use super::ray::GridRay;
+use super::{SimError, World};
+use crate::geometry::{Point, Pose, Vector};
+use crate::map::{MovingDisc, Scan};
+
+/// A lidar at the robot's own origin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Lidar {
+    /// Beams of one scan, at least one. Default 360.
+    pub beams: usize,
+    /// Angle the beams spread over, centred ahead, radians, above zero to a full turn. Default a full turn.
+    pub field_of_view_rad: f64,
+    /// Longest range, metres, above zero. Default 10 m.
+    pub range_max_m: f64,
+    /// Standard deviation of the range noise, metres; zero for none. Default 0.01 m.
+    pub range_sigma_m: f64,
+}
+
+/// One scan, and which moving obstacles it shows.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct LidarReturn {
+    /// The measured ranges.
+    pub scan: Scan,
+    /// Positions in [`World::moving`] of those that at least one beam met first, ascending.
+    pub visible: Vec<usize>,
+}
+
+impl Default for Lidar {
+    fn default() -> Self {
+        Self {
+            beams: 360,
+            field_of_view_rad: TAU,
+            range_max_m: 10.0,
+            range_sigma_m: 0.01,
+        }
+    }
+}
+
+impl Lidar {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] names the first that is out of range.
+    pub fn validate(&self) -> Result<(), SimError> {
+        let bad = |name, value, expected| {
+            Err(SimError::BadSetting {
+                name,
+                value,
+                expected,
+            })
+        };
+        if self.beams == 0 {
+            return bad("beams", 0.0, "at least 1");
+        }
+        if !(self.field_of_view_rad > 0.0 && self.field_of_view_rad <= TAU) {
+            return bad(
+                "field_of_view_rad",
+                self.field_of_view_rad,
+                "above zero and at most a full turn, 6.283185307179586",
+            );
+        }
+        if !(self.range_max_m.is_finite() && self.range_max_m > 0.0) {
+            return bad("range_max_m", self.range_max_m, "finite and above zero");
+        }
+        if !(self.range_sigma_m.is_finite() && self.range_sigma_m >= 0.0) {
+            return bad(
+                "range_sigma_m",
+                self.range_sigma_m,
+                "finite and at least zero",
+            );
+        }
+        Ok(())
+    }
+
+    /// One scan by a robot at this pose, which must be finite. Each beam ends at the first wall or body it meets;
+    /// the range is zero where the lidar is inside one. Beams that meet nothing within range read infinite.
+    ///
+    /// Noise is normal and independent for each beam, and kept within zero and the longest range; what is visible
+    /// does not depend on it. Without noise the generator is left alone.
+    #[must_use]
+    pub fn scan(&self, world: &World, pose: &Pose, rng: &mut Pcg64Mcg) -> LidarReturn {
+        let mut scan = Scan {
+            angle_min: -self.field_of_view_rad / 2.0,
+            angle_increment: self.angle_increment(),
+            range_max: self.range_max_m,
+            ranges: Vec::with_capacity(self.beams),
+        };
+        let mut seen = vec![false; world.moving.len()];
+        for beam in 0..self.beams {
+            let direction = pose.yaw + scan.angle(beam);
+            let (mut range, disc) = self.first_hit(world, &pose.position(), direction);
+            if let Some(disc) = disc {
+                seen[disc] = true;
+            }
+            if self.range_sigma_m > 0.0 && range.is_finite() {
+                range += self.range_sigma_m * standard_normal(rng);
+                range = range.clamp(0.0, self.range_max_m);
+            }
+            scan.ranges.push(range);
+        }
+        LidarReturn {
+            scan,
+            visible: (0..seen.len()).filter(|&disc| seen[disc]).collect(),
+        }
+    }
+
+    /// A full turn has no second beam at its seam; a smaller fan has one at either edge.
+    fn angle_increment(&self) -> f64 {
+        let gaps = if self.field_of_view_rad < TAU {
+            (self.beams - 1).max(1)
+        } else {
+            self.beams
+        };
+        self.field_of_view_rad / gaps as f64
+    }
+
+    /// True range, infinite beyond the longest, and the moving obstacle that ends the beam, if one does.
+    fn first_hit(&self, world: &World, start: &Point, direction: f64) -> (f64, Option<usize>) {
+        let mut range = self.range_to_wall(world, start, direction);
+        let mut first = None;
+        let (sin, cos) = libm::sincos(direction);
+        for (index, disc) in world.moving.iter().enumerate() {
+            let to_disc = range_to_disc(start, &Vector::new(cos, sin), disc);
+            if to_disc < range && to_disc <= self.range_max_m {
+                range = to_disc;
+                first = Some(index);
+            }
+        }
+        (range, first)
+    }
+
+    fn range_to_wall(&self, world: &World, start: &Point, direction: f64) -> f64 {
+        let frame = world.obstacles().frame();
+        let (sin, cos) = libm::sincos(direction - frame.origin.yaw);
+        let longest = self.range_max_m / frame.resolution_m;
+        GridRay::new(&frame.to_cell_units(start), &Vector::new(cos, sin))
+            .take_while(|&(_, entered)| entered <= longest)
+            .find(|&(cell, _)| world.obstacles().is_blocked(cell))
+            .map_or(f64::INFINITY, |(_, entered)| entered * frame.resolution_m)
+    }
+}
+
+/// Distance along a ray of unit direction to a disc: zero inside it, infinite where the ray misses.
+fn range_to_disc(start: &Point, direction: &Vector, disc: &MovingDisc) -> f64 {
+    let to_center = disc.center() - start;
+    let outside = to_center.norm_squared() - disc.radius * disc.radius;
+    if outside <= 0.0 {
+        return 0.0;
+    }
+    let along = to_center.dot(direction);
+    let depth = along * along - outside;
+    if along <= 0.0 || depth < 0.0 {
+        return f64::INFINITY;
+    }
+    along - depth.sqrt()
+}
+
+/// A draw from the normal distribution of mean zero and deviation one (Box and Muller, 1958).
+fn standard_normal(rng: &mut Pcg64Mcg) -> f64 {
+    // 1 - [0, 1) is never zero, so the logarithm is finite.
+    let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
+    radius * libm::cos(TAU * rng.random::<f64>())
+}

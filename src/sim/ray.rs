@@ -1,0 +1,83 @@
+//! The cells that a straight ray passes through.
+
+use crate::geometry::{Point, Vector};
+use crate::map::Cell;
+
+/// Cells along a ray in order, each with the distance at which the ray enters it; it never ends.
+///
+/// The traversal of Amanatides and Woo (1987). Start, direction and distances are in cell units; the direction has
+/// unit length. A ray through a corner enters the column's neighbour first. Start and direction must be finite.
+pub(super) struct GridRay {
+    cell: Cell,
+    entered: f64,
+    across_columns: Crossing,
+    across_rows: Crossing,
+}
+
+/// When a ray crosses the lines between the cells of one axis.
+struct Crossing {
+    /// -1, 0 or 1 cells.
+    step: i32,
+    /// Distance to the next line; infinite along the axis' normal.
+    next: f64,
+    /// Distance from one line to the one after it.
+    pitch: f64,
+}
+
+impl GridRay {
+    pub(super) fn new(start: &Point, direction: &Vector) -> Self {
+        Self {
+            cell: Cell::new(start.x.floor() as i32, start.y.floor() as i32),
+            entered: 0.0,
+            across_columns: Crossing::new(start.x, direction.x),
+            across_rows: Crossing::new(start.y, direction.y),
+        }
+    }
+}
+
+impl Crossing {
+    fn new(start: f64, direction: f64) -> Self {
+        let within = start - start.floor();
+        if direction > 0.0 {
+            Self {
+                step: 1,
+                next: (1.0 - within) / direction,
+                pitch: 1.0 / direction,
+            }
+        } else if direction < 0.0 {
+            Self {
+                step: -1,
+                next: within / -direction,
+                pitch: 1.0 / -direction,
+            }
+        } else {
+            Self {
+                step: 0,
+                next: f64::INFINITY,
+                pitch: f64::INFINITY,
+            }
+        }
+    }
+
+    /// Crosses the next line; returns its distance.
+    fn cross(&mut self, coordinate: &mut i32) -> f64 {
+        *coordinate = coordinate.saturating_add(self.step);
+        let at = self.next;
+        self.next += self.pitch;
+        at
+    }
+}
+
+impl Iterator for GridRay {
+    type Item = (Cell, f64);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let here = (self.cell, self.entered);
+        self.entered = if self.across_columns.next <= self.across_rows.next {
+            self.across_columns.cross(&mut self.cell.column)
+        } else {
+            self.across_rows.cross(&mut self.cell.row)
+        };
+        Some(here)
+    }
+}

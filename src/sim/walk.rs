@@ -1,0 +1,146 @@
+//! Walks over free cells: straight ones from wall to wall, and winding ones round corners.
+
+use core::ops::RangeInclusive;
+use std::collections::VecDeque;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+use super::ray::GridRay;
+use crate::geometry::{Point, Vector};
+use crate::map::{Cell, FreeSpace};
+
+/// The four neighbours of a cell.
+const STEPS: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
+
+/// No step leads here yet.
+const UNREACHED: u8 = u8::MAX;
+
+/// Ends of the straight line through a free spot along a bearing in radians, as far either way as the ground is free
+/// and at most `reach_m`.
+pub(super) fn straight_walk(
+    free: &FreeSpace,
+    spot: &Point,
+    bearing_rad: f64,
+    reach_m: f64,
+) -> [Point; 2] {
+    let frame = free.frame();
+    let (sin, cos) = libm::sincos(bearing_rad - frame.origin.yaw);
+    let start = frame.to_cell_units(spot);
+    [-1.0, 1.0].map(|way| {
+        let direction = Vector::new(cos, sin) * way;
+        let reach = free_length(free, &start, &direction, reach_m / frame.resolution_m);
+        frame.from_cell_units(&(start + direction * reach))
+    })
+}
+
+/// A walk of a few legs from a free spot to a cell drawn among those whose straight distance and whose distance on
+/// foot lie in the range, metres; none where there is no such cell. Each leg is straight over free cells.
+pub(super) fn winding_walk(
+    free: &FreeSpace,
+    spot: &Point,
+    length_m: &RangeInclusive<f64>,
+    rng: &mut Pcg64Mcg,
+) -> Option<Vec<Point>> {
+    let frame = free.frame();
+    let start = frame.cell_of(spot)?;
+    let most_steps = (length_m.end() / frame.resolution_m) as u32;
+    let reached = Reached::from(free, start, most_steps);
+    let least_cells = length_m.start() / frame.resolution_m;
+    let far: Vec<Cell> = reached
+        .order
+        .iter()
+        .copied()
+        .filter(|cell| {
+            let (dx, dy) = (cell.column - start.column, cell.row - start.row);
+            libm::hypot(f64::from(dx), f64::from(dy)) >= least_cells
+        })
+        .collect();
+    if far.is_empty() {
+        return None;
+    }
+    let cells = reached.way_to(far[rng.random_range(0..far.len())]);
+    let corners = pull_straight(free, &cells);
+    Some(corners.iter().map(|&cell| frame.center_of(cell)).collect())
+}
+
+/// Breadth-first search from a cell over free neighbours.
+struct Reached<'a> {
+    free: &'a FreeSpace,
+    /// For each cell of the grid the step that led to it.
+    step: Vec<u8>,
+    /// Cells in the order they were reached, the start first.
+    order: Vec<Cell>,
+}
+
+impl<'a> Reached<'a> {
+    fn from(free: &'a FreeSpace, start: Cell, most_steps: u32) -> Self {
+        let frame = free.frame();
+        let mut reached = Self {
+            free,
+            step: vec![UNREACHED; frame.len()],
+            order: vec![start],
+        };
+        // The start's own entry only keeps it from being reached again.
+        reached.step[frame.index(start)] = 0;
+        let mut queue = VecDeque::from([(start, 0)]);
+        while let Some((cell, steps)) = queue.pop_front() {
+            if steps == most_steps {
+                continue;
+            }
+            for (number, (dx, dy)) in STEPS.iter().enumerate() {
+                let next = Cell::new(cell.column + dx, cell.row + dy);
+                if free.is_free(next) && reached.step[frame.index(next)] == UNREACHED {
+                    reached.step[frame.index(next)] = number as u8;
+                    reached.order.push(next);
+                    queue.push_back((next, steps + 1));
+                }
+            }
+        }
+        reached
+    }
+
+    /// Cells from the start to one that was reached, both included.
+    fn way_to(&self, end: Cell) -> Vec<Cell> {
+        let mut way = vec![end];
+        let mut cell = end;
+        while cell != self.order[0] {
+            let (dx, dy) = STEPS[self.step[self.free.frame().index(cell)] as usize];
+            cell = Cell::new(cell.column - dx, cell.row - dy);
+            way.push(cell);
+        }
+        way.reverse();
+        way
+    }
+}
+
+/// The corners that remain when each leg is drawn to the last cell it can reach straight over free ground, searched
+/// until the first it cannot.
+fn pull_straight(free: &FreeSpace, cells: &[Cell]) -> Vec<Cell> {
+    let mut corners = vec![cells[0]];
+    let mut from = 0;
+    for next in 1..cells.len() {
+        if !is_straight_free(free, cells[from], cells[next]) {
+            from = next - 1;
+            corners.push(cells[from]);
+        }
+    }
+    corners.push(cells[cells.len() - 1]);
+    corners
+}
+
+fn is_straight_free(free: &FreeSpace, from: Cell, to: Cell) -> bool {
+    let center = |cell: Cell| Point::new(f64::from(cell.column) + 0.5, f64::from(cell.row) + 0.5);
+    let leg = center(to) - center(from);
+    let length = leg.norm();
+    free_length(free, &center(from), &(leg / length), length) >= length
+}
+
+/// How far, in cells, a ray runs over free cells only, at most `most`. It stops a hair short of a cell that is not
+/// free, so that its end lies in one that is.
+fn free_length(free: &FreeSpace, start: &Point, direction: &Vector, most: f64) -> f64 {
+    GridRay::new(start, direction)
+        .take_while(|&(_, entered)| entered <= most)
+        .find(|&(cell, _)| !free.is_free(cell))
+        .map_or(most, |(_, entered)| (entered - 1e-6).max(0.0))
+}

@@ -1,0 +1,253 @@
+//! The page: self-contained, well formed, readable by all, the same for the same data, and never broken.
+
+mod markup;
+mod scene;
+
+use inbye::geometry::{Point, Pose};
+use inbye::map::{GridFrame, OccupancyGrid};
+use inbye::report::{Report, html};
+use inbye::sim::Trace;
+use markup::{attribute, check_well_formed, numbers_that_are_none, opening_tag, pictures};
+use scene::{Scene, comparisons, density, scene};
+
+fn page_of(scenes: &[Scene]) -> String {
+    html(&Report {
+        title: "What inbye did",
+        intro: "A first paragraph.\n\nA second one.",
+        machine: "a made machine",
+        missions: scenes.iter().map(Scene::view).collect(),
+        comparisons: &comparisons(),
+        density: &density(),
+        density_command: "inbye bench density",
+    })
+}
+
+/// What must hold of every page, whatever the data.
+fn check(page: &str) {
+    let without_namespace = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    for outside in ["http://", "https://", "<script", "<link", "@import", "url("] {
+        assert!(
+            !without_namespace.contains(outside),
+            "the page refers to {outside}"
+        );
+    }
+    assert_eq!(numbers_that_are_none(page), [""; 0]);
+    for picture in pictures(page) {
+        let tag = opening_tag(picture);
+        let says_something = attribute(tag, "aria-label").is_some_and(|label| label.len() > 20);
+        let decoration = attribute(tag, "aria-hidden") == Some("true");
+        assert!(says_something || decoration, "no text alternative: {tag}");
+        assert!(attribute(tag, "role").is_some(), "no role: {tag}");
+        assert_eq!(check_well_formed(picture), Ok(()), "{picture}");
+    }
+}
+
+#[test]
+fn a_whole_page_is_self_contained_well_formed_and_described() {
+    let page = page_of(&[scene(400)]);
+    check(&page);
+    let drawn = pictures(&page);
+    let meant = drawn
+        .iter()
+        .filter(|picture| picture.contains("role=\"img\""));
+    // Map, motion, gap, latency over time, its distribution, density.
+    assert_eq!(meant.count(), 6);
+    assert_eq!(
+        page.matches("<table").count(),
+        9,
+        "a table under each picture, one of paths, one of engines, one of densities"
+    );
+}
+
+#[test]
+fn the_checks_see_what_they_are_for() {
+    for broken in [
+        "<svg><g></svg></g>",
+        "<svg><line x1=\"1\"></svg>",
+        "<svg><line x1=1></line></svg>",
+        "<svg><line x=\"1\" x=\"2\"></line></svg>",
+        "<svg><text>a & b</text></svg>",
+    ] {
+        assert!(check_well_formed(broken).is_err(), "{broken}");
+    }
+    assert_eq!(
+        numbers_that_are_none("x=\"NaN\" y=\"-inf\" an information"),
+        ["NaN", "inf"]
+    );
+}
+
+#[test]
+fn the_same_data_give_the_same_bytes() {
+    assert_eq!(page_of(&[scene(120)]), page_of(&[scene(120)]));
+}
+
+#[test]
+fn hostile_text_stays_text() {
+    let made = scene(30);
+    let hostile = "</title><script>alert('&')</script>\"";
+    let facts = [(hostile.to_owned(), hostile.to_owned())];
+    let mut view = made.view();
+    (view.title, view.command, view.engine, view.facts) = (hostile, hostile, hostile, &facts);
+    let mut rows = density();
+    for row in &mut rows {
+        row.adapter = Some(hostile.to_owned());
+    }
+    let page = html(&Report {
+        title: hostile,
+        intro: hostile,
+        machine: hostile,
+        missions: vec![view],
+        density: &rows,
+        density_command: hostile,
+        ..Report::default()
+    });
+    check(&page);
+    assert!(page.contains("&lt;script&gt;"));
+}
+
+#[test]
+fn nothing_to_show_is_said_in_words() {
+    let empty = html(&Report::default());
+    check(&empty);
+    assert!(empty.contains("There is no mission in this report."));
+    assert!(pictures(&empty).is_empty());
+
+    let mut made = scene(50);
+    made.trace = Trace::default();
+    let page = html(&Report {
+        missions: vec![made.view()],
+        density_command: "inbye bench density",
+        ..Report::default()
+    });
+    check(&page);
+    for sentence in [
+        "The run has no tick, so there is no motion to show.",
+        "At no tick was anything solid in reach of the robot.",
+        "No decision of this run was timed.",
+        "No engine was timed at any density.",
+    ] {
+        assert!(page.contains(sentence), "{sentence}");
+    }
+}
+
+#[test]
+fn numbers_that_are_not_finite_never_reach_the_page() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut made = scene(60);
+        for tick in [0, 7, 30, 59] {
+            let row = &mut made.trace.rows[tick];
+            (row.gap_m, row.pose.x, row.pose.yaw, row.twist.linear) = (bad, bad, bad, bad);
+            (row.command.angular, row.local_target.x, row.moving[0].y) = (bad, bad, bad);
+            made.latency_ms[tick] = bad;
+        }
+        made.trace.rows[20].time_s = bad;
+        made.smoothed[3].x = bad;
+        made.pruned[1].y = bad;
+        let mut view = made.view();
+        (view.control_period_s, view.outcome.min_clearance_m) = (bad, bad);
+        (view.outcome.final_error, view.start, view.goal) = (
+            Pose::new(bad, bad, bad),
+            Pose::new(bad, 0.0, bad),
+            Point::new(0.0, bad),
+        );
+        let mut rows = density();
+        (rows[0].p50_ms, rows[4].p99_ms, rows[7].steps_per_s) = (bad, bad, bad);
+        let page = html(&Report {
+            missions: vec![view],
+            density: &rows,
+            ..Report::default()
+        });
+        check(&page);
+    }
+}
+
+#[test]
+fn a_contact_is_marked_on_the_map_and_in_words() {
+    let mut made = scene(100);
+    made.trace.rows[40].gap_m = -0.02;
+    let mut view = made.view();
+    (view.outcome.collided, view.outcome.reached) = (true, false);
+    let page = html(&Report {
+        missions: vec![view],
+        ..Report::default()
+    });
+    check(&page);
+    assert!(page.contains("✗ contact") && page.contains("✗ goal not reached"));
+    // One on the map, one in its legend.
+    assert_eq!(page.matches("<path class=\"contact-mark\"").count(), 2);
+}
+
+#[test]
+fn long_runs_make_small_pages() {
+    let three = page_of(&[scene(1000), scene(1000), scene(1000)]);
+    assert!(
+        three.len() < 600_000,
+        "three missions of 1000 ticks take {} bytes",
+        three.len()
+    );
+    let long = page_of(&[scene(6000)]);
+    check(&long);
+    assert!(
+        long.len() < 400_000,
+        "a mission of 6000 ticks takes {} bytes",
+        long.len()
+    );
+}
+
+#[test]
+fn a_large_map_is_cropped_or_scaled_down() {
+    let cropped = Scene {
+        map: pillars_of(2230, 1470),
+        ..scene(200)
+    };
+    let page = page_of(std::slice::from_ref(&cropped));
+    check(&page);
+    assert!(page.len() < 300_000, "{} bytes", page.len());
+
+    // The whole of it: a path from corner to corner.
+    let mut whole = cropped;
+    whole.smoothed = vec![Point::new(-1.0, -1.0), Point::new(270.0, 178.0)];
+    let page = page_of(&[whole]);
+    check(&page);
+    assert!(page.len() < 300_000, "{} bytes", page.len());
+}
+
+/// Many pillars with rough walls, as in a drawn mine: 2-5 m wide ways at 0.125 m.
+fn pillars_of(width: i32, height: i32) -> OccupancyGrid {
+    let frame = GridFrame {
+        width,
+        height,
+        resolution_m: 0.125,
+        origin: Pose::new(-2.0, -2.0, 0.0),
+    };
+    let cells = (0..frame.len()).map(|index| {
+        let cell = frame.cell_at(index);
+        let (x, y) = (f64::from(cell.column), f64::from(cell.row));
+        let rough =
+            5.0 * libm::sin(x / 7.0) * libm::cos(y / 5.0) + 3.0 * libm::sin((x + 2.0 * y) / 3.0);
+        let pillar = (x + rough) % 90.0 > 30.0 && (y - rough) % 70.0 > 25.0;
+        i8::from(pillar) * 100
+    });
+    OccupancyGrid::new(frame, cells.collect())
+}
+
+/// One small picture, to the byte. A change of it must be looked at; `INBYE_BLESS=1` then renews the file.
+#[test]
+fn the_gap_picture_is_the_golden_one() {
+    let page = page_of(&[scene(40)]);
+    let picture = pictures(&page)
+        .into_iter()
+        .find(|picture| picture.contains("aria-label=\"Gap between"))
+        .expect("the page has a gap picture")
+        .replace("><", ">\n<");
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/goldens/gap.svg");
+    if std::env::var_os("INBYE_BLESS").is_some_and(|value| value == "1") {
+        std::fs::write(golden, format!("{picture}\n")).expect("the golden file can be written");
+    }
+    let expected = std::fs::read_to_string(golden).unwrap_or_default();
+    assert!(
+        expected.trim_end() == picture,
+        "the gap picture differs from tests/goldens/gap.svg: if the change is meant, run the test again with \
+         INBYE_BLESS=1 and review the file's difference. The picture is now:\n{picture}"
+    );
+}

@@ -1,0 +1,269 @@
+//! A made mission: a robot runs along pillars while others cross its way. Not a simulation, only data of the shape.
+
+use inbye::bench::DensityRow;
+use inbye::geometry::{Point, Pose, Twist, bearing, wrap_angle};
+use inbye::map::{Cell, GridFrame, OccupancyGrid};
+use inbye::navigator::Mode;
+use inbye::report::{EngineComparison, MissionView, Outcome};
+use inbye::robot::{Disc, Footprint};
+use inbye::sim::{Trace, TraceRow};
+use rand::{RngExt, SeedableRng};
+
+/// Everything that a [`MissionView`] borrows.
+pub struct Scene {
+    pub map: OccupancyGrid,
+    pub searched: Vec<Point>,
+    pub pruned: Vec<Point>,
+    pub smoothed: Vec<Point>,
+    pub trace: Trace,
+    pub footprint: Footprint,
+    pub latency_ms: Vec<f64>,
+    pub facts: Vec<(String, String)>,
+}
+
+pub const PERIOD_S: f64 = 0.1;
+
+/// Roadways between pillars, 36 by 20 m, with a patch that nobody has seen.
+pub fn pillars(resolution_m: f64) -> OccupancyGrid {
+    let frame = GridFrame {
+        width: (36.0 / resolution_m) as i32,
+        height: (20.0 / resolution_m) as i32,
+        resolution_m,
+        origin: Pose::new(-2.0, -2.0, 0.0),
+    };
+    let cells = (0..frame.len()).map(|index| {
+        let Cell { column, row } = frame.cell_at(index);
+        let x = f64::from(column) * resolution_m;
+        let y = f64::from(row) * resolution_m;
+        let edge = !(0.4..35.6).contains(&x) || !(0.4..19.6).contains(&y);
+        let pillar = x % 9.0 > 3.5 && y % 7.0 > 3.2;
+        let unseen = x > 30.0 && y < 3.2;
+        if unseen {
+            -1
+        } else {
+            i8::from(edge || pillar) * 100
+        }
+    });
+    OccupancyGrid::new(frame, cells.collect())
+}
+
+/// A run of so many ticks around the pillars.
+pub fn scene(ticks: usize) -> Scene {
+    let corners = [
+        (0.0, 0.0),
+        (8.0, 0.4),
+        (8.6, 7.0),
+        (17.5, 7.3),
+        (18.0, 14.0),
+        (31.0, 14.5),
+    ];
+    let pruned: Vec<Point> = corners.iter().map(|&(x, y)| Point::new(x, y)).collect();
+    let searched: Vec<Point> = staircase(&pruned);
+    let smoothed: Vec<Point> = rounded(&pruned);
+    let footprint = [0.25, -0.25]
+        .map(|x| Disc {
+            x,
+            y: 0.0,
+            radius: 0.35,
+        })
+        .to_vec();
+    let footprint = Footprint::new(footprint).expect("two sound discs");
+    let replanned = vec![
+        Point::new(9.0, 7.4),
+        Point::new(13.0, 8.2),
+        Point::new(17.0, 7.8),
+        Point::new(18.4, 14.0),
+        Point::new(31.0, 14.5),
+    ];
+    let trace = Trace {
+        rows: drive(&smoothed, ticks),
+        paths: vec![smoothed.clone(), replanned],
+        moving_radii: vec![0.4, 0.3, 0.5],
+    };
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(3);
+    let latency_ms = (0..ticks)
+        .map(|tick| {
+            let spike = if tick % 97 == 50 { 5.0 } else { 1.0 };
+            0.35 * spike * (1.0 + 0.3 * rng.random::<f64>() * rng.random::<f64>())
+        })
+        .collect();
+    Scene {
+        map: pillars(0.1),
+        searched,
+        pruned,
+        smoothed,
+        trace,
+        footprint,
+        latency_ms,
+        facts: vec![
+            ("Digest".to_owned(), "9f2c".repeat(16)),
+            (
+                "Engine choice".to_owned(),
+                "auto: the GPU is faster from 2000 samples on".to_owned(),
+            ),
+        ],
+    }
+}
+
+impl Scene {
+    pub fn view(&self) -> MissionView<'_> {
+        let last = self.trace.rows.last();
+        MissionView {
+            title: "Around the pillars, three others on the way",
+            command: "inbye drive --map pillars.yaml --start 0,0 --goal 31,14.5 --obstacles 3 --seed 7 --report out",
+            map: &self.map,
+            start: Pose::new(0.0, 0.0, 0.05),
+            goal: Point::new(31.0, 14.5),
+            searched: &self.searched,
+            pruned: &self.pruned,
+            smoothed: &self.smoothed,
+            trace: &self.trace,
+            footprint: &self.footprint,
+            latency_ms: &self.latency_ms,
+            engine: "cpu, 2 threads",
+            outcome: Outcome {
+                reached: true,
+                collided: false,
+                time_s: last.map_or(0.0, |row| row.time_s),
+                travelled_m: 47.9,
+                min_clearance_m: 0.141,
+                final_error: Pose::new(0.004, -0.011, 0.003),
+            },
+            control_period_s: PERIOD_S,
+            facts: &self.facts,
+        }
+    }
+}
+
+pub fn density() -> Vec<DensityRow> {
+    let engine =
+        |engine: &str, adapter: Option<&str>, threads, floor_ms: f64, per_sample_ms: f64| {
+            [100, 500, 2000, 10_000, 50_000, 200_000]
+                .map(|samples| {
+                    let p50_ms = floor_ms + per_sample_ms * samples as f64;
+                    DensityRow {
+                        engine: engine.to_owned(),
+                        adapter: adapter.map(str::to_owned),
+                        threads,
+                        samples,
+                        steps: 40,
+                        p50_ms,
+                        p95_ms: p50_ms * 1.2,
+                        p99_ms: p50_ms * 1.6,
+                        max_ms: p50_ms * 3.0,
+                        decisions: 500,
+                        steps_per_s: samples as f64 * 40.0 / p50_ms * 1e3,
+                    }
+                })
+                .to_vec()
+        };
+    [
+        engine("cpu", None, 1, 0.01, 4e-3),
+        engine("cpu", None, 16, 0.05, 3e-4),
+        engine("gpu", Some("NVIDIA H200"), 0, 0.2, 6e-6),
+    ]
+    .concat()
+}
+
+pub fn comparisons() -> Vec<EngineComparison> {
+    ["cpu, 1 thread", "cpu, 16 threads", "gpu, NVIDIA H200"]
+        .map(|name| EngineComparison {
+            name: name.to_owned(),
+            digest: "5b1e".repeat(16),
+            agrees: true,
+        })
+        .to_vec()
+}
+
+/// The steps of a grid search between corners.
+fn staircase(corners: &[Point]) -> Vec<Point> {
+    let mut steps = Vec::new();
+    for ends in corners.windows(2) {
+        let (mut at, to) = (ends[0], ends[1]);
+        while (to - at).norm() > 0.15 {
+            steps.push(at);
+            let step = |gap: f64| {
+                if gap.abs() > 0.07 {
+                    gap.signum() * 0.1
+                } else {
+                    0.0
+                }
+            };
+            at = Point::new(at.x + step(to.x - at.x), at.y + step(to.y - at.y));
+        }
+    }
+    steps.extend(corners.last());
+    steps
+}
+
+/// The corners cut into curves.
+fn rounded(corners: &[Point]) -> Vec<Point> {
+    let mut line = corners.to_vec();
+    for _ in 0..4 {
+        let mut finer = vec![line[0]];
+        for ends in line.windows(2) {
+            finer.push(ends[0] + (ends[1] - ends[0]) * 0.25);
+            finer.push(ends[0] + (ends[1] - ends[0]) * 0.75);
+        }
+        finer.extend(line.last());
+        line = finer;
+    }
+    line
+}
+
+/// A robot that makes for a point ahead on its path, and discs that cross.
+fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
+    let length: f64 = path.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
+    let speed = length / (ticks.max(1) as f64 * PERIOD_S) * 1.15;
+    let (mut pose, mut twist, mut next) = (Pose::new(0.0, 0.0, 0.05), Twist::STOP, 0);
+    (0..ticks)
+        .map(|tick| {
+            let share = tick as f64 / ticks as f64;
+            while next + 1 < path.len() && (path[next] - pose.position()).norm() < 0.8 {
+                next += 1;
+            }
+            let target = path[next];
+            let mode = match share {
+                0.38..0.42 => Mode::Blocked,
+                0.42..0.44 => Mode::BackingUp,
+                0.62..0.66 => Mode::Turning,
+                0.985.. => Mode::Arrived,
+                _ => Mode::Driving,
+            };
+            let turn = wrap_angle(bearing(&pose.position(), &target) - pose.yaw).clamp(-0.8, 0.8);
+            let command = match mode {
+                Mode::Blocked | Mode::Arrived | Mode::Failed => Twist::STOP,
+                Mode::BackingUp => Twist::new(-0.3, 0.0),
+                Mode::Turning => Twist::new(0.0, turn),
+                Mode::Driving => Twist::new(speed * (1.0 - turn.abs()), turn),
+            };
+            let row = TraceRow {
+                time_s: tick as f64 * PERIOD_S,
+                pose,
+                twist,
+                command,
+                local_target: target,
+                gap_m: 0.9 + 0.7 * libm::cos(share * 40.0) + 0.05 * libm::sin(share * 300.0),
+                admissible: 700,
+                samples: 800,
+                mode,
+                path: usize::from(share > 0.45),
+                moving: crossing(share),
+            };
+            twist.linear += 0.25 * (command.linear - twist.linear);
+            twist.angular += 0.35 * (command.angular - twist.angular);
+            pose.yaw += twist.angular * PERIOD_S;
+            pose.x += twist.linear * libm::cos(pose.yaw) * PERIOD_S;
+            pose.y += twist.linear * libm::sin(pose.yaw) * PERIOD_S;
+            row
+        })
+        .collect()
+}
+
+fn crossing(share: f64) -> Vec<Point> {
+    vec![
+        Point::new(8.5 - 6.0 * (share - 0.1), -1.2 + 14.0 * share),
+        Point::new(30.0 - 28.0 * share, 7.8),
+        Point::new(18.8, 15.0 - 16.0 * (share - 0.5).abs()),
+    ]
+}
