@@ -24,7 +24,10 @@ use closeness::{Worst, compare};
 use naive::Fault;
 use scenes::Scene;
 
-#[expect(clippy::print_stderr, reason = "the measured errors are for people to read")]
+#[expect(
+    clippy::print_stderr,
+    reason = "the measured errors are for people to read"
+)]
 fn report(what: &str, worst: &Worst) {
     eprintln!("{what}:\n{worst}");
     worst.assert_within_bounds();
@@ -46,7 +49,12 @@ fn trajectories_of_any_promised_length_are_close_to_the_oracle() {
         let mut worst = Worst::default();
         for case in 0..150 {
             let scene = Scene::random(21, case, reach_m);
-            compare(&scene, &format!("{reach_m} m {case}"), Fault::No, &mut worst);
+            compare(
+                &scene,
+                &format!("{reach_m} m {case}"),
+                Fault::No,
+                &mut worst,
+            );
         }
         report(&format!("up to {reach_m} m"), &worst);
     }
@@ -57,7 +65,10 @@ fn trajectories_of_any_promised_length_are_close_to_the_oracle() {
 fn an_oracle_with_one_mistake_is_caught() {
     for (fault, quantity) in [
         (Fault::TurnsFirst, "end off by"),
-        (Fault::AddsPath, "winner below the best of its own terms, off by"),
+        (
+            Fault::AddsPath,
+            "winner below the best of its own terms, off by",
+        ),
         (Fault::ObstaclesLate, "clearance"),
         (Fault::StiffFootprint, "where the oracle has"),
         (Fault::WrongBraking, "Ok, where the oracle has CannotStop"),
@@ -67,7 +78,10 @@ fn an_oracle_with_one_mistake_is_caught() {
             let scene = Scene::random(22, case, 4.0);
             compare(&scene, &format!("case {case}"), fault, &mut worst);
         }
-        let caught = worst.failures.iter().any(|failure| failure.contains(quantity));
+        let caught = worst
+            .failures
+            .iter()
+            .any(|failure| failure.contains(quantity));
         assert!(caught, "{fault:?}: {:?}", worst.failures.first());
     }
 }

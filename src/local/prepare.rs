@@ -171,10 +171,9 @@ fn turns(problem: &Problem) -> Vec<Turn> {
         .collect()
 }
 
-/// Speed in 2^-20 m/s, at most 16 m/s less one step; reverse earns nothing.
+/// Speed in 2^-20 m/s; reverse earns nothing.
 fn velocity_term(speed: f64) -> u32 {
-    let scaled = (speed.max(0.0) * 2.0_f64.powi(20)).round();
-    scaled.min(2.0_f64.powi(24) - 1.0) as u32
+    (speed.max(0.0) * 2.0_f64.powi(20)).round() as u32
 }
 
 /// Eq. 30 solved for what the sample must have: `rate^2 <= 2 dist a` is `dist >= rate^2 / (2 a)`; with the arc

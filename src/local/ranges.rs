@@ -10,6 +10,8 @@ pub(super) const MAX_REACH_UNITS: f64 = 262_144.0;
 pub(super) const MAX_CLEARANCE_UNITS: f64 = 46_330.0;
 /// Largest coordinate of a disc in the robot's frame, units.
 pub(super) const MAX_OFFSET_UNITS: f64 = 32_767.0;
+/// Largest forward speed, m/s: its term has 24 bits, 20 of them behind the point.
+pub(super) const MAX_SPEED: f64 = 15.99;
 /// Most samples of a problem.
 pub(super) const MAX_SAMPLES: usize = 1 << 22;
 /// Most steps of a horizon.
@@ -43,7 +45,6 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         ("braking along the path", problem.braking_x, "m/s^2"),
         ("braking of the turn", problem.braking_theta, "rad/s^2"),
         ("length of a step", problem.step_s, "s"),
-        ("clearance cap", problem.max_clearance_m, "m"),
     ] {
         in_range(
             quantity,
@@ -53,6 +54,25 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
             above_zero,
         )?;
     }
+    // A cap below a unit of length would round to nothing, and every sample would collide.
+    let cap = problem.max_clearance_m;
+    let cap_fits = cap >= 0.001 && cap.is_finite();
+    in_range(
+        "clearance cap",
+        cap,
+        "m",
+        cap_fits,
+        "finite and at least 0.001 m",
+    )?;
+    let fastest = linear.largest();
+    let speed_fits = fastest <= MAX_SPEED;
+    in_range(
+        "forward speed",
+        fastest,
+        "m/s",
+        speed_fits,
+        "at most 15.99 m/s",
+    )?;
     let weights = &problem.weights;
     for (quantity, value) in [
         ("weight heading", weights.heading),
@@ -63,12 +83,12 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         let good = value >= 0.0 && value <= 1e6;
         in_range(quantity, value, "", good, "0 to 1e6")?;
     }
-    let half_turn = angular.largest() * problem.step_s;
+    let turn = angular.largest() * problem.step_s;
     in_range(
         "turn in one step",
-        half_turn,
+        turn,
         "rad",
-        half_turn <= 1.5,
+        turn <= 1.5,
         "at most 1.5 rad",
     )?;
     let samples = f64::from(linear.count) * f64::from(angular.count);

@@ -70,15 +70,42 @@ impl Worst {
 
 impl fmt::Display for Worst {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { scenes, samples, admissible, undecided, .. } = self;
-        writeln!(f, "  {scenes} scenes, {samples} samples, {admissible} admissible, {undecided} undecided")?;
+        let Self {
+            scenes,
+            samples,
+            admissible,
+            undecided,
+            ..
+        } = self;
+        writeln!(
+            f,
+            "  {scenes} scenes, {samples} samples, {admissible} admissible, {undecided} undecided"
+        )?;
         let degrees = self.heading_rad.to_degrees();
-        writeln!(f, "  end {:.4} mm, heading {degrees:.4} deg, path {:.4} mm", self.end_m * 1e3, self.path_m * 1e3)?;
+        writeln!(
+            f,
+            "  end {:.4} mm, heading {degrees:.4} deg, path {:.4} mm",
+            self.end_m * 1e3,
+            self.path_m * 1e3
+        )?;
         let half_diagonals = self.still_half_diagonals;
-        writeln!(f, "  clearance {:.3} mm of moving obstacles, {half_diagonals:.3} half diagonals of cells", self.moving_m * 1e3)?;
-        writeln!(f, "  velocity {:.3} steps, score {:.1e}", self.velocity / SPEED_STEP, self.score)?;
+        writeln!(
+            f,
+            "  clearance {:.3} mm of moving obstacles, {half_diagonals:.3} half diagonals of cells",
+            self.moving_m * 1e3
+        )?;
+        writeln!(
+            f,
+            "  velocity {:.3} steps, score {:.1e}",
+            self.velocity / SPEED_STEP,
+            self.score
+        )?;
         let (badly, there) = (self.badly_scaled, self.loss_badly_scaled);
-        write!(f, "  loss {:.1e}; in {badly} badly scaled scenes {there:.1e}", self.loss)
+        write!(
+            f,
+            "  loss {:.1e}; in {badly} badly scaled scenes {there:.1e}",
+            self.loss
+        )
     }
 }
 
@@ -103,7 +130,10 @@ pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
         worst,
     };
     comparison.worst.scenes += 1;
-    let records = evaluation.samples.as_deref().expect("samples were asked for");
+    let records = evaluation
+        .samples
+        .as_deref()
+        .expect("samples were asked for");
     let ends = ends(&prepared);
     let mut theirs = Vec::new();
     for (index, record) in records.iter().enumerate() {
@@ -155,13 +185,18 @@ impl Comparison<'_> {
         // Asked this way round, a NaN is not within.
         let within = error <= bound;
         if !within {
-            self.fail(index, &format!("{what} off by {error:.3e}, allowed {bound:.3e}"));
+            self.fail(
+                index,
+                &format!("{what} off by {error:.3e}, allowed {bound:.3e}"),
+            );
         }
     }
 
     fn fail(&mut self, index: usize, what: &str) {
         let name = self.name;
-        self.worst.failures.push(format!("{name}, sample {index}: {what}"));
+        self.worst
+            .failures
+            .push(format!("{name}, sample {index}: {what}"));
     }
 
     fn end(&mut self, index: usize, trajectory: &Trajectory, end: [f64; 2]) {
@@ -171,14 +206,22 @@ impl Comparison<'_> {
     }
 
     /// Compares a sample; gives the oracle's terms where the engine admits it.
-    fn sample(&mut self, index: usize, trajectory: &Trajectory, record: &SampleRecord) -> Option<Terms> {
+    fn sample(
+        &mut self,
+        index: usize,
+        trajectory: &Trajectory,
+        record: &SampleRecord,
+    ) -> Option<Terms> {
         self.worst.samples += 1;
         let most = self.oracle.judge(trajectory, Lean::Towards);
         let least = self.oracle.judge(trajectory, Lean::Against);
         self.worst.undecided += u32::from(most.reason != least.reason);
         if !(rank(least.reason)..=rank(most.reason)).contains(&rank(record.reason)) {
             let (found, least, most) = (record.reason, least.reason, most.reason);
-            self.fail(index, &format!("{found:?}, where the oracle has {least:?} to {most:?}"));
+            self.fail(
+                index,
+                &format!("{found:?}, where the oracle has {least:?} to {most:?}"),
+            );
             return None;
         }
         if record.reason != Reason::Ok {
@@ -224,7 +267,13 @@ impl Comparison<'_> {
         found.max(lower).min(upper.max(lower))
     }
 
-    fn terms(&mut self, index: usize, trajectory: &Trajectory, record: &SampleRecord, terms: &Terms) {
+    fn terms(
+        &mut self,
+        index: usize,
+        trajectory: &Trajectory,
+        record: &SampleRecord,
+        terms: &Terms,
+    ) {
         let found = in_si(self.problem, record);
         if self.oracle.to_target(trajectory) >= HEADING_FROM_M {
             let error = (found.heading - terms.heading).abs();
@@ -240,7 +289,12 @@ impl Comparison<'_> {
         self.check("velocity", index, error, SPEED_STEP * 0.500_001);
     }
 
-    fn winner(&mut self, evaluation: &Evaluation, records: &[SampleRecord], theirs: &[(u32, Terms)]) {
+    fn winner(
+        &mut self,
+        evaluation: &Evaluation,
+        records: &[SampleRecord],
+        theirs: &[(u32, Terms)],
+    ) {
         let Some(winner) = &evaluation.winner else {
             if !theirs.is_empty() {
                 self.fail(0, "admissible, yet there is no winner");
@@ -253,7 +307,9 @@ impl Comparison<'_> {
             return;
         };
         let admissible = records.iter().filter(|record| record.reason == Reason::Ok);
-        let ours: Vec<Terms> = admissible.map(|record| in_si(self.problem, record)).collect();
+        let ours: Vec<Terms> = admissible
+            .map(|record| in_si(self.problem, record))
+            .collect();
         if ours.len() != theirs.len() {
             // A failure noted above; the scores have nothing to say then.
             return;
@@ -262,12 +318,21 @@ impl Comparison<'_> {
         let error = (winner.score as f64 / 2.0_f64.powi(62) - scores[place]).abs();
         raise(&mut self.worst.score, error);
         self.check("score", index, error, SCORE);
-        self.check("winner below the best of its own terms,", index, loss(&scores, place), SCORE);
+        self.check(
+            "winner below the best of its own terms,",
+            index,
+            loss(&scores, place),
+            SCORE,
+        );
 
         let terms: Vec<Terms> = theirs.iter().map(|(_, terms)| *terms).collect();
         let loss = loss(&self.oracle.scores(&terms), place);
         let scales = self.oracle.scales(&terms);
-        if scales.iter().zip(SCALES).all(|((_, scale), least)| *scale >= least) {
+        if scales
+            .iter()
+            .zip(SCALES)
+            .all(|((_, scale), least)| *scale >= least)
+        {
             raise(&mut self.worst.loss, loss);
             self.check("winner below the best,", index, loss, LOSS);
         } else {

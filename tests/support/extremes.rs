@@ -27,7 +27,11 @@ pub fn field(side: i32, resolution_m: f64) -> Arc<ClearanceField> {
 
 /// One disc, nine samples, five steps, in the middle of a grid of 40 by 40 cells.
 pub fn plain() -> Problem {
-    let axis = |low, high| Axis { low, high, count: 3 };
+    let axis = |low, high| Axis {
+        low,
+        high,
+        count: 3,
+    };
     Problem {
         field: field(40, RESOLUTION_M),
         pose: Pose::new(2.5, 2.5, 0.0),
@@ -94,14 +98,14 @@ pub fn extremes() -> Vec<(&'static str, Problem)> {
     ]);
     let longest_m = 262_143.9 * unit_m;
     let crowd = |index: i32| {
-        let ((column, row), reach) = ((index % 32, index / 32), 500.0);
+        let ((column, row), reach) = ((index % 32, index / 32), 480.0);
         let side = f64::from(column - 16);
         MovingDisc {
             x: 2.5 + side * 0.7 * reach / 16.0,
             y: 2.5 + f64::from(row - 16) * 0.7 * reach / 16.0,
             radius: 0.3,
-            vx: -side * 5.0,
-            vy: f64::from(16 - row) * 5.0,
+            vx: -side * 4.0,
+            vy: f64::from(16 - row) * 4.0,
         }
     };
     let crowded = Problem {
@@ -156,8 +160,16 @@ pub fn extremes() -> Vec<(&'static str, Problem)> {
             "standing still without weights",
             Problem {
                 window: Window {
-                    linear: Axis { low: 0.0, high: 0.0, count: 4 },
-                    angular: Axis { low: 0.0, high: 0.0, count: 4 },
+                    linear: Axis {
+                        low: 0.0,
+                        high: 0.0,
+                        count: 4,
+                    },
+                    angular: Axis {
+                        low: 0.0,
+                        high: 0.0,
+                        count: 4,
+                    },
                 },
                 weights: Weights {
                     heading: 0.0,
@@ -172,8 +184,16 @@ pub fn extremes() -> Vec<(&'static str, Problem)> {
             "a crawl",
             Problem {
                 window: Window {
-                    linear: Axis { low: -1e-12, high: 1e-12, count: 5 },
-                    angular: Axis { low: -1e-12, high: 1e-12, count: 5 },
+                    linear: Axis {
+                        low: -1e-12,
+                        high: 1e-12,
+                        count: 5,
+                    },
+                    angular: Axis {
+                        low: -1e-12,
+                        high: 1e-12,
+                        count: 5,
+                    },
                 },
                 ..plain()
             },

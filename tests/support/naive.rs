@@ -166,7 +166,10 @@ impl<'a> Oracle<'a> {
     fn meet(&self, x: f64, y: f64, heading: f64, step: u32) -> Vec<Meeting> {
         let frame = self.problem.field.frame();
         let side = frame.resolution_m;
-        let (width, height) = (f64::from(frame.width) * side, f64::from(frame.height) * side);
+        let (width, height) = (
+            f64::from(frame.width) * side,
+            f64::from(frame.height) * side,
+        );
         let heading = match self.fault {
             Fault::StiffFootprint => self.start[2],
             _ => heading,
@@ -188,7 +191,10 @@ impl<'a> Oracle<'a> {
             // Centres of the cells along one axis that a coordinate may lie in: nearly always one.
             let centers = |along: f64| {
                 let center = |along: f64| ((along / side).floor() + 0.5) * side;
-                let mut centers = vec![center(along - self.rounding_m), center(along + self.rounding_m)];
+                let mut centers = vec![
+                    center(along - self.rounding_m),
+                    center(along + self.rounding_m),
+                ];
                 centers.dedup();
                 centers
             };
@@ -334,13 +340,24 @@ impl<'a> Oracle<'a> {
     /// The scores (eqs. 33 and 35) of the admissible samples, whose terms these are; the weights brought to a sum of one.
     pub fn scores(&self, terms: &[Terms]) -> Vec<f64> {
         let weights = &self.problem.weights;
-        let sign = if self.fault == Fault::AddsPath { 1.0 } else { -1.0 };
-        let weights = [weights.heading, weights.clearance, weights.velocity, sign * weights.path];
+        let sign = if self.fault == Fault::AddsPath {
+            1.0
+        } else {
+            -1.0
+        };
+        let weights = [
+            weights.heading,
+            weights.clearance,
+            weights.velocity,
+            sign * weights.path,
+        ];
         let all: f64 = weights.iter().map(|weight| weight.abs()).sum();
         let scales = self.scales(terms);
         let score = |terms: &Terms| {
             let mut score = 0.0;
-            for ((value, weight), (offset, scale)) in terms.list().into_iter().zip(weights).zip(scales) {
+            for ((value, weight), (offset, scale)) in
+                terms.list().into_iter().zip(weights).zip(scales)
+            {
                 if scale > 0.0 && all > 0.0 {
                     score += weight / all * (value - offset) / scale;
                 }

@@ -38,7 +38,10 @@ fn refused(what: &str, problem: &Problem) {
     };
     assert_eq!(quantity(&error), what, "{error}");
     let message = error.to_string();
-    assert!(message.contains(what) && !message.contains('\n'), "{message}");
+    assert!(
+        message.contains(what) && !message.contains('\n'),
+        "{message}"
+    );
 }
 
 /// Sets a number of the plain problem to a value just inside and then just outside a limit.
@@ -100,26 +103,51 @@ fn counts_of_samples_and_steps() {
 fn distances_of_a_trajectory() {
     let unit_m = plain().field.unit_m();
     let longest_m = 16_384.0 * unit_m;
-    limit("distance in one step", 0.999 * longest_m, 1.001 * longest_m, |problem, metres| {
-        problem.step_s = 0.5;
-        problem.window.linear = linear(-metres / 0.5, 0.0, 3);
-    });
+    limit(
+        "distance in one step",
+        0.999 * longest_m,
+        1.001 * longest_m,
+        |problem, metres| {
+            problem.step_s = 0.5;
+            problem.window.linear = linear(-metres / 0.5, 0.0, 3);
+        },
+    );
     let reach_m = 262_144.0 * unit_m;
-    limit("distance over the horizon", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
-        problem.steps = 100;
-        problem.window.linear = linear(0.0, metres / 10.0, 3);
-    });
-    limit("distance to the target", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
-        problem.target = problem.pose.position() + Point::new(0.6, -0.8).coords * metres;
-    });
-    limit("distance to the key node", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
-        problem.key_node = problem.pose.position() + Point::new(-0.8, 0.6).coords * metres;
-    });
+    limit(
+        "distance over the horizon",
+        0.999 * reach_m,
+        1.001 * reach_m,
+        |problem, metres| {
+            problem.steps = 100;
+            problem.window.linear = linear(0.0, metres / 10.0, 3);
+        },
+    );
+    limit(
+        "distance to the target",
+        0.999 * reach_m,
+        1.001 * reach_m,
+        |problem, metres| {
+            problem.target = problem.pose.position() + Point::new(0.6, -0.8).coords * metres;
+        },
+    );
+    limit(
+        "distance to the key node",
+        0.999 * reach_m,
+        1.001 * reach_m,
+        |problem, metres| {
+            problem.key_node = problem.pose.position() + Point::new(-0.8, 0.6).coords * metres;
+        },
+    );
     let corner_m = 2.0_f64.powi(29) * unit_m;
-    limit("distance to the field's corner", 0.999 * corner_m, 1.001 * corner_m, |problem, metres| {
-        problem.pose = Pose::new(2.5, -metres, PI);
-        (problem.target, problem.key_node) = (problem.pose.position(), problem.pose.position());
-    });
+    limit(
+        "distance to the field's corner",
+        0.999 * corner_m,
+        1.001 * corner_m,
+        |problem, metres| {
+            problem.pose = Pose::new(2.5, -metres, PI);
+            (problem.target, problem.key_node) = (problem.pose.position(), problem.pose.position());
+        },
+    );
 }
 
 #[test]
@@ -136,26 +164,44 @@ fn rates() {
 fn footprints_and_clearances() {
     let unit_m = plain().field.unit_m();
     let offset_m = 32_767.0 * unit_m;
-    limit("disc offset", 0.999 * offset_m, 1.001 * offset_m, |problem, metres| {
-        problem.footprint = footprint(&[[0.1, -metres, 0.2]]);
-    });
+    limit(
+        "disc offset",
+        0.999 * offset_m,
+        1.001 * offset_m,
+        |problem, metres| {
+            problem.footprint = footprint(&[[0.1, -metres, 0.2]]);
+        },
+    );
     let sum_m = 46_330.0 * unit_m;
-    limit("clearance cap plus disc radius", 0.999 * sum_m, 1.001 * sum_m, |problem, metres| {
-        problem.max_clearance_m = metres - 0.2;
-    });
+    limit(
+        "clearance cap plus disc radius",
+        0.999 * sum_m,
+        1.001 * sum_m,
+        |problem, metres| {
+            problem.max_clearance_m = metres - 0.2;
+        },
+    );
     let together = "clearance cap plus disc and obstacle radius";
     limit(together, 0.999 * sum_m, 1.001 * sum_m, |problem, metres| {
         problem.max_clearance_m = metres - 0.7;
         problem.obstacles = vec![body(4.0, 0.5, 0.0)];
     });
-    limit("clearance cap", 0.001, 0.000_9, |problem, metres| problem.max_clearance_m = metres);
+    limit("clearance cap", 0.001, 0.000_9, |problem, metres| {
+        problem.max_clearance_m = metres
+    });
     limit("number of discs", 8.0, 9.0, |problem, count| {
         problem.footprint = footprint(&vec![[0.0, 0.0, 0.1]; count as usize]);
     });
 }
 
 fn body(x: f64, radius: f64, vx: f64) -> MovingDisc {
-    MovingDisc { x, y: 2.5, radius, vx, vy: 0.0 }
+    MovingDisc {
+        x,
+        y: 2.5,
+        radius,
+        vx,
+        vy: 0.0,
+    }
 }
 
 #[test]
@@ -164,34 +210,63 @@ fn moving_obstacles() {
         problem.obstacles = vec![body(4.0, 0.1, 0.1); count as usize];
     });
     let way_m = 2.0_f64.powi(22) * plain().field.unit_m();
-    limit("way of a moving obstacle", 0.999 * way_m, 1.001 * way_m, |problem, metres| {
-        problem.obstacles = vec![body(3.5, 0.1, (metres - 1.0) / 0.5)];
-    });
+    limit(
+        "way of a moving obstacle",
+        0.999 * way_m,
+        1.001 * way_m,
+        |problem, metres| {
+            problem.obstacles = vec![body(3.5, 0.1, (metres - 1.0) / 0.5)];
+        },
+    );
     for value in [f64::NAN, f64::INFINITY] {
         for broken in [
-            MovingDisc { x: value, ..body(3.0, 0.1, 0.0) },
-            MovingDisc { vy: value, ..body(3.0, 0.1, 0.0) },
+            MovingDisc {
+                x: value,
+                ..body(3.0, 0.1, 0.0)
+            },
+            MovingDisc {
+                vy: value,
+                ..body(3.0, 0.1, 0.0)
+            },
             body(3.0, value, 0.0),
             body(3.0, 0.0, 0.0),
             body(3.0, -0.1, 0.0),
         ] {
             let obstacles = vec![body(4.0, 0.1, 0.0), broken];
-            refused("moving obstacle 1", &Problem { obstacles, ..plain() });
+            refused(
+                "moving obstacle 1",
+                &Problem {
+                    obstacles,
+                    ..plain()
+                },
+            );
         }
     }
     // One too far off to matter may have any size and speed.
     let obstacles = vec![body(-1e6, 0.1, 3.0)];
-    accepted("moving obstacles", &Problem { obstacles, ..plain() });
+    accepted(
+        "moving obstacles",
+        &Problem {
+            obstacles,
+            ..plain()
+        },
+    );
 }
 
 #[test]
 fn numbers_that_must_be_above_zero_or_not_negative() {
     type Set = fn(&mut Problem, f64);
     let above_zero: [(&str, Set); 4] = [
-        ("braking along the path", |problem, value| problem.braking_x = value),
-        ("braking of the turn", |problem, value| problem.braking_theta = value),
+        ("braking along the path", |problem, value| {
+            problem.braking_x = value
+        }),
+        ("braking of the turn", |problem, value| {
+            problem.braking_theta = value
+        }),
         ("length of a step", |problem, value| problem.step_s = value),
-        ("clearance cap", |problem, value| problem.max_clearance_m = value),
+        ("clearance cap", |problem, value| {
+            problem.max_clearance_m = value
+        }),
     ];
     for (what, set) in above_zero {
         for outside in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -199,9 +274,15 @@ fn numbers_that_must_be_above_zero_or_not_negative() {
         }
     }
     let weights: [(&str, Set); 4] = [
-        ("weight heading", |problem, value| problem.weights.heading = value),
-        ("weight clearance", |problem, value| problem.weights.clearance = value),
-        ("weight velocity", |problem, value| problem.weights.velocity = value),
+        ("weight heading", |problem, value| {
+            problem.weights.heading = value
+        }),
+        ("weight clearance", |problem, value| {
+            problem.weights.clearance = value
+        }),
+        ("weight velocity", |problem, value| {
+            problem.weights.velocity = value
+        }),
         ("weight path", |problem, value| problem.weights.path = value),
     ];
     for (what, set) in weights {
@@ -216,8 +297,12 @@ fn numbers_that_must_be_finite() {
     type Set = fn(&mut Problem, f64);
     let sets: [(&str, Set); 5] = [
         ("pose", |problem, value| problem.pose.yaw = value),
-        ("forward speed window", |problem, value| problem.window.linear.high = value),
-        ("turn rate window", |problem, value| problem.window.angular.low = value),
+        ("forward speed window", |problem, value| {
+            problem.window.linear.high = value
+        }),
+        ("turn rate window", |problem, value| {
+            problem.window.angular.low = value
+        }),
         ("target", |problem, value| problem.target.y = value),
         ("key node", |problem, value| problem.key_node.x = value),
     ];

@@ -65,7 +65,9 @@ impl Scene {
             footprint: footprint(rng),
             max_clearance_m: rng.random_range(0.3..4.0),
             outside: [Outside::Obstacle, Outside::Free][rng.random_range(0..2)],
-            obstacles: (0..rng.random_range(0..=8)).map(|_| moving(rng, &frame)).collect(),
+            obstacles: (0..rng.random_range(0..=8))
+                .map(|_| moving(rng, &frame))
+                .collect(),
             target,
             key_node,
             weights: Weights {
