@@ -1,4 +1,4 @@
-// What host and shaders share. TWIN of src/local/prepare.rs (inputs) and src/local/gpu/layout.rs (outputs): same
+// What host and shaders share. TWIN of src/local/inputs.rs (inputs) and src/local/gpu/layout.rs (outputs): same
 // fields in the same order, checked by a test.
 
 struct Header {

@@ -1,9 +1,9 @@
-//! What the shaders write, as Rust reads it. TWIN of `shaders/layout.wgsl`; the inputs are in `prepare.rs`.
+//! What the shaders write, as Rust reads it. TWIN of `shaders/layout.wgsl`; the inputs are in `inputs.rs`.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::local::contract::{Counts, Evaluation, Reason, SampleRecord, Terms, Totals, Winner};
-use crate::local::prepare::Speed;
+use crate::local::inputs::Speed;
 
 /// Threads of a workgroup of `tabulate_turns`.
 pub const TURNS_PER_GROUP: u32 = 64;
