@@ -1,5 +1,4 @@
 //! One decision on each engine, at a few sampling densities; and the distance field it rests on.
-#![expect(missing_docs, reason = "criterion's macros make public items")]
 
 use std::hint::black_box;
 
@@ -37,7 +36,11 @@ fn decisions(criterion: &mut Criterion) {
                 bencher.iter(|| {
                     let problem = roadway_problem(&field, (speeds, turns), STEPS, 0);
                     let prepared = Prepared::new(&problem).expect("within the ranges");
-                    black_box(engine.evaluate(&prepared, Detail::Answer).expect("an answer"))
+                    black_box(
+                        engine
+                            .evaluate(&prepared, Detail::Answer)
+                            .expect("an answer"),
+                    )
                 });
             });
         }
@@ -48,8 +51,15 @@ fn decisions(criterion: &mut Criterion) {
 fn distance_field(criterion: &mut Criterion) {
     let side = 400;
     let origin = inbye::geometry::Pose::default();
-    let frame = GridFrame { width: side, height: side, resolution_m: 0.05, origin };
-    let blocked = (0..frame.len()).map(|index| index % 97 == 0 || index % 8111 < 40).collect();
+    let frame = GridFrame {
+        width: side,
+        height: side,
+        resolution_m: 0.05,
+        origin,
+    };
+    let blocked = (0..frame.len())
+        .map(|index| index % 97 == 0 || index % 8111 < 40)
+        .collect();
     let obstacles = ObstacleGrid::new(frame, blocked);
     criterion.bench_function("clearance field of 400 x 400", |bencher| {
         bencher.iter(|| black_box(ClearanceField::new(&obstacles).expect("5 cm cells")));

@@ -1,5 +1,4 @@
 //! A global path on a built-in scene, stage by stage.
-#![expect(missing_docs, reason = "criterion's macros make public items")]
 
 use std::hint::black_box;
 
@@ -19,7 +18,10 @@ fn scene_plan(criterion: &mut Criterion) {
     });
     let proof = FreeSpace::new(&obstacles, RADII_M.0);
     let search = FreeSpace::new(&obstacles, RADII_M.1);
-    let ground = Ground { search: &search, proof: &proof };
+    let ground = Ground {
+        search: &search,
+        proof: &proof,
+    };
     let start = scene.start.position();
     let modes = [
         ("octile", Heuristic::Octile),
@@ -28,7 +30,10 @@ fn scene_plan(criterion: &mut Criterion) {
         ("euclid", Heuristic::Euclid),
     ];
     for (name, heuristic) in modes {
-        let settings = Settings { heuristic, ..Settings::default() };
+        let settings = Settings {
+            heuristic,
+            ..Settings::default()
+        };
         criterion.bench_function(&format!("plan 25 m, {name}"), |bencher| {
             bencher.iter(|| {
                 let found = plan(&ground, start, scene.goal, &settings, &mut || 0.0);

@@ -19,7 +19,7 @@
 //! | [`bench`] | how fast, and is it right? |
 //! | [`report`] | what does it look like? |
 //!
-//! [`geometry`] and [`numeric`] stand above them all.
+//! [`geometry`], [`numeric`] and [`digest`] stand above them all.
 //!
 //! # A robot across a room
 //!
@@ -65,6 +65,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod digest;
 pub mod geometry;
 pub mod numeric;
 

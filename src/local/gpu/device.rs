@@ -83,7 +83,7 @@ impl Adapter {
             on_loss.report(format!("device lost ({reason:?}): {message}"));
         });
         Ok(Device {
-            device,
+            inner: device,
             queue,
             faults,
             adapter: self.summary.name.clone(),
@@ -93,7 +93,7 @@ impl Adapter {
 
 /// A device, its queue and what it complained of.
 pub(super) struct Device {
-    pub device: wgpu::Device,
+    pub inner: wgpu::Device,
     pub queue: wgpu::Queue,
     pub adapter: String,
     faults: Faults,
