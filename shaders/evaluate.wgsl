@@ -6,7 +6,7 @@
 //   score_samples    a thread for each sample        scores it, finds its workgroup's best
 //   choose           one workgroup                   the winner
 
-const TURNS_PER_GROUP: u32 = 64u;
+const TURNS_PER_GROUP: u32 = 128u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
 
