@@ -190,7 +190,10 @@ fn choose(@builtin(local_invocation_index) local: u32) {
     }
     if local == 0u {
         let best = finalists[0];
-        answer.winner = vec4<u32>(best.index, best.score.x, best.score.y, header.stamp);
+        answer.winner = best.index;
+        answer.score_low = best.score.x;
+        answer.score_high = best.score.y;
+        answer.stamp = header.stamp;
         answer.terms = Terms(0u, 0u, 0u, 0u);
         if best.index < sample_count() {
             answer.terms = record_terms(best.index);
