@@ -96,8 +96,11 @@ struct Answer {
     least: vec4<u32>,
     greatest: vec4<u32>,
     normalizers: array<Normalizer, 4>,
-    // Index, the score's lower and upper half, the stamp of the problem answered.
-    winner: vec4<u32>,
+    // The winner's index, its score's halves, the stamp of the problem answered, the winner's terms.
+    winner: u32,
+    score_low: u32,
+    score_high: u32,
+    stamp: u32,
     terms: Terms,
 }
 

@@ -12,8 +12,8 @@ use inbye::robot::{Disc, Footprint};
 /// Cells of this size have the largest unit of length but for rounding: 0.2441 mm.
 const RESOLUTION_M: f64 = 0.124_99;
 
-/// An empty square grid but for one blocked cell in a corner, with its corner at the map's origin.
-pub fn field(side: i32, resolution_m: f64) -> Arc<ClearanceField> {
+/// A square grid with its corner at the map's origin, free but for these cells (column and row).
+pub fn field(side: i32, resolution_m: f64, blocked: &[[i32; 2]]) -> Arc<ClearanceField> {
     let frame = GridFrame {
         width: side,
         height: side,
@@ -21,11 +21,13 @@ pub fn field(side: i32, resolution_m: f64) -> Arc<ClearanceField> {
         origin: Pose::default(),
     };
     let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-    obstacles.set(Cell::new(side - 1, 0), true);
+    for &[column, row] in blocked {
+        obstacles.set(Cell::new(column, row), true);
+    }
     Arc::new(ClearanceField::new(&obstacles).expect("a resolution within the range"))
 }
 
-/// One disc, nine samples, five steps, in the middle of a grid of 40 by 40 cells.
+/// One disc, nine samples, five steps, in the middle of a grid of 40 by 40 cells, one of them blocked.
 pub fn plain() -> Problem {
     let axis = |low, high| Axis {
         low,
@@ -33,7 +35,7 @@ pub fn plain() -> Problem {
         count: 3,
     };
     Problem {
-        field: field(40, RESOLUTION_M),
+        field: field(40, RESOLUTION_M, &[[39, 0]]),
         pose: Pose::new(2.5, 2.5, 0.0),
         window: Window {
             linear: axis(0.0, 0.5),
@@ -97,15 +99,16 @@ pub fn extremes() -> Vec<(&'static str, Problem)> {
         [-0.5, 0.0, 0.1],
     ]);
     let longest_m = 262_143.9 * unit_m;
+    // From up to 480 m away, they meet at the robot just after the last step.
     let crowd = |index: i32| {
-        let ((column, row), reach) = ((index % 32, index / 32), 480.0);
-        let side = f64::from(column - 16);
+        let from_middle = |place: i32| f64::from(place) - 15.5;
+        let (across, along) = (from_middle(index % 32), from_middle(index / 32));
         MovingDisc {
-            x: 2.5 + side * 0.7 * reach / 16.0,
-            y: 2.5 + f64::from(row - 16) * 0.7 * reach / 16.0,
+            x: 2.5 + across * 21.0,
+            y: 2.5 + along * 21.0,
             radius: 0.3,
-            vx: -side * 4.0,
-            vy: f64::from(16 - row) * 4.0,
+            vx: -across * 4.0,
+            vy: -along * 4.0,
         }
     };
     let crowded = Problem {
@@ -153,6 +156,13 @@ pub fn extremes() -> Vec<(&'static str, Problem)> {
                     vy: 0.0,
                 }],
                 ..fast(0.05, 40, 0.1)
+            },
+        ),
+        (
+            "as many moving obstacles as any adapter takes",
+            Problem {
+                obstacles: crowded.obstacles[300..627].to_vec(),
+                ..crowded.clone()
             },
         ),
         ("a thousand moving obstacles", crowded),

@@ -323,7 +323,7 @@ fn nothing_overflows_at_the_limits() {
     }
     // The window is one place; the largest grid that is not absurd in a test is another.
     let large = Problem {
-        field: field(3000, 0.05),
+        field: field(3000, 0.05, &[[0, 0]]),
         pose: Pose::new(75.0, 75.0, 1.0),
         target: Point::new(80.0, 80.0),
         key_node: Point::new(76.0, 76.0),

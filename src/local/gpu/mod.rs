@@ -82,6 +82,24 @@ impl GpuEngine {
         Ok(())
     }
 
+    /// Refuses a problem that the adapter's driver would leave unfinished.
+    fn check_loops(&self, problem: &Prepared) -> Result<(), EngineError> {
+        let header = &problem.header;
+        let (steps, discs) = (u64::from(header.steps), u64::from(header.disc_count));
+        let moving = u64::from(header.obstacle_count);
+        // A turn for each step, disc and obstacle, and up to three more for the square root of a distance.
+        let needed = steps * (1 + discs * (1 + 4 * moving));
+        match self.device.loop_turns {
+            Some(most) if needed > most => Err(EngineError::Setup {
+                adapter: self.device.adapter.clone(),
+                what: format!(
+                    "{steps} steps of {discs} discs among {moving} moving obstacles take up to {needed} turns of loops, the driver allows {most}: use --engine cpu"
+                ),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     fn submit(
         &self,
         buffers: &Buffers,
@@ -127,7 +145,11 @@ impl GpuEngine {
         self.device
             .inner
             .poll(wait)
-            .map_err(|error| self.device.lost(error.to_string()))?;
+            // A complaint of the device says more than that there is nothing to wait for.
+            .map_err(|error| match self.device.check() {
+                Err(complaint) => complaint,
+                Ok(()) => self.device.lost(error.to_string()),
+            })?;
         self.device.check()?;
         match receiver.try_recv() {
             Ok(Ok(())) => {}
@@ -160,6 +182,7 @@ impl Engine for GpuEngine {
 
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
         self.device.check()?;
+        self.check_loops(problem)?;
         self.fit_buffers(problem)?;
         self.stamp = self.stamp.wrapping_add(1);
         if let Some(buffers) = &mut self.buffers {
