@@ -11,13 +11,18 @@ use crate::robot::{Disc, Footprint};
 pub(super) struct KeptClear {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,
+    /// Whether somebody is within the margin: a reason to go slowly.
+    pub beside_somebody: bool,
 }
 
 /// A robot within a margin keeps this much less than the distance it has, metres, so that standing is admissible.
 const SLACK_M: f64 = 0.002;
+/// The robot itself overshoots a margin by less than this, metres; whoever is deeper within it came there.
+const OVERSHOOT_M: f64 = 0.03;
 
 impl KeptClear {
-    /// The whole margins.
+    /// The whole margins; but to whoever came within one, only the passing margin: else nothing would be admissible
+    /// beside a person who came close and stopped, not even driving on.
     pub fn new(
         footprint: &Footprint,
         settings: &NavigatorSettings,
@@ -25,10 +30,22 @@ impl KeptClear {
         observation: &Observation,
     ) -> Self {
         let margin_m = local_margin_m(settings, resolution_m);
-        let grow = |disc: &MovingDisc| grown(disc, settings.moving_margin_m - margin_m);
+        let mut beside_somebody = false;
+        let grow = |disc: &MovingDisc| {
+            let gap_m = gap_m(footprint, &observation.pose, disc);
+            let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
+            beside_somebody |= came_close;
+            let kept_m = if came_close {
+                settings.passing_margin_m.min(gap_m - SLACK_M).max(0.0)
+            } else {
+                settings.moving_margin_m
+            };
+            grown(disc, kept_m - margin_m)
+        };
         Self {
-            footprint: footprint.padded(margin_m),
             moving: observation.moving.iter().map(grow).collect(),
+            footprint: footprint.padded(margin_m),
+            beside_somebody,
         }
     }
 
@@ -54,6 +71,7 @@ impl KeptClear {
         Self {
             footprint: footprint.padded(margin_m),
             moving: observation.moving.iter().map(grow).collect(),
+            beside_somebody: true,
         }
     }
 

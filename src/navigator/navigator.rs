@@ -191,7 +191,7 @@ impl Navigator {
             obstacles: &kept.moving,
             target,
             key_node: target,
-            limits: self.approach_limits(observation),
+            limits: self.driving_limits(observation, &kept),
             footprint: &kept.footprint,
             weights: self.planner.settings().weights,
         };
@@ -230,13 +230,8 @@ impl Navigator {
         field: &Arc<ClearanceField>,
         target: Point,
     ) -> Result<Decision, Fault> {
-        let limits = self.robot.limits;
         let slow = self.settings.backing_speed;
-        let limits = Limits {
-            min_vel_x: limits.min_vel_x.max(-slow),
-            max_vel_x: limits.max_vel_x.min(slow / 2.0),
-            ..limits
-        };
+        let limits = self.limits_between(-slow, slow / 2.0, observation);
         let footprint = &self.robot.footprint;
         let kept = KeptClear::what_is_left(footprint, &self.settings, field, observation);
         let behind = observation.pose.transform(&Point::new(-1.0, 0.0));
@@ -321,16 +316,33 @@ impl Navigator {
         limits.reachable(&observation.twist, &wanted, period_s)
     }
 
-    /// Limits for driving: forwards only, and so that the robot can stop at the goal.
-    fn approach_limits(&self, observation: &Observation) -> Limits {
-        let limits = self.robot.limits;
+    /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly beside somebody.
+    fn driving_limits(&self, observation: &Observation, kept: &KeptClear) -> Limits {
+        let limits = &self.robot.limits;
         let to_goal_m = (observation.pose.position() - self.goal.position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
-        let min_vel_x = limits.min_vel_x.max(0.0).min(limits.max_vel_x);
-        let max_vel_x = limits.max_vel_x.min(stops_in_time.max(0.1)).max(min_vel_x);
+        let mut fastest = stops_in_time.max(0.1);
+        if kept.beside_somebody {
+            fastest = fastest.min(self.settings.passing_speed);
+        }
+        self.limits_between(0.0, fastest, observation)
+    }
+
+    /// The robot's limits with forward speeds from `least` to `most`, and what braking needs to get there: so that
+    /// every sample can be reached and is judged as it will be driven.
+    fn limits_between(&self, least: f64, most: f64, observation: &Observation) -> Limits {
+        let limits = self.robot.limits;
+        let period_s = self.planner.settings().control_period_s;
+        let in_reach = |speed: f64| {
+            let wanted = Twist::new(speed, 0.0);
+            limits
+                .reachable(&observation.twist, &wanted, period_s)
+                .linear
+        };
+        let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
         Limits {
-            min_vel_x,
-            max_vel_x,
+            min_vel_x: within(least.min(in_reach(least))),
+            max_vel_x: within(most.max(in_reach(most))),
             ..limits
         }
     }
