@@ -175,10 +175,19 @@ impl Navigator {
         let resolution_m = field.frame().resolution_m;
         let footprint = &self.robot.footprint;
         let kept = KeptClear::new(footprint, &self.settings, resolution_m, observation);
-        if let Some(command) = self.turn_in_place(observation, &kept, &field, target) {
+        let error =
+            wrap_angle(bearing(&observation.pose.position(), &target) - observation.pose.yaw);
+        let turns_from = if self.mode == Mode::Turning {
+            self.settings.turn_in_place_until
+        } else {
+            self.settings.turn_in_place_from
+        };
+        let faces_away = error.abs() > turns_from && kept.may_turn(&field, &observation.pose);
+        // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
+        if faces_away && observation.twist.linear.abs() < TURNS_BELOW {
             self.mode = Mode::Turning;
             return Ok(Decision {
-                command,
+                command: self.turn_by(observation, error),
                 mode: self.mode,
                 local_target: target,
                 counts: None,
@@ -191,7 +200,7 @@ impl Navigator {
             obstacles: &kept.moving,
             target,
             key_node: target,
-            limits: self.driving_limits(observation, &kept),
+            limits: self.driving_limits(observation, &kept, faces_away),
             footprint: &kept.footprint,
             weights: self.planner.settings().weights,
         };
@@ -256,31 +265,6 @@ impl Navigator {
         })
     }
 
-    /// A turn towards the target, when it lies far off the heading and the ground under the turning robot is clear.
-    fn turn_in_place(
-        &self,
-        observation: &Observation,
-        kept: &KeptClear,
-        field: &ClearanceField,
-        target: Point,
-    ) -> Option<Twist> {
-        let pose = &observation.pose;
-        let error = wrap_angle(bearing(&pose.position(), &target) - pose.yaw);
-        let turning = self.mode == Mode::Turning;
-        let settings = &self.settings;
-        let wanted = if turning {
-            settings.turn_in_place_until
-        } else {
-            settings.turn_in_place_from
-        };
-        // A moving robot is avoiding something, or about to come round by itself.
-        let may_begin = turning || observation.twist.linear.abs() < TURNS_BELOW;
-        if !may_begin || error.abs() <= wanted || !kept.may_turn(field, &observation.pose) {
-            return None;
-        }
-        Some(self.turn_by(observation, error))
-    }
-
     /// At the goal: stop, turn to the yaw asked for, and be done when standing so.
     fn park(&mut self, observation: &Observation) -> Decision {
         let error = self
@@ -316,14 +300,23 @@ impl Navigator {
         limits.reachable(&observation.twist, &wanted, period_s)
     }
 
-    /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly beside somebody.
-    fn driving_limits(&self, observation: &Observation, kept: &KeptClear) -> Limits {
+    /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly beside somebody or while
+    /// it faces away from its way: else it would circle about its target.
+    fn driving_limits(
+        &self,
+        observation: &Observation,
+        kept: &KeptClear,
+        faces_away: bool,
+    ) -> Limits {
         let limits = &self.robot.limits;
         let to_goal_m = (observation.pose.position() - self.goal.position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
         let mut fastest = stops_in_time.max(0.1);
         if kept.beside_somebody {
             fastest = fastest.min(self.settings.passing_speed);
+        }
+        if faces_away {
+            fastest = fastest.min(TURNS_BELOW / 2.0);
         }
         self.limits_between(0.0, fastest, observation)
     }
