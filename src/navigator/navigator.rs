@@ -141,7 +141,6 @@ impl Navigator {
         if (robot - self.goal.position).norm() <= self.settings.xy_goal_tolerance {
             return self.park(observation);
         }
-        self.replan_if_needed(observation, off_path_m);
         let stuck_s = self.watch.stuck_s(
             observation.time_s,
             self.route.left_m(),
@@ -155,6 +154,7 @@ impl Navigator {
             };
             return self.give_up(observation, fault);
         }
+        self.replan_if_needed(observation, off_path_m, stuck_s);
         match self.drive(observation, stuck_s) {
             Ok(decision) => decision,
             Err(fault) => self.give_up(observation, fault),
@@ -354,7 +354,10 @@ impl Navigator {
     }
 
     /// Plans anew when the way ahead is blocked, the robot strayed, or it has stood for long behind something moving.
-    fn replan_if_needed(&mut self, observation: &Observation, off_path_m: f64) {
+    ///
+    /// A way round people may be as much longer as the robot could have driven while it waited for them: so waiting
+    /// and the detour together never cost more than twice the better of the two.
+    fn replan_if_needed(&mut self, observation: &Observation, off_path_m: f64, stuck_s: f64) {
         let radius_m = self.route_planner.least_radius_m();
         let ahead_m = self.settings.check_ahead_m;
         let blocked = self.map.has_marks()
@@ -380,14 +383,18 @@ impl Navigator {
         };
         let obstacles = self.map.obstacles_with(&discs);
         let start = observation.pose.position();
-        if let Ok(plan) =
-            self.route_planner
-                .plan(&obstacles, start, self.goal.position, &mut || 0.0)
-        {
-            self.route = Route::new(&plan, self.settings.key_node_spacing_m);
-            self.watch.rebase(self.route.left_m());
-            self.plans.push(plan);
+        let planned = self
+            .route_planner
+            .plan(&obstacles, start, self.goal.position, &mut || 0.0);
+        let Ok(plan) = planned else { return };
+        let longer_m = plan.smoothed.length_m() - self.route.left_m();
+        let only_waited = !blocked && off_path_m <= OFF_PATH_M;
+        if only_waited && longer_m > stuck_s * self.robot.limits.max_vel_x {
+            return;
         }
+        self.route = Route::new(&plan, self.settings.key_node_spacing_m);
+        self.watch.rebase(self.route.left_m());
+        self.plans.push(plan);
     }
 
     fn brake(&self, observation: &Observation) -> Twist {
