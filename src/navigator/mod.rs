@@ -14,6 +14,7 @@ mod observation;
 mod planning;
 mod route;
 mod settings;
+mod trail;
 mod watch;
 
 pub use fault::Fault;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::kept_clear::KeptClear;
 use super::local_map::LocalMap;
+use super::trail::Trail;
 use super::watch::{ProgressWatch, Since};
 use super::{Fault, Goal, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
 use crate::geometry::{Point, Twist, bearing, wrap_angle};
@@ -47,6 +48,7 @@ pub struct Navigator {
     mode: Mode,
     watch: ProgressWatch,
     blocked: Since,
+    trail: Trail,
     backing_until_s: f64,
     next_recovery_s: f64,
     recoveries: u32,
@@ -57,7 +59,7 @@ pub struct Navigator {
 /// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
 const BACKING_S: f64 = 2.0;
 const LONGEST_BACKING: u32 = 3;
-/// Clearance counts most, then getting away backwards.
+/// Clearance counts most, then getting back to where it came from.
 const BACKING_WEIGHTS: Weights = Weights {
     heading: 0.0,
     clearance: 0.6,
@@ -101,6 +103,7 @@ impl Navigator {
             mode: Mode::Driving,
             watch: ProgressWatch::default(),
             blocked: Since::default(),
+            trail: Trail::default(),
             backing_until_s: f64::NEG_INFINITY,
             next_recovery_s: f64::NEG_INFINITY,
             recoveries: 0,
@@ -172,6 +175,7 @@ impl Navigator {
         if observation.time_s < self.backing_until_s {
             return self.back_out(observation, &field, target);
         }
+        self.trail.note(&observation.pose.position());
         let resolution_m = field.frame().resolution_m;
         let footprint = &self.robot.footprint;
         let kept = KeptClear::new(footprint, &self.settings, resolution_m, observation);
@@ -232,7 +236,7 @@ impl Navigator {
         })
     }
 
-    /// Moves away from whatever is nearest, slowly and backwards first of all, even from within a margin.
+    /// Moves slowly back to where it came from, away from whatever is nearest, even from within a margin.
     fn back_out(
         &mut self,
         observation: &Observation,
@@ -243,7 +247,11 @@ impl Navigator {
         let limits = self.limits_between(-slow, slow / 2.0, observation);
         let footprint = &self.robot.footprint;
         let kept = KeptClear::what_is_left(footprint, &self.settings, field, observation);
-        let behind = observation.pose.transform(&Point::new(-1.0, 0.0));
+        let robot = observation.pose.position();
+        let behind = self
+            .trail
+            .behind(&robot)
+            .unwrap_or_else(|| observation.pose.transform(&Point::new(-1.0, 0.0)));
         let situation = Situation {
             field,
             pose: observation.pose,
