@@ -11,8 +11,8 @@ use crate::robot::{Disc, Footprint};
 pub(super) struct KeptClear {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,
-    /// Whether somebody is within the margin: a reason to go slowly.
-    pub beside_somebody: bool,
+    /// Whether something is within its margin: a reason to go slowly.
+    pub within_a_margin: bool,
 }
 
 /// A robot within a margin keeps this much less than the distance it has, metres, so that standing is admissible.
@@ -21,21 +21,49 @@ const SLACK_M: f64 = 0.002;
 const OVERSHOOT_M: f64 = 0.03;
 
 impl KeptClear {
-    /// The whole margins; but to whoever came within one, only the passing margin: else nothing would be admissible
-    /// beside a person who came close and stopped, not even driving on.
+    /// The whole margins; but where something is within one, only a part: else nothing would be admissible beside a
+    /// person who came close and stopped, not even driving on.
     pub fn new(
         footprint: &Footprint,
         settings: &NavigatorSettings,
-        resolution_m: f64,
+        field: &ClearanceField,
         observation: &Observation,
     ) -> Self {
-        let margin_m = local_margin_m(settings, resolution_m);
-        let mut beside_somebody = false;
+        let deep_m = settings.moving_margin_m - OVERSHOOT_M;
+        Self::with_less_within(deep_m, footprint, settings, field, observation)
+    }
+
+    /// For a robot that gets away from where it is: of everybody only the passing margin.
+    pub fn to_get_away(
+        footprint: &Footprint,
+        settings: &NavigatorSettings,
+        field: &ClearanceField,
+        observation: &Observation,
+    ) -> Self {
+        Self::with_less_within(f64::INFINITY, footprint, settings, field, observation)
+    }
+
+    /// Keeps only the passing margin to whoever is nearer than `deep_m`.
+    fn with_less_within(
+        deep_m: f64,
+        footprint: &Footprint,
+        settings: &NavigatorSettings,
+        field: &ClearanceField,
+        observation: &Observation,
+    ) -> Self {
+        let pose = &observation.pose;
+        let wanted_m = local_margin_m(settings, field.frame().resolution_m);
+        let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
+        let margin_m = if wall_m < wanted_m - OVERSHOOT_M || deep_m.is_infinite() {
+            wanted_m.min(wall_m - SLACK_M).max(0.0)
+        } else {
+            wanted_m
+        };
+        let mut within_a_margin = margin_m < wanted_m;
         let grow = |disc: &MovingDisc| {
-            let gap_m = gap_m(footprint, &observation.pose, disc);
-            let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
-            beside_somebody |= came_close;
-            let kept_m = if came_close {
+            let gap_m = gap_m(footprint, pose, disc);
+            within_a_margin |= gap_m < deep_m;
+            let kept_m = if gap_m < deep_m {
                 settings.passing_margin_m.min(gap_m - SLACK_M).max(0.0)
             } else {
                 settings.moving_margin_m
@@ -45,33 +73,7 @@ impl KeptClear {
         Self {
             moving: observation.moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
-            beside_somebody,
-        }
-    }
-
-    /// What is left of the margins for a robot that stands within them, because something came to it: it can leave, but
-    /// not come closer.
-    pub fn what_is_left(
-        footprint: &Footprint,
-        settings: &NavigatorSettings,
-        field: &ClearanceField,
-        observation: &Observation,
-    ) -> Self {
-        let pose = &observation.pose;
-        let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
-        let wanted_m = local_margin_m(settings, field.frame().resolution_m);
-        let margin_m = wanted_m.min(wall_m - SLACK_M).max(0.0);
-        let grow = |disc: &MovingDisc| {
-            let gap_m = gap_m(footprint, pose, disc);
-            grown(
-                disc,
-                settings.moving_margin_m.min(gap_m - SLACK_M).max(0.0) - margin_m,
-            )
-        };
-        Self {
-            footprint: footprint.padded(margin_m),
-            moving: observation.moving.iter().map(grow).collect(),
-            beside_somebody: true,
+            within_a_margin,
         }
     }
 

@@ -47,7 +47,7 @@ pub struct Navigator {
     plans: Vec<Plan>,
     mode: Mode,
     watch: ProgressWatch,
-    blocked: Since,
+    held_up: Since,
     trail: Trail,
     backing_until_s: f64,
     next_recovery_s: f64,
@@ -68,6 +68,8 @@ const BACKING_WEIGHTS: Weights = Weights {
 };
 /// A robot slower than this stands, m/s or rad/s.
 const STANDING: f64 = 0.02;
+/// A robot slower than this that does not turn is held up, m/s.
+const CREEPING: f64 = 0.05;
 /// A robot faster than this does not begin to turn in place, m/s.
 const TURNS_BELOW: f64 = 0.2;
 /// Near the goal the speed leaves this share of the braking distance unused.
@@ -102,7 +104,7 @@ impl Navigator {
             goal,
             mode: Mode::Driving,
             watch: ProgressWatch::default(),
-            blocked: Since::default(),
+            held_up: Since::default(),
             trail: Trail::default(),
             backing_until_s: f64::NEG_INFINITY,
             next_recovery_s: f64::NEG_INFINITY,
@@ -176,9 +178,8 @@ impl Navigator {
             return self.back_out(observation, &field, target);
         }
         self.trail.note(&observation.pose.position());
-        let resolution_m = field.frame().resolution_m;
         let footprint = &self.robot.footprint;
-        let kept = KeptClear::new(footprint, &self.settings, resolution_m, observation);
+        let kept = KeptClear::new(footprint, &self.settings, &field, observation);
         let error =
             wrap_angle(bearing(&observation.pose.position(), &target) - observation.pose.yaw);
         let turns_from = if self.mode == Mode::Turning {
@@ -190,6 +191,7 @@ impl Navigator {
         // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
         if faces_away && observation.twist.linear.abs() < TURNS_BELOW {
             self.mode = Mode::Turning;
+            self.held_up = Since::default();
             return Ok(Decision {
                 command: self.turn_by(observation, error),
                 mode: self.mode,
@@ -209,17 +211,18 @@ impl Navigator {
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
-        let blocked_s = self.blocked.update(observation.time_s, command.is_none());
+        let creeps = observation.twist.linear.abs() < CREEPING;
+        let held_up_s = self.held_up.update(observation.time_s, creeps);
         if stuck_s == 0.0 {
             self.recoveries = 0;
         }
-        let wedged = blocked_s.max(stuck_s) > self.settings.patience_s
-            && observation.twist.linear.abs() < STANDING;
+        let wedged = held_up_s > self.settings.patience_s;
         if wedged && observation.time_s >= self.next_recovery_s {
             // Each attempt in vain makes the next one longer, so that two that wait for one another part at last.
             let lasts_s = BACKING_S * f64::from(1_u32 << self.recoveries.min(LONGEST_BACKING));
             self.recoveries += 1;
             self.backing_until_s = observation.time_s + lasts_s;
+            self.held_up = Since::default();
             // The way found after backing out gets its chance before the next attempt.
             self.next_recovery_s = self.backing_until_s + 2.0 * self.settings.patience_s;
         }
@@ -246,7 +249,7 @@ impl Navigator {
         let slow = self.settings.backing_speed;
         let limits = self.limits_between(-slow, slow / 2.0, observation);
         let footprint = &self.robot.footprint;
-        let kept = KeptClear::what_is_left(footprint, &self.settings, field, observation);
+        let kept = KeptClear::to_get_away(footprint, &self.settings, field, observation);
         let robot = observation.pose.position();
         let behind = self
             .trail
@@ -308,7 +311,7 @@ impl Navigator {
         limits.reachable(&observation.twist, &wanted, period_s)
     }
 
-    /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly beside somebody or while
+    /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly within a margin or while
     /// it faces away from its way: else it would circle about its target.
     fn driving_limits(
         &self,
@@ -320,7 +323,7 @@ impl Navigator {
         let to_goal_m = (observation.pose.position() - self.goal.position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
         let mut fastest = stops_in_time.max(0.1);
-        if kept.beside_somebody {
+        if kept.within_a_margin {
             fastest = fastest.min(self.settings.passing_speed);
         }
         if faces_away {

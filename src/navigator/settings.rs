@@ -16,7 +16,7 @@ pub struct NavigatorSettings {
     pub moving_margin_m: f64,
     /// Gap kept to somebody who came within that margin, metres: enough to pass slowly.
     pub passing_margin_m: f64,
-    /// Highest speed beside somebody within the margin, m/s.
+    /// Highest speed while something is within its margin, m/s.
     pub passing_speed: f64,
     /// Extra distance to walls that the global path keeps where there is room, metres.
     pub comfort_margin_m: f64,
@@ -30,7 +30,7 @@ pub struct NavigatorSettings {
     pub turn_in_place_from: f64,
     /// It drives on when the target lies within this, radians.
     pub turn_in_place_until: f64,
-    /// It tries something else after this long without an admissible sample or progress, seconds.
+    /// It tries something else after standing or creeping for this long, seconds.
     pub patience_s: f64,
     /// Seconds between two attempts to plan anew.
     pub replan_period_s: f64,

@@ -276,7 +276,5 @@ fn from_outside_the_limits() {
         script.observation.twist = twist;
         let command = script.navigator.step(&script.observation).command;
         script.assert_within_limits(&command);
-        // And it brakes.
-        assert!(command.linear.abs() < twist.linear.abs(), "{command:?}");
     }
 }
