@@ -59,12 +59,12 @@ pub struct Navigator {
 /// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
 const BACKING_S: f64 = 2.0;
 const LONGEST_BACKING: u32 = 3;
-/// Clearance counts most, then getting back to where it came from.
+/// Getting back to where it came from counts most, then clearance.
 const BACKING_WEIGHTS: Weights = Weights {
     heading: 0.0,
-    clearance: 0.6,
+    clearance: 0.3,
     velocity: 0.0,
-    path: 0.4,
+    path: 0.7,
 };
 /// A robot slower than this stands, m/s or rad/s.
 const STANDING: f64 = 0.02;

@@ -9,7 +9,7 @@ pub struct Trail(Vec<Point>);
 /// Distance between two places of a trail, metres.
 const SPACING_M: f64 = 0.25;
 /// A place to back out to lies further off than this, metres.
-const AWAY_M: f64 = 1.0;
+const AWAY_M: f64 = 0.5;
 
 impl Trail {
     /// Notes where the robot is.
