@@ -12,6 +12,7 @@ mod mode;
 mod navigator;
 mod observation;
 mod planning;
+mod recovery;
 mod route;
 mod settings;
 mod trail;

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::kept_clear::KeptClear;
 use super::local_map::LocalMap;
-use super::trail::Trail;
-use super::watch::{ProgressWatch, Since};
+use super::recovery::{BACKING_WEIGHTS, Recovery};
+use super::watch::ProgressWatch;
 use super::{Fault, Goal, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
 use crate::geometry::{Point, Twist, bearing, wrap_angle};
 use crate::global::Plan;
-use crate::local::{ClearanceField, Counts, LocalPlanner, Situation, Weights};
+use crate::local::{ClearanceField, Counts, LocalPlanner, Situation};
 use crate::map::ObstacleGrid;
 use crate::robot::{Footprint, Limits};
 
@@ -47,29 +47,13 @@ pub struct Navigator {
     plans: Vec<Plan>,
     mode: Mode,
     watch: ProgressWatch,
-    held_up: Since,
-    trail: Trail,
-    backing_until_s: f64,
-    next_recovery_s: f64,
-    recoveries: u32,
+    recovery: Recovery,
     next_replan_s: f64,
     fault: Option<Fault>,
 }
 
-/// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
-const BACKING_S: f64 = 2.0;
-const LONGEST_BACKING: u32 = 3;
-/// Getting back to where it came from counts most, then clearance.
-const BACKING_WEIGHTS: Weights = Weights {
-    heading: 0.0,
-    clearance: 0.3,
-    velocity: 0.0,
-    path: 0.7,
-};
 /// A robot slower than this stands, m/s or rad/s.
 const STANDING: f64 = 0.02;
-/// A robot slower than this that does not turn is held up, m/s.
-const CREEPING: f64 = 0.05;
 /// A robot faster than this does not begin to turn in place, m/s.
 const TURNS_BELOW: f64 = 0.2;
 /// Near the goal the speed leaves this share of the braking distance unused.
@@ -104,11 +88,7 @@ impl Navigator {
             goal,
             mode: Mode::Driving,
             watch: ProgressWatch::default(),
-            held_up: Since::default(),
-            trail: Trail::default(),
-            backing_until_s: f64::NEG_INFINITY,
-            next_recovery_s: f64::NEG_INFINITY,
-            recoveries: 0,
+            recovery: Recovery::default(),
             next_replan_s: f64::NEG_INFINITY,
             fault: None,
         })
@@ -132,8 +112,15 @@ impl Navigator {
         &self.planner
     }
 
-    /// Decides what to do now. After a goal is reached, or a mission given up, the answer is to stand.
+    /// Decides what to do now. After a goal is reached, or a mission given up, the answer is to stand. The command is
+    /// within the robot's limits, and within what it reaches in one control period unless it is too fast already.
     pub fn step(&mut self, observation: &Observation) -> Decision {
+        let mut decision = self.decide(observation);
+        decision.command = self.robot.limits.nearest_allowed(&decision.command);
+        decision
+    }
+
+    fn decide(&mut self, observation: &Observation) -> Decision {
         if matches!(self.mode, Mode::Arrived | Mode::Failed) {
             return self.stand(observation, self.mode);
         }
@@ -174,10 +161,9 @@ impl Navigator {
             .window(&observation.pose.position(), half_m)
             .map_err(|error| Fault::Choose(error.into()))?;
         let target = self.route.key_node(self.settings.lookahead_m);
-        if observation.time_s < self.backing_until_s {
+        if self.recovery.is_backing(observation.time_s) {
             return self.back_out(observation, &field, target);
         }
-        self.trail.note(&observation.pose.position());
         let footprint = &self.robot.footprint;
         let kept = KeptClear::new(footprint, &self.settings, &field, observation);
         let error =
@@ -191,7 +177,7 @@ impl Navigator {
         // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
         if faces_away && observation.twist.linear.abs() < TURNS_BELOW {
             self.mode = Mode::Turning;
-            self.held_up = Since::default();
+            self.recovery.turned();
             return Ok(Decision {
                 command: self.turn_by(observation, error),
                 mode: self.mode,
@@ -211,21 +197,8 @@ impl Navigator {
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
-        let creeps = observation.twist.linear.abs() < CREEPING;
-        let held_up_s = self.held_up.update(observation.time_s, creeps);
-        if stuck_s == 0.0 {
-            self.recoveries = 0;
-        }
-        let wedged = held_up_s > self.settings.patience_s;
-        if wedged && observation.time_s >= self.next_recovery_s {
-            // Each attempt in vain makes the next one longer, so that two that wait for one another part at last.
-            let lasts_s = BACKING_S * f64::from(1_u32 << self.recoveries.min(LONGEST_BACKING));
-            self.recoveries += 1;
-            self.backing_until_s = observation.time_s + lasts_s;
-            self.held_up = Since::default();
-            // The way found after backing out gets its chance before the next attempt.
-            self.next_recovery_s = self.backing_until_s + 2.0 * self.settings.patience_s;
-        }
+        self.recovery
+            .drove(observation, stuck_s, self.settings.patience_s);
         self.mode = if command.is_some() {
             Mode::Driving
         } else {
@@ -250,18 +223,13 @@ impl Navigator {
         let limits = self.limits_between(-slow, slow / 2.0, observation);
         let footprint = &self.robot.footprint;
         let kept = KeptClear::to_get_away(footprint, &self.settings, field, observation);
-        let robot = observation.pose.position();
-        let behind = self
-            .trail
-            .behind(&robot)
-            .unwrap_or_else(|| observation.pose.transform(&Point::new(-1.0, 0.0)));
         let situation = Situation {
             field,
             pose: observation.pose,
             twist: observation.twist,
             obstacles: &kept.moving,
             target,
-            key_node: behind,
+            key_node: self.recovery.place_behind(observation),
             limits,
             footprint: &kept.footprint,
             weights: BACKING_WEIGHTS,

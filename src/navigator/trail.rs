@@ -43,11 +43,11 @@ mod tests {
         }
         let behind = |trail: &mut Trail, x| trail.behind(&Point::new(x, 0.0));
         assert_eq!(
-            behind(&mut trail, 3.0).map(|point| point.x < 2.01),
+            behind(&mut trail, 3.0).map(|point| point.x < 2.51),
             Some(true)
         );
         assert_eq!(
-            behind(&mut trail, 1.5).map(|point| point.x < 0.51),
+            behind(&mut trail, 1.5).map(|point| point.x < 1.01),
             Some(true)
         );
         assert_eq!(behind(&mut trail, 0.2), None);
