@@ -41,16 +41,15 @@ mod tests {
         for step in 0..31 {
             trail.note(&Point::new(f64::from(step) * 0.1, 0.0));
         }
-        let behind = |trail: &mut Trail, x| trail.behind(&Point::new(x, 0.0));
-        assert_eq!(
-            behind(&mut trail, 3.0).map(|point| point.x < 2.51),
-            Some(true)
-        );
-        assert_eq!(
-            behind(&mut trail, 1.5).map(|point| point.x < 1.01),
-            Some(true)
-        );
-        assert_eq!(behind(&mut trail, 0.2), None);
-        assert_eq!(behind(&mut trail, 3.0), None);
+        let mut behind = |x| trail.behind(&Point::new(x, 0.0)).map(|point| x - point.x);
+        for x in [3.0, 2.0, 1.1, 0.7] {
+            let back_m = behind(x);
+            assert!(
+                back_m.is_some_and(|back_m| (0.5..0.9).contains(&back_m)),
+                "from {x}: {back_m:?}"
+            );
+        }
+        assert_eq!(behind(0.2), None);
+        assert_eq!(behind(3.0), None);
     }
 }
