@@ -30,17 +30,36 @@ impl KeptClear {
         observation: &Observation,
     ) -> Self {
         let deep_m = settings.moving_margin_m - OVERSHOOT_M;
-        Self::with_less_within(deep_m, footprint, settings, field, observation)
+        let moving = &observation.moving;
+        Self::with_less_within(
+            deep_m,
+            footprint,
+            settings,
+            field,
+            &observation.pose,
+            moving,
+        )
     }
 
-    /// For a robot that gets away from where it is: of everybody only the passing margin.
+    /// For a robot that gets away from where it is: of everybody only the passing margin, and whoever is within the
+    /// whole one counts as standing. Were they taken to walk on into the robot, no way out would be admissible.
     pub fn to_get_away(
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
         observation: &Observation,
     ) -> Self {
-        Self::with_less_within(f64::INFINITY, footprint, settings, field, observation)
+        let pose = &observation.pose;
+        let calmed = |disc: &MovingDisc| {
+            if gap_m(footprint, pose, disc) < settings.moving_margin_m {
+                let (vx, vy) = (0.0, 0.0);
+                MovingDisc { vx, vy, ..*disc }
+            } else {
+                *disc
+            }
+        };
+        let moving: Vec<MovingDisc> = observation.moving.iter().map(calmed).collect();
+        Self::with_less_within(f64::INFINITY, footprint, settings, field, pose, &moving)
     }
 
     /// Keeps only the passing margin to whoever is nearer than `deep_m`.
@@ -49,9 +68,9 @@ impl KeptClear {
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
-        observation: &Observation,
+        pose: &Pose,
+        moving: &[MovingDisc],
     ) -> Self {
-        let pose = &observation.pose;
         let wanted_m = local_margin_m(settings, field.frame().resolution_m);
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
         let margin_m = if wall_m < wanted_m - OVERSHOOT_M || deep_m.is_infinite() {
@@ -71,7 +90,7 @@ impl KeptClear {
             grown(disc, kept_m - margin_m)
         };
         Self {
-            moving: observation.moving.iter().map(grow).collect(),
+            moving: moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
             within_a_margin,
         }
