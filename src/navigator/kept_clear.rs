@@ -1,6 +1,6 @@
 //! What the local planner must keep apart: the footprint and the moving obstacles, with their margins.
 
-use super::planning::local_margin_m;
+use super::planning::{coarseness_m, local_margin_m};
 use super::{NavigatorSettings, Observation};
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
@@ -29,20 +29,36 @@ impl KeptClear {
         field: &ClearanceField,
         observation: &Observation,
     ) -> Self {
-        let deep_m = settings.moving_margin_m - OVERSHOOT_M;
-        let moving = &observation.moving;
-        Self::with_less_within(
-            deep_m,
-            footprint,
-            settings,
-            field,
-            &observation.pose,
-            moving,
-        )
+        let pose = &observation.pose;
+        let wanted_m = local_margin_m(settings, field.frame().resolution_m);
+        let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
+        let mut within_a_margin = wall_m < wanted_m - OVERSHOOT_M;
+        let margin_m = if within_a_margin {
+            left_of(wanted_m, wall_m)
+        } else {
+            wanted_m
+        };
+        let grow = |disc: &MovingDisc| {
+            let gap_m = gap_m(footprint, pose, disc);
+            let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
+            within_a_margin |= came_close;
+            let kept_m = if came_close {
+                left_of(settings.passing_margin_m, gap_m)
+            } else {
+                settings.moving_margin_m
+            };
+            grown(disc, kept_m - margin_m)
+        };
+        Self {
+            moving: observation.moving.iter().map(grow).collect(),
+            footprint: footprint.padded(margin_m),
+            within_a_margin,
+        }
     }
 
-    /// For a robot that gets away from where it is: of everybody only the passing margin, and whoever is within the
-    /// whole one counts as standing. Were they taken to walk on into the robot, no way out would be admissible.
+    /// For a robot that gets away from where it is: of walls only what the map's coarseness demands, of people half
+    /// the passing margin; smaller margins than those it stopped at, or it could only creep. Whoever is within the
+    /// whole margin counts as standing: were they taken to walk on into the robot, no way out would be admissible.
     pub fn to_get_away(
         footprint: &Footprint,
         settings: &NavigatorSettings,
@@ -50,49 +66,22 @@ impl KeptClear {
         observation: &Observation,
     ) -> Self {
         let pose = &observation.pose;
-        let calmed = |disc: &MovingDisc| {
-            if gap_m(footprint, pose, disc) < settings.moving_margin_m {
-                let (vx, vy) = (0.0, 0.0);
-                MovingDisc { vx, vy, ..*disc }
-            } else {
-                *disc
-            }
-        };
-        let moving: Vec<MovingDisc> = observation.moving.iter().map(calmed).collect();
-        Self::with_less_within(f64::INFINITY, footprint, settings, field, pose, &moving)
-    }
-
-    /// Keeps only the passing margin to whoever is nearer than `deep_m`.
-    fn with_less_within(
-        deep_m: f64,
-        footprint: &Footprint,
-        settings: &NavigatorSettings,
-        field: &ClearanceField,
-        pose: &Pose,
-        moving: &[MovingDisc],
-    ) -> Self {
-        let wanted_m = local_margin_m(settings, field.frame().resolution_m);
+        let coarseness_m = coarseness_m(field.frame().resolution_m);
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
-        let margin_m = if wall_m < wanted_m - OVERSHOOT_M || deep_m.is_infinite() {
-            wanted_m.min(wall_m - SLACK_M).max(0.0)
-        } else {
-            wanted_m
-        };
-        let mut within_a_margin = margin_m < wanted_m;
+        let margin_m = left_of(coarseness_m, wall_m);
         let grow = |disc: &MovingDisc| {
             let gap_m = gap_m(footprint, pose, disc);
-            within_a_margin |= gap_m < deep_m;
-            let kept_m = if gap_m < deep_m {
-                settings.passing_margin_m.min(gap_m - SLACK_M).max(0.0)
-            } else {
-                settings.moving_margin_m
-            };
-            grown(disc, kept_m - margin_m)
+            let kept_m = left_of(settings.passing_margin_m / 2.0, gap_m);
+            let mut kept = grown(disc, kept_m - margin_m);
+            if gap_m < settings.moving_margin_m {
+                (kept.vx, kept.vy) = (0.0, 0.0);
+            }
+            kept
         };
         Self {
-            moving: moving.iter().map(grow).collect(),
+            moving: observation.moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
-            within_a_margin,
+            within_a_margin: true,
         }
     }
 
@@ -114,6 +103,11 @@ impl KeptClear {
                 .iter()
                 .all(|disc| gap_m(&swept, pose, disc) > 0.0)
     }
+}
+
+/// A margin, or what is left of it at a distance.
+fn left_of(margin_m: f64, distance_m: f64) -> f64 {
+    margin_m.min(distance_m - SLACK_M).max(0.0)
 }
 
 /// A moving obstacle with a margin beyond the footprint's own, which counts towards the gap.

@@ -90,9 +90,15 @@ impl RoutePlanner {
     }
 }
 
-/// What the local planner adds to the footprint: the margin asked for, half a cell's diagonal because a clearance is
-/// looked up by the cell, and another because obstacle cells are squares while the field measures to their centres.
+/// What the local planner adds to the footprint: the margin asked for, and what the map's coarseness demands.
 #[must_use]
 pub fn local_margin_m(settings: &NavigatorSettings, resolution_m: f64) -> f64 {
-    settings.safety_margin_m + core::f64::consts::SQRT_2 * resolution_m
+    settings.safety_margin_m + coarseness_m(resolution_m)
+}
+
+/// Half a cell's diagonal because a clearance is looked up by the cell, and another because obstacle cells are squares
+/// while the field measures to their centres.
+#[must_use]
+pub fn coarseness_m(resolution_m: f64) -> f64 {
+    core::f64::consts::SQRT_2 * resolution_m
 }
