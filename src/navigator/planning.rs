@@ -53,8 +53,8 @@ impl RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
-        let least = FreeSpace::new(obstacles, self.least_radius_m);
-        let comfortable = FreeSpace::new(obstacles, self.comfortable_radius_m);
+        let radii_m = [self.least_radius_m, self.comfortable_radius_m];
+        let [least, comfortable] = FreeSpace::for_radii(obstacles, radii_m);
         let mut search = |search| {
             let ground = Ground {
                 search,
