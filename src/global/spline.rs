@@ -17,30 +17,30 @@ const SHARP_CELLS: f64 = 0.25;
 /// from the curve by less than 5 mm.
 const CHORD_M: f64 = 0.1;
 
-/// The curve of a degree, at least one, over a clear path: same ends, every chord clear in `space`.
+/// The curve of a degree over a path that is clear in `space`: same ends exactly, and every chord clear in `space` or part
+/// of an edge of the path. Never longer than the path, up to rounding: the control points lie on it in its order. A
+/// degree below two, or a path without inner points, leaves the path as it is.
 #[must_use]
 pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
     let vertices = path.points();
     if vertices.len() < 3 || degree < 2 {
         return path.clone();
     }
+    let last = vertices.len() - 1;
     let sharp_m = SHARP_CELLS * space.frame().resolution_m;
     let mut rounding_m = vec![WIDEST_M; vertices.len()];
+    (rounding_m[0], rounding_m[last]) = (0.0, 0.0);
     loop {
-        let control = control_points(vertices, &rounding_m, degree, sharp_m);
+        let control = control_points(vertices, &rounding_m, degree);
         let curve = sample(&control, degree);
-        let blocked: Vec<usize> = curve
-            .windows(2)
-            .filter(|chord| !is_clear(space, &chord[0].place, &chord[1].place))
-            .map(|chord| chord[0].vertex)
-            .collect();
-        if blocked.is_empty() {
-            return Path::new(curve.into_iter().map(|sample| sample.place).collect());
-        }
         let mut shrunk = false;
-        for vertex in blocked {
-            // A chord belongs to the vertex whose control points weigh most, or to a neighbour of it.
-            for near in vertex.saturating_sub(1)..=(vertex + 1).min(vertices.len() - 1) {
+        for chord in curve.windows(2) {
+            if is_clear(space, &chord[0].place, &chord[1].place) {
+                continue;
+            }
+            // The chord belongs to the vertex whose control points weigh most, or to a neighbour of it.
+            let vertex = chord[1].vertex;
+            for near in vertex.saturating_sub(1)..=(vertex + 1).min(last) {
                 if rounding_m[near] > 0.0 {
                     rounding_m[near] *= if near == vertex { 0.7 } else { 0.9 };
                     shrunk = true;
@@ -50,8 +50,10 @@ pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
                 }
             }
         }
+        // Where nothing could shrink, vertices all around are sharp and the chord is part of an edge: the path's own ends
+        // may touch cells that are not free.
         if !shrunk {
-            return path.clone();
+            return Path::new(curve.into_iter().map(|sample| sample.place).collect());
         }
     }
 }
@@ -63,20 +65,13 @@ struct Control {
     vertex: usize,
 }
 
-/// Both ends and sharp vertices are repeated as often as the degree, which makes the curve pass through them; a
-/// rounded vertex has a control point on each of its edges.
-fn control_points(
-    vertices: &[Point],
-    rounding_m: &[f64],
-    degree: usize,
-    sharp_m: f64,
-) -> Vec<Control> {
-    let last = vertices.len() - 1;
+/// Ends and sharp vertices, whose rounding is zero, are repeated as often as the degree, which makes the curve pass through
+/// them; a rounded vertex has a control point on each of its edges.
+fn control_points(vertices: &[Point], rounding_m: &[f64], degree: usize) -> Vec<Control> {
     let mut control = Vec::new();
     for (vertex, &place) in vertices.iter().enumerate() {
         let here = Control { place, vertex };
-        let is_end = vertex == 0 || vertex == last;
-        if is_end || rounding_m[vertex] < sharp_m {
+        if rounding_m[vertex] == 0.0 {
             control.extend(core::iter::repeat_n(here, degree));
             continue;
         }
@@ -113,11 +108,13 @@ fn sample(control: &[Control], degree: usize) -> Vec<Control> {
             for (k, weight) in weights.iter_mut().enumerate() {
                 *weight = basis(k, degree, u);
             }
+            // Relative to one of them, so that rounding in the weights is not multiplied by the map's coordinates.
+            let first = segment[0].place;
             let place = segment
                 .iter()
                 .zip(&weights)
-                .fold(Point::origin(), |sum, (control, weight)| {
-                    sum + control.place.coords * *weight
+                .fold(first, |sum, (control, weight)| {
+                    sum + (control.place - first) * *weight
                 });
             let heaviest = segment
                 .iter()
