@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn arc_length_runs_through_the_corner() {
         let path = corner();
-        assert_eq!(path.length_m(), 5.0);
+        assert_eq!(path.arcs_m, [0.0, 2.0, 5.0]);
         assert_eq!(path.point_at(3.0), Point::new(2.0, 1.0));
         assert_eq!(path.point_at(-1.0), Point::new(0.0, 0.0));
         assert_eq!(path.point_at(9.0), Point::new(2.0, 3.0));
@@ -155,7 +155,8 @@ mod tests {
     fn projection_stays_within_its_stretch() {
         let path = corner();
         let near_start = Point::new(0.5, 1.0);
-        assert_eq!(path.project(&near_start).arc_m, 0.5);
+        let nearest = path.project(&near_start);
+        assert_eq!((nearest.arc_m, nearest.point), (0.5, Point::new(0.5, 0.0)));
         let later = path.project_within(&near_start, 1.5..5.0);
         assert_eq!((later.arc_m, later.point), (1.5, Point::new(1.5, 0.0)));
     }

@@ -40,13 +40,14 @@ pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
             }
             // The chord belongs to the vertex whose control points weigh most, or to a neighbour of it.
             let vertex = chord[1].vertex;
-            for near in vertex.saturating_sub(1)..=(vertex + 1).min(last) {
-                if rounding_m[near] > 0.0 {
-                    rounding_m[near] *= if near == vertex { 0.7 } else { 0.9 };
+            let nearby = vertex.saturating_sub(1)..=(vertex + 1).min(last);
+            for (near, rounding_m) in nearby.clone().zip(&mut rounding_m[nearby]) {
+                if *rounding_m > 0.0 {
+                    *rounding_m *= if near == vertex { 0.7 } else { 0.9 };
                     shrunk = true;
                 }
-                if rounding_m[near] < sharp_m {
-                    rounding_m[near] = 0.0;
+                if *rounding_m < sharp_m {
+                    *rounding_m = 0.0;
                 }
             }
         }

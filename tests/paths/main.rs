@@ -63,12 +63,12 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
     };
     match plan(&ground, start, goal, &settings, &mut || 0.0) {
         Ok(plan) => Some(Case {
-            plan,
-            start,
-            goal,
             obstacles,
             search,
             proof,
+            start,
+            goal,
+            plan,
         }),
         // A point on a cell's border may, rounded, lie in the next cell or off the grid.
         Err(error) => {
