@@ -13,6 +13,8 @@ use crate::map::FreeSpace;
 const WIDEST_M: f64 = 2.0;
 /// A corner rounded by less than this share of a cell is kept sharp.
 const SHARP_CELLS: f64 = 0.25;
+/// A point this near to an edge is on it, metres: rounding, and less than the distance kept from walls is promised to.
+const ON_EDGE_M: f64 = 1e-10;
 /// Chords of the emitted polyline are about this long, metres: at the tightest turn of a robot's width it then departs
 /// from the curve by less than 5 mm.
 const CHORD_M: f64 = 0.1;
@@ -35,11 +37,13 @@ pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
         let curve = sample(&control, degree);
         let mut shrunk = false;
         for chord in curve.windows(2) {
-            if is_clear(space, &chord[0].place, &chord[1].place) {
-                continue;
-            }
             // The chord belongs to the vertex whose control points weigh most, or to a neighbour of it.
             let vertex = chord[1].vertex;
+            if is_clear(space, &chord[0].place, &chord[1].place)
+                || is_part_of_an_edge(chord, &vertices[vertex.saturating_sub(1)..])
+            {
+                continue;
+            }
             let nearby = vertex.saturating_sub(1)..=(vertex + 1).min(last);
             for (near, rounding_m) in nearby.clone().zip(&mut rounding_m[nearby]) {
                 if *rounding_m > 0.0 {
@@ -51,12 +55,22 @@ pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
                 }
             }
         }
-        // Where nothing could shrink, vertices all around are sharp and the chord is part of an edge: the path's own ends
-        // may touch cells that are not free.
+        // Where nothing could shrink, the vertices all around are sharp, and the chord is part of an edge but for rounding.
         if !shrunk {
             return Path::new(curve.into_iter().map(|sample| sample.place).collect());
         }
     }
+}
+
+/// Whether a chord lies on one of the first two edges of a path: clear by what the caller owes, even at the path's ends,
+/// which may touch cells that are not free.
+fn is_part_of_an_edge(chord: &[Control], vertices: &[Point]) -> bool {
+    vertices.windows(2).take(2).any(|edge| {
+        let edge = Path::new(edge.to_vec());
+        chord
+            .iter()
+            .all(|sample| edge.project(&sample.place).distance_m <= ON_EDGE_M)
+    })
 }
 
 /// A control point and the vertex it belongs to.
@@ -154,6 +168,8 @@ fn binomial(n: usize, k: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
+    use crate::map::{Cell, GridFrame, ObstacleGrid};
 
     #[test]
     fn the_cubic_basis_is_the_textbook_one() {
@@ -161,9 +177,27 @@ mod tests {
         for (found, expected) in at_start.iter().zip([1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0, 0.0]) {
             assert!((found - expected).abs() < 1e-12);
         }
-        for degree in 1..=6 {
+        for degree in 1..=9 {
             let sum: f64 = (0..=degree).map(|k| basis(k, degree, 0.37)).sum();
-            assert!((sum - 1.0).abs() < 1e-12, "degree {degree}");
+            assert!((sum - 1.0).abs() < 1e-9, "degree {degree}");
         }
+    }
+
+    #[test]
+    fn an_end_that_touches_a_blocked_cell_does_not_make_the_rest_sharp() {
+        let frame = GridFrame {
+            width: 80,
+            height: 80,
+            resolution_m: 0.1,
+            origin: Pose::default(),
+        };
+        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let open = FreeSpace::new(&obstacles, 0.0);
+        obstacles.set(Cell::new(9, 10), true);
+        let space = FreeSpace::new(&obstacles, 0.0);
+        // The start lies on the border of the blocked cell, so no line of sight but those within its own cell is clear.
+        let corner = [(1.0, 1.05), (4.0, 1.05), (4.0, 6.0)].map(|(x, y)| Point::new(x, y));
+        let path = Path::new(corner.to_vec());
+        assert_eq!(smooth(&space, &path, 3), smooth(&open, &path, 3));
     }
 }
