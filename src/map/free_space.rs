@@ -53,6 +53,30 @@ impl FreeSpace {
         })
     }
 
+    /// Frees the cells within a distance of a place, in metres to their centres, that are free in `other`, whose frame is
+    /// the same: so that a robot which stands nearer to a wall than it likes may find its way out.
+    ///
+    /// # Panics
+    /// When the frames differ.
+    pub fn admit_near(&mut self, other: &Self, place: &Point, distance_m: f64) {
+        assert_eq!(self.frame, other.frame, "both describe the same ground");
+        let frame = self.frame;
+        let at = frame.to_cell_units(place);
+        let reach = distance_m / frame.resolution_m;
+        let span = |at: f64, side: i32| {
+            (at - reach).floor().max(0.0) as i32..((at + reach).ceil() as i32).min(side)
+        };
+        for row in span(at.y, frame.height) {
+            for column in span(at.x, frame.width) {
+                let cell = Cell::new(column, row);
+                let center = Point::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+                if (center - at).norm() <= reach {
+                    self.free[frame.index(cell)] |= other.is_free(cell);
+                }
+            }
+        }
+    }
+
     /// Size and placement.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
@@ -65,7 +89,7 @@ impl FreeSpace {
         self.frame.contains(cell) && self.free[self.frame.index(cell)]
     }
 
-    /// Distance kept from every obstacle, metres.
+    /// Distance kept from every obstacle, metres, but for cells freed by [`Self::admit_near`].
     #[must_use]
     pub const fn radius_m(&self) -> f64 {
         self.radius_m
