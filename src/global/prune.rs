@@ -51,7 +51,7 @@ pub fn prune(space: &FreeSpace, path: &Path) -> Path {
 }
 
 /// The nodes where the direction changes, with both ends.
-fn merge_collinear(points: &[Point]) -> Vec<Point> {
+pub(super) fn merge_collinear(points: &[Point]) -> Vec<Point> {
     let mut merged: Vec<Point> = Vec::new();
     for &point in points {
         if let [.., before, last] = merged[..] {
