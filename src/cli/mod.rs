@@ -10,6 +10,7 @@ mod engines;
 mod evaluate;
 mod main_job;
 mod map_file;
+mod nearest_key;
 pub mod output;
 mod plan;
 mod problem_file;

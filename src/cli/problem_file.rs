@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
     ClearanceField, LocalSettings, Normalization, Outside, Problem, Stopping, Weights, Window,
@@ -12,6 +12,8 @@ use inbye::local::{
 use inbye::map::{LoadOptions, MovingDisc, OccupancyGrid, UnknownPolicy, load};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
+
+use super::nearest_key;
 
 /// The text under `inbye evaluate --help`.
 pub const HELP: &str = concat!(
@@ -72,15 +74,20 @@ struct RobotState {
 /// Reads a problem.
 pub fn read(file: &Path) -> anyhow::Result<Problem> {
     let place = || format!("{}", file.display());
-    let text = fs::read_to_string(file).with_context(place)?;
-    let parsed: ProblemFile = serde_json::from_str(&text).with_context(place)?;
+    let text = fs::read_to_string(file)
+        .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
+    let parsed: ProblemFile = serde_json::from_str(&text).map_err(|error| {
+        let message = error.to_string();
+        let mend = nearest_key::mend(&message, |_| None).unwrap_or_default();
+        anyhow!("{}: {message}{mend}", file.display())
+    })?;
     problem(parsed, file).with_context(place)
 }
 
 fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
     let map = occupancy(&file.map, path)?;
     let field = ClearanceField::new(&map.obstacles(file.unknown))?;
-    file.limits.validate()?;
+    file.limits.validate().context("limits")?;
     let defaults = LocalSettings::default();
     let settings = LocalSettings {
         vx_samples: file.vx_samples.unwrap_or(defaults.vx_samples),

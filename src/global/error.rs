@@ -56,7 +56,7 @@ pub enum PlanError {
         expanded: u32,
     },
     /// A setting out of range.
-    #[error("global.{name} is {value}: it must be {expected}")]
+    #[error("{name} is {value}: it must be {expected}")]
     BadSetting {
         /// Its name.
         name: &'static str,

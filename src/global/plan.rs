@@ -130,7 +130,7 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, Refusal> {
         return Ok(cell);
     }
     let mend = space.nearest_free(cell).map_or_else(
-        || "there is no free point on the map".to_owned(),
+        || "the map has no free point at all; a smaller radius may find one".to_owned(),
         |cell| {
             let center = frame.center_of(cell);
             format!(

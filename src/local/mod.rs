@@ -33,7 +33,7 @@ pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
 pub use field::ClearanceField;
 pub use open::{Opened, Preference, open};
 pub use planner::{ChooseError, LocalPlanner, Situation};
-pub use prepare::{Header, Prepared};
+pub use prepare::{Header, MAX_DISCS, MAX_SAMPLES, MAX_STEPS, Prepared};
 pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
 pub use settings::LocalSettings;
 pub use window::{Axis, Window};

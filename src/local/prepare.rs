@@ -296,16 +296,7 @@ fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
             above_zero,
         )?;
     }
-    let weights = &problem.weights;
-    for (quantity, value) in [
-        ("weight heading", weights.heading),
-        ("weight clearance", weights.clearance),
-        ("weight velocity", weights.velocity),
-        ("weight path", weights.path),
-    ] {
-        let good = value >= 0.0 && value <= 1e6;
-        in_range(quantity, value, "", good, "0 to 1e6")?;
-    }
+    problem.weights.validate()?;
     let half_turn = angular.largest() * problem.step_s;
     in_range(
         "turn in one step",
@@ -314,23 +305,7 @@ fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         half_turn <= 1.5,
         "at most 1.5 rad",
     )?;
-    let samples = f64::from(linear.count) * f64::from(angular.count);
-    let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
-    in_range(
-        "number of samples",
-        samples,
-        "",
-        samples_fit,
-        "1 to 4194304",
-    )?;
-    let steps_fit = (1..=MAX_STEPS).contains(&problem.steps);
-    in_range(
-        "number of steps",
-        f64::from(problem.steps),
-        "",
-        steps_fit,
-        "1 to 1023",
-    )?;
+    check_counts(linear.count, angular.count, problem.steps)?;
     let discs = problem.footprint.discs().len();
     in_range(
         "number of discs",
@@ -349,7 +324,31 @@ fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     )
 }
 
-fn in_range(
+/// Checks the numbers of forward speeds, turn rates and steps.
+pub(super) fn check_counts(
+    v_count: u32,
+    omega_count: u32,
+    steps: u32,
+) -> Result<(), ProblemError> {
+    let samples = f64::from(v_count) * f64::from(omega_count);
+    let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
+    in_range(
+        "number of samples, vx_samples times vtheta_samples,",
+        samples,
+        "",
+        samples_fit,
+        "1 to 4194304",
+    )?;
+    in_range(
+        "number of steps, sim_time_s over sim_step_s,",
+        f64::from(steps),
+        "",
+        (1..=MAX_STEPS).contains(&steps),
+        "1 to 1023",
+    )
+}
+
+pub(super) fn in_range(
     quantity: &'static str,
     value: f64,
     unit: &'static str,
