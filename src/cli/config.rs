@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, anyhow};
 use inbye::sim::Config;
 
-use super::nearest_key;
+use super::plain_words::plain_words;
 
 /// Longest line of the file that an error shows, characters.
 const SHOWN: usize = 60;
@@ -32,9 +32,8 @@ fn one_line(error: &toml::de::Error, text: &str) -> String {
         .map_or(1, |span| text[..span.start].matches('\n').count() + 1);
     let line = text.lines().nth(number - 1).unwrap_or_default().trim();
     let shown: String = line.chars().take(SHOWN).collect();
-    let message = error.message();
-    let mend = nearest_key::mend(message, home).unwrap_or_default();
-    format!("line {number}, `{shown}`: {message}{mend}")
+    let message = plain_words(error.message(), home);
+    format!("line {number}, `{shown}`: {message}")
 }
 
 /// The table that has a key of this name, as in `[robot.limits]`.

@@ -20,7 +20,7 @@ pub enum ProblemError {
     /// A quantity beyond a limit that depends on the map's resolution.
     #[error(
         "{quantity} is {}: at this map's resolution it must be at most {limit_m:.3} m",
-        measured(*value, "m")
+        measured((value * 1000.0).round() / 1000.0, "m")
     )]
     TooFar {
         /// Which.

@@ -316,7 +316,7 @@ fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     )?;
     let moving = problem.obstacles.len();
     in_range(
-        "moving obstacles",
+        "number of moving obstacles",
         moving as f64,
         "",
         moving <= MAX_OBSTACLES,
