@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args, Parser, Subcommand, value_parser};
+use clap::{Args, Parser, Subcommand};
 use inbye::geometry::{Point, Pose};
 use inbye::local::Preference;
 use inbye::map::UnknownPolicy;
@@ -102,14 +102,14 @@ pub struct DriveArguments {
     #[arg(long, default_value = "0", value_name = "N or FILE", allow_negative_numbers = true)]
     pub obstacles: Obstacles,
     /// Seed of people and lidar noise.
-    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
     /// Engine: auto, cpu, gpu, or gpu:NAME for an adapter whose name contains NAME.
     #[arg(long, default_value = "auto")]
     pub engine: Preference,
     /// CPU threads [default: all cores].
-    #[arg(long, allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
+    #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
+    pub threads: Option<usize>,
     /// Simulated time after which the run ends, seconds.
     #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
     pub time_limit: f64,
@@ -141,10 +141,10 @@ pub struct EvaluateArguments {
 #[command(after_help = "Example:\n  inbye verify --cases 500 --seed 1 --json")]
 pub struct VerifyArguments {
     /// Random problems.
-    #[arg(long, default_value_t = 200, allow_negative_numbers = true, value_parser = value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 200, allow_negative_numbers = true, value_parser = whole::<u64>(1, u64::MAX))]
     pub cases: u64,
     /// Seed of the problems.
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
 }
 
@@ -169,14 +169,14 @@ pub enum BenchCommand {
 #[command(after_help = "Example:\n  inbye bench density --max-samples 65536 --json")]
 pub struct DensityArguments {
     /// Steps of the horizon.
-    #[arg(long, default_value_t = 40, allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=1023))]
+    #[arg(long, default_value_t = 40, allow_negative_numbers = true, value_parser = whole::<u32>(1, 1023))]
     pub steps: u32,
     /// Smallest number of samples.
-    #[arg(long, default_value_t = 256, allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=4_194_304))]
-    pub min_samples: u32,
+    #[arg(long, default_value_t = 256, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
+    pub min_samples: usize,
     /// Largest number of samples.
-    #[arg(long, default_value_t = 65_536, allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=4_194_304))]
-    pub max_samples: u32,
+    #[arg(long, default_value_t = 65_536, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
+    pub max_samples: usize,
     /// Seconds to measure each engine at each density.
     #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = duration)]
     pub seconds: f64,
@@ -256,6 +256,19 @@ impl FromStr for Place {
             }),
             _ => Err(mend()),
         }
+    }
+}
+
+fn whole<T>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
+where
+    T: TryFrom<u64>,
+{
+    move |text| {
+        let number: Option<u64> = text.parse().ok();
+        number
+            .filter(|number| (least..=most).contains(number))
+            .and_then(|number| T::try_from(number).ok())
+            .ok_or_else(|| format!("it must be a whole number, {least} to {most}"))
     }
 }
 

@@ -21,8 +21,8 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
     }
     let plan = DensityPlan::powers_of_four(
         arguments.steps,
-        least as usize,
-        most as usize,
+        least,
+        most,
         arguments.seconds,
     );
     let table = arguments.record.as_deref().map(Table::create).transpose()?;

@@ -44,7 +44,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         seed: arguments.seed,
         time_limit_s: arguments.time_limit,
     };
-    let engine = engines::choose(&arguments.engine, arguments.threads.map(usize::from))?;
+    let engine = engines::choose(&arguments.engine, arguments.threads)?;
     let result = match simulate(&mission, &config, engine, "driving") {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),

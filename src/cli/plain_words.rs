@@ -17,6 +17,10 @@ pub fn plain_words(message: &str, home: impl Fn(&str) -> Option<String>) -> Stri
     let plain = TYPES.iter().fold(message.to_owned(), |text, (rust, plain)| {
         text.replace(rust, plain)
     });
+    let plain = match plain.split_once("expected struct ") {
+        Some((before, _name)) => format!("{before}expected a table of keys and values"),
+        None => plain,
+    };
     match mend(message, home) {
         Some(mend) => format!("{plain}: {mend}"),
         None => plain,
