@@ -99,7 +99,12 @@ pub struct DriveArguments {
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub goal: Place,
     /// How many people walk the drifts, or a JSON or TOML file of them.
-    #[arg(long, default_value = "0", value_name = "N or FILE", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        default_value = "0",
+        value_name = "N or FILE",
+        allow_negative_numbers = true
+    )]
     pub obstacles: Obstacles,
     /// Seed of people and lidar noise.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
@@ -204,6 +209,9 @@ impl Place {
     }
 }
 
+/// No decision minds more.
+const MOST_OBSTACLES: u64 = 1024;
+
 /// People to meet: so many, or those of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Obstacles {
@@ -217,12 +225,12 @@ impl FromStr for Obstacles {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text.parse::<f64>() {
-            Err(_) => Ok(Self::File(text.into())),
-            Ok(_) => text.parse().map(Self::Count).map_err(|_| {
-                "write a whole number, at least 0, or the name of a JSON or TOML file".to_owned()
-            }),
+        if text.parse::<f64>().is_err() {
+            return Ok(Self::File(text.into()));
         }
+        whole(0, MOST_OBSTACLES)(text)
+            .map(Self::Count)
+            .map_err(|expected| format!("{expected}, or the name of a JSON or TOML file"))
     }
 }
 

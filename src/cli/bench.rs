@@ -17,14 +17,11 @@ use super::{engines, output};
 pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     let (least, most) = (arguments.min_samples, arguments.max_samples);
     if least > most {
-        bail!("--min-samples {least} is above --max-samples {most}: lower the one or raise the other");
+        bail!(
+            "--min-samples {least} is above --max-samples {most}: lower the one or raise the other"
+        );
     }
-    let plan = DensityPlan::powers_of_four(
-        arguments.steps,
-        least,
-        most,
-        arguments.seconds,
-    );
+    let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);
     let table = arguments.record.as_deref().map(Table::create).transpose()?;
     let rows = measure(&mut engines::all()?, &plan)?;
     if let Some(table) = table {
@@ -82,7 +79,10 @@ impl<'a> Table<'a> {
             match name.extension().and_then(|ending| ending.to_str()) {
                 Some("json") => |rows| Ok(serde_json::to_string_pretty(rows)? + "\n"),
                 Some("csv") => |rows| Ok(csv(rows)),
-                _ => bail!("--record {}: the name must end in .csv or .json", name.display()),
+                _ => bail!(
+                    "--record {}: the name must end in .csv or .json",
+                    name.display()
+                ),
             };
         let file = output::create_record(name)?;
         Ok(Self { name, file, text })

@@ -28,7 +28,11 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         Err(error) => return no_path_or(error, arguments, &map, &config, json),
     };
     // Before the drive: an hour of it must not be lost for a wrong name.
-    let record_file = arguments.record.as_deref().map(output::create_record).transpose()?;
+    let record_file = arguments
+        .record
+        .as_deref()
+        .map(output::create_record)
+        .transpose()?;
     if let Some(folder) = &arguments.report {
         report_file::make_folder(folder)?;
     }

@@ -45,7 +45,11 @@ pub fn complain(error: &anyhow::Error) {
 pub fn complain_of_arguments(misuse: &clap::Error) {
     let text = misuse.render().to_string();
     let paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
-    let starts = |with: &str| paragraphs.iter().find(|paragraph| paragraph.starts_with(with));
+    let starts = |with: &str| {
+        paragraphs
+            .iter()
+            .find(|paragraph| paragraph.starts_with(with))
+    };
     // A command without its subcommand gets its whole help from clap, and no error.
     let said = match (starts("error:"), starts("Usage:")) {
         (None, Some(usage)) => format!("error: a command is missing: {usage}"),

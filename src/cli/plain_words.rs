@@ -14,9 +14,11 @@ const ALIKE: f64 = 0.75;
 /// A message of serde's without names of types; with the mend, where the message is about a key or word that does not
 /// exist and there is one that is like it. `home` names the place where a key belongs that is right, but not here.
 pub fn plain_words(message: &str, home: impl Fn(&str) -> Option<String>) -> String {
-    let plain = TYPES.iter().fold(message.to_owned(), |text, (rust, plain)| {
-        text.replace(rust, plain)
-    });
+    let plain = TYPES
+        .iter()
+        .fold(message.to_owned(), |text, (rust, plain)| {
+            text.replace(rust, plain)
+        });
     let plain = match plain.split_once("expected struct ") {
         Some((before, _name)) => format!("{before}expected a table of keys and values"),
         None => plain,
@@ -52,8 +54,14 @@ mod tests {
         let message =
             |key| format!("unknown field `{key}`, expected one of `max_vel_x`, `min_vel_x`");
         let mended = |key| mend(&message(key), |_| None);
-        assert_eq!(mended("max_vel").as_deref(), Some("did you mean `max_vel_x`?"));
-        assert_eq!(mended("mxa_vel_x").as_deref(), Some("did you mean `max_vel_x`?"));
+        assert_eq!(
+            mended("max_vel").as_deref(),
+            Some("did you mean `max_vel_x`?")
+        );
+        assert_eq!(
+            mended("mxa_vel_x").as_deref(),
+            Some("did you mean `max_vel_x`?")
+        );
         assert_eq!(mended("colour"), None);
         let elsewhere = mend(&message("beams"), |_| Some("[lidar]".to_owned()));
         assert_eq!(elsewhere.as_deref(), Some("`beams` belongs in [lidar]"));
@@ -62,6 +70,9 @@ mod tests {
     #[test]
     fn types_have_plain_names() {
         let said = plain_words("invalid type: string `u32`, expected u32", |_| None);
-        assert_eq!(said, "invalid type: string `u32`, expected a whole number, at least 0");
+        assert_eq!(
+            said,
+            "invalid type: string `u32`, expected a whole number, at least 0"
+        );
     }
 }

@@ -28,7 +28,10 @@ pub const HELP: &str = concat!(
 const SHOWN: usize = 40;
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object with map, robot and target")]
+#[serde(
+    deny_unknown_fields,
+    expecting = "an object with map, robot and target"
+)]
 struct ProblemFile {
     map: MapSource,
     robot: RobotState,
@@ -79,19 +82,31 @@ pub fn read(file: &Path) -> anyhow::Result<Problem> {
     let place = || format!("{}", file.display());
     let text = fs::read_to_string(file)
         .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
-    let parsed: ProblemFile =
-        serde_json::from_str(&text).map_err(|error| anyhow!(one_line(&error, &text))).with_context(place)?;
+    let parsed: ProblemFile = serde_json::from_str(&text)
+        .map_err(|error| anyhow!(one_line(&error, &text)))
+        .with_context(place)?;
     problem(parsed, file).with_context(place)
 }
 
 fn one_line(error: &serde_json::Error, text: &str) -> String {
     let (line, column) = (error.line(), error.column());
-    let read: Vec<char> = text.lines().nth(line.saturating_sub(1)).unwrap_or_default().chars().take(column).collect();
+    let read: Vec<char> = text
+        .lines()
+        .nth(line.saturating_sub(1))
+        .unwrap_or_default()
+        .chars()
+        .take(column)
+        .collect();
     let shown: String = read[read.len().saturating_sub(SHOWN)..].iter().collect();
     let message = error.to_string();
-    let said = message.rsplit_once(" at line ").map_or(&*message, |(said, _)| said);
+    let said = message
+        .rsplit_once(" at line ")
+        .map_or(&*message, |(said, _)| said);
     let said = plain_words(said, |_| None);
-    format!("line {line}, column {column}, after `{}`: {said}", shown.trim())
+    format!(
+        "line {line}, column {column}, after `{}`: {said}",
+        shown.trim()
+    )
 }
 
 fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {

@@ -325,11 +325,7 @@ fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
 }
 
 /// Checks the numbers of forward speeds, turn rates and steps.
-pub(super) fn check_counts(
-    v_count: u32,
-    omega_count: u32,
-    steps: u32,
-) -> Result<(), ProblemError> {
+pub(super) fn check_counts(v_count: u32, omega_count: u32, steps: u32) -> Result<(), ProblemError> {
     let samples = f64::from(v_count) * f64::from(omega_count);
     let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
     in_range(

@@ -49,7 +49,13 @@ impl Weights {
             ("weights.velocity", self.velocity),
             ("weights.path", self.path),
         ] {
-            in_range(quantity, value, "", (0.0..=1e6).contains(&value), "0 to 1e6")?;
+            in_range(
+                quantity,
+                value,
+                "",
+                (0.0..=1e6).contains(&value),
+                "0 to 1e6",
+            )?;
         }
         Ok(())
     }

@@ -81,23 +81,49 @@ impl NavigatorSettings {
             ("check_ahead_m", self.check_ahead_m, at_least_zero),
             ("patience_s", self.patience_s, at_least_zero),
             ("replan_period_s", self.replan_period_s, at_least_zero),
-            ("required_movement_radius", self.required_movement_radius, above_zero),
+            (
+                "required_movement_radius",
+                self.required_movement_radius,
+                above_zero,
+            ),
             ("give_up_after_s", self.give_up_after_s, above_zero),
             ("backing_speed", self.backing_speed, above_zero),
         ] {
-            let least = if expected == above_zero { f64::MIN_POSITIVE } else { 0.0 };
+            let least = if expected == above_zero {
+                f64::MIN_POSITIVE
+            } else {
+                0.0
+            };
             within(name, value, least, 10_000.0, expected)?;
         }
-        within("key_node_spacing_m", self.key_node_spacing_m, 0.01, 10_000.0, "0.01 to 10000")?;
+        within(
+            "key_node_spacing_m",
+            self.key_node_spacing_m,
+            0.01,
+            10_000.0,
+            "0.01 to 10000",
+        )?;
         for (name, value) in [
             ("yaw_goal_tolerance", self.yaw_goal_tolerance),
             ("turn_in_place_from", self.turn_in_place_from),
         ] {
-            within(name, value, f64::MIN_POSITIVE, PI, "above zero and at most pi")?;
+            within(
+                name,
+                value,
+                f64::MIN_POSITIVE,
+                PI,
+                "above zero and at most pi",
+            )?;
         }
         let until = self.turn_in_place_until;
         let expected = "above zero and at most turn_in_place_from";
-        within("turn_in_place_until", until, f64::MIN_POSITIVE, self.turn_in_place_from, expected)
+        within(
+            "turn_in_place_until",
+            until,
+            f64::MIN_POSITIVE,
+            self.turn_in_place_from,
+            expected,
+        )
     }
 }
 

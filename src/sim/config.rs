@@ -122,9 +122,19 @@ impl WalkerSettings {
     /// [`SimError::BadSetting`] names the first that is out of range.
     pub fn validate(&self) -> Result<(), SimError> {
         for (name, value, least, expected) in [
-            ("radius_m", self.radius_m, 0.0, "above zero and at most 1000"),
+            (
+                "radius_m",
+                self.radius_m,
+                0.0,
+                "above zero and at most 1000",
+            ),
             ("slowest", self.slowest, 0.0, "above zero and at most 1000"),
-            ("fastest", self.fastest, self.slowest.next_down(), "at least slowest and at most 1000"),
+            (
+                "fastest",
+                self.fastest,
+                self.slowest.next_down(),
+                "at least slowest and at most 1000",
+            ),
         ] {
             if !(value > least && value <= 1000.0) {
                 return Err(SimError::BadSetting {

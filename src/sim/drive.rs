@@ -43,7 +43,11 @@ impl DriveDynamics {
         let (name, value, expected) = if !(motor_lag_s.is_finite() && motor_lag_s >= 0.0) {
             ("motor_lag_s", motor_lag_s, "finite and at least zero")
         } else if !(command_timeout_s.is_finite() && command_timeout_s > 0.0) {
-            ("command_timeout_s", command_timeout_s, "finite and above zero")
+            (
+                "command_timeout_s",
+                command_timeout_s,
+                "finite and above zero",
+            )
         } else {
             return Ok(());
         };
