@@ -52,8 +52,10 @@ pub enum Command {
 /// Which map, and how to read it.
 #[derive(Debug, Args)]
 pub struct MapArguments {
-    /// Map: a ROS map_server .yaml, a MovingAI .map, or rows of text (# wall, . free, ? unknown).
-    #[arg(long)]
+    #[arg(
+        long,
+        help = "Map: a ROS map_server .yaml, a MovingAI .map, or rows of text (# wall, . free, ? unknown)"
+    )]
     pub map: PathBuf,
     /// Side of a cell of a .map or text map, metres.
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]

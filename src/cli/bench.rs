@@ -32,7 +32,9 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
         return Ok(true);
     }
     output::line(HEADER);
-    rows.iter().for_each(|row| output::line(table_row(row)));
+    for row in &rows {
+        output::line(table_row(row));
+    }
     Ok(true)
 }
 
@@ -97,12 +99,11 @@ impl<'a> Table<'a> {
 }
 
 fn csv(rows: &[DensityRow]) -> String {
-    let mut text =
-        "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s\n"
-            .to_owned();
-    for row in rows {
+    const HEADER: &str =
+        "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s\n";
+    let line = |row: &DensityRow| {
         let adapter = row.adapter.as_deref().unwrap_or_default().replace('"', "'");
-        text += &format!(
+        format!(
             "{},\"{adapter}\",{},{},{},{},{},{},{},{},{}\n",
             row.engine,
             row.threads,
@@ -114,7 +115,8 @@ fn csv(rows: &[DensityRow]) -> String {
             row.max_ms,
             row.decisions,
             row.steps_per_s,
-        );
-    }
-    text
+        )
+    };
+    let lines: Vec<String> = rows.iter().map(line).collect();
+    HEADER.to_owned() + &lines.concat()
 }

@@ -116,7 +116,7 @@ fn no_path_or(
             Ok(false)
         }
         MissionError::Fault(Fault::Plan(error)) => {
-            Err(plan::unusable(error, &arguments.map, map, config))
+            Err(plan::unusable(&error, &arguments.map, map, config))
         }
         error => Err(error.into()),
     }

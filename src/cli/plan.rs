@@ -30,7 +30,7 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
             refuse(&error, json.then(|| refusal(&error)))?;
             Ok(false)
         }
-        Err(error) => Err(unusable(error, &arguments.map, &map, &config)),
+        Err(error) => Err(unusable(&error, &arguments.map, &map, &config)),
     }
 }
 
@@ -52,23 +52,21 @@ pub fn refusal(error: &PlanError) -> Value {
 
 /// Says that there is no path: the answer, and why.
 pub fn refuse(error: &PlanError, object: Option<Value>) -> anyhow::Result<()> {
-    match object {
-        Some(object) => output::json(&object),
-        None => {
-            output::line(error.to_string());
-            Ok(())
-        }
+    if let Some(object) = object {
+        return output::json(&object);
     }
+    output::line(error.to_string());
+    Ok(())
 }
 
 /// An end that no path can have, with the map that it is on.
 pub fn unusable(
-    error: PlanError,
+    error: &PlanError,
     arguments: &MapArguments,
     map: &OccupancyGrid,
     config: &Config,
 ) -> anyhow::Error {
-    let place = match &error {
+    let place = match error {
         PlanError::StartOccupied { place, .. } | PlanError::GoalOccupied { place, .. } => {
             map.frame().cell_of(place)
         }
