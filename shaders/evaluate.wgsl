@@ -6,7 +6,7 @@
 //   score_samples    a thread for each sample        scores it, finds its workgroup's best
 //   choose           one workgroup                   the winner
 
-const TURNS_PER_GROUP: u32 = 64u;
+const TURNS_PER_GROUP: u32 = 128u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
 
@@ -190,7 +190,10 @@ fn choose(@builtin(local_invocation_index) local: u32) {
     }
     if local == 0u {
         let best = finalists[0];
-        answer.winner = vec4<u32>(best.index, best.score.x, best.score.y, header.stamp);
+        answer.winner = best.index;
+        answer.score_low = best.score.x;
+        answer.score_high = best.score.y;
+        answer.stamp = header.stamp;
         answer.terms = Terms(0u, 0u, 0u, 0u);
         if best.index < sample_count() {
             answer.terms = record_terms(best.index);

@@ -1,4 +1,4 @@
-// What host and shaders share. TWIN of src/local/prepare.rs (inputs) and src/local/gpu/layout.rs (outputs): same
+// What host and shaders share. TWIN of src/local/inputs.rs (inputs) and src/local/gpu/layout.rs (outputs): same
 // fields in the same order, checked by a test.
 
 struct Header {
@@ -96,8 +96,11 @@ struct Answer {
     least: vec4<u32>,
     greatest: vec4<u32>,
     normalizers: array<Normalizer, 4>,
-    // Index, the score's lower and upper half, the stamp of the problem answered.
-    winner: vec4<u32>,
+    // The winner's index, its score's halves, the stamp of the problem answered, the winner's terms.
+    winner: u32,
+    score_low: u32,
+    score_high: u32,
+    stamp: u32,
     terms: Terms,
 }
 

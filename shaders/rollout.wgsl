@@ -1,11 +1,11 @@
 // One sample's trajectory and what it meets. TWIN of src/local/rollout.rs: same names, same order, same bits.
 
-fn step_words() -> u32 {
-    return 2u + 2u * header.disc_count;
-}
-
 fn table_words() -> u32 {
     return header.steps * step_words() + 2u;
+}
+
+fn step_words() -> u32 {
+    return 2u + 2u * header.disc_count;
 }
 
 fn tabulate(turn: Turn, first: u32) {

@@ -134,7 +134,11 @@ fn row(engine: &dyn Engine, samples: usize, steps: u32, summary: &LatencySummary
 }
 
 /// A drift 4 m wide with side drifts and rubble, 12 x 12 m at 5 cm.
-fn roadway_field() -> ClearanceField {
+///
+/// # Panics
+/// Never: its resolution is within the range.
+#[must_use]
+pub fn roadway_field() -> ClearanceField {
     let side = 240;
     let frame = GridFrame {
         width: side,
@@ -153,8 +157,13 @@ fn roadway_field() -> ClearanceField {
         .expect("5 cm is within the range of resolutions")
 }
 
-/// A robot under way along the drift; each tick a little further, so that no two decisions are the same.
-fn roadway_problem(
+/// A robot of one disc under way along the drift of [`roadway_field`]; each tick a little further, so that no two
+/// decisions are the same. Forward speeds and turn rates are counted first.
+///
+/// # Panics
+/// Never: its footprint is sound.
+#[must_use]
+pub fn roadway_problem(
     field: &Arc<ClearanceField>,
     (vx_samples, vtheta_samples): (u32, u32),
     steps: u32,

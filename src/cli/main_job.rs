@@ -73,7 +73,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         density_command: "inbye bench density",
     });
     report_file::write(&arguments.report, &page)?;
-    let reached = drives.iter().all(|(_, _, result, _)| result.reached && !result.collided);
+    let reached = drives
+        .iter()
+        .all(|(_, _, result, _)| result.reached && !result.collided);
     if arguments.json {
         let missions: Vec<_> = drives
             .iter()
@@ -98,7 +100,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             format!("the engines DIFFER: run `inbye verify --cases {cases} --seed {SEED}`")
         });
         output::line(bench::HEADER);
-        density.iter().for_each(|row| output::line(bench::table_row(row)));
+        density
+            .iter()
+            .for_each(|row| output::line(bench::table_row(row)));
     }
     Ok(reached && agree)
 }
@@ -121,7 +125,10 @@ fn drive_scene(
         map: Arc::new(scene.map.clone()),
         truth: None,
         start,
-        goal: Goal { position: goal, yaw: None },
+        goal: Goal {
+            position: goal,
+            yaw: None,
+        },
         walkers: people,
         seed: scene.seed,
         time_limit_s: 600.0,

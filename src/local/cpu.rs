@@ -6,10 +6,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::contract::{
     Counts, Detail, Engine, Evaluation, Reason, SampleRecord, Terms, Totals, Winner,
 };
-use super::prepare::{Prepared, Turn};
+use super::inputs::Turn;
 use super::score::Normalizer;
 use super::select::{Candidate, NOBODY};
-use super::{EngineError, rollout, score, select};
+use super::{EngineError, Prepared, rollout, score, select};
 
 /// Evaluates on the machine's own cores.
 pub struct CpuEngine {

@@ -6,144 +6,19 @@ use std::sync::Arc;
 
 use core::f64::consts::TAU;
 
-use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Stopping, Window};
+use super::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
+use super::ranges::{
+    MAX_CLEARANCE_UNITS, MAX_OFFSET_UNITS, MAX_REACH_UNITS, MAX_STEP_UNITS, at_most, check_numbers,
+};
+use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Stopping};
 use crate::geometry::Point;
 use crate::robot::Disc;
 
 /// Final poses are in fine units, this many to a unit of length.
 pub const FINE_PER_UNIT: f64 = 16.0;
-/// Largest distance in one step, units.
-pub const MAX_STEP_UNITS: f64 = 16_384.0;
-/// Largest reach over the horizon, and distance to the target and the key node, units.
-pub const MAX_REACH_UNITS: f64 = 262_144.0;
-/// Largest clearance cap plus radii, units: two squares of it fit in a `u32`.
-pub const MAX_CLEARANCE_UNITS: f64 = 46_330.0;
-/// Largest coordinate of a disc in the robot's frame, units.
-pub const MAX_OFFSET_UNITS: f64 = 32_767.0;
-/// Most samples of a problem.
-pub const MAX_SAMPLES: usize = 1 << 22;
-/// Most steps of a horizon.
-pub const MAX_STEPS: u32 = 1023;
-/// Most discs of a footprint.
-pub const MAX_DISCS: usize = 8;
-/// Most moving obstacles.
-pub const MAX_OBSTACLES: usize = 1024;
 
 /// Coarse speeds stay below this, so that a product with a coarse displacement stays within 31 bits after rounding.
 const MAX_COARSE_SPEED: f64 = 32_000.0;
-
-/// The numbers of a problem that are not lists. TWIN of `Header` in `shaders/layout.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct Header {
-    /// Number of forward speeds.
-    pub v_count: u32,
-    /// Number of turn rates.
-    pub omega_count: u32,
-    /// Number of steps.
-    pub steps: u32,
-    /// Number of discs.
-    pub disc_count: u32,
-    /// Number of moving obstacles.
-    pub obstacle_count: u32,
-    /// Columns of the field.
-    pub width: u32,
-    /// Rows of the field.
-    pub height: u32,
-    /// A position in units becomes a cell by this shift to the right.
-    pub cell_bits: u32,
-    /// Start in units from the field's corner, along its x axis.
-    pub start_x: i32,
-    /// Start in units from the field's corner, along its y axis.
-    pub start_y: i32,
-    /// Heading at the start in the field's frame, binary angle.
-    pub heading: u32,
-    /// Target from the start, fine units, field's frame.
-    pub target_x: i32,
-    /// Target from the start, fine units, field's frame.
-    pub target_y: i32,
-    /// Key node from the start, fine units, field's frame.
-    pub key_x: i32,
-    /// Key node from the start, fine units, field's frame.
-    pub key_y: i32,
-    /// Clearance beyond which more is not better, units.
-    pub max_clearance: u32,
-    /// Q20 displacement sums become coarse ones by this shift.
-    pub table_bits: u32,
-    /// A coarse product becomes units by this shift.
-    pub coarse_bits: u32,
-    /// The upper half of a fine product becomes fine units by this shift.
-    pub fine_bits: u32,
-    /// 1: stop within the arc left; 0: within the smallest clearance.
-    pub stop_by_arc: u32,
-    /// 1: ground outside the field is free; 0: it is an obstacle.
-    pub outside_is_free: u32,
-    /// 1: min-max normalisation; 0: by the sum.
-    pub min_max: u32,
-    /// Returned with a GPU's answer, so that a stale one is noticed; no other number depends on it.
-    pub stamp: u32,
-    /// Fills up to the 16-byte boundary that WGSL wants for what follows.
-    pub padding: u32,
-    /// Weights of heading, clearance, velocity and path; their sum is about 2^30.
-    pub weights: [u32; 4],
-}
-
-/// A forward speed. TWIN of `Speed` in `shaders/layout.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct Speed {
-    /// Units a step, scaled so that a product with a coarse displacement is shifted by [`Header::coarse_bits`].
-    pub coarse: i32,
-    /// Fine units a step, scaled likewise for [`Header::fine_bits`].
-    pub fine: i32,
-    /// The velocity term.
-    pub term: u32,
-    /// What stopping takes: units of clearance, or steps of arc.
-    pub needs: u32,
-}
-
-/// A turn rate. TWIN of `Turn` in `shaders/layout.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct Turn {
-    /// Binary angle a step.
-    pub per_step: u32,
-    /// What stopping takes: units of clearance, or steps of arc.
-    pub needs: u32,
-}
-
-/// A disc of the footprint in units. TWIN of `BodyDisc` in `shaders/layout.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct BodyDisc {
-    /// Centre ahead of the robot's origin.
-    pub x: i32,
-    /// Centre to the left of it.
-    pub y: i32,
-    /// Radius.
-    pub radius: i32,
-}
-
-/// A moving obstacle in the field's frame. TWIN of `MovingBody` in `shaders/layout.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct MovingBody {
-    /// Centre now from the robot's start, 256ths of a unit.
-    pub x: i32,
-    /// Centre now from the robot's start, 256ths of a unit.
-    pub y: i32,
-    /// Motion a step, 256ths of a unit.
-    pub step_x: i32,
-    /// Motion a step, 256ths of a unit.
-    pub step_y: i32,
-    /// Radius, units.
-    pub radius: i32,
-}
 
 /// A problem as integers: what engines evaluate.
 #[derive(Clone, Debug)]
@@ -263,123 +138,6 @@ impl Prepared {
     }
 }
 
-fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
-    let Window { linear, angular } = &problem.window;
-    let finite = [
-        ("pose", problem.pose.is_finite()),
-        (
-            "forward speed window",
-            linear.low.is_finite() && linear.high.is_finite(),
-        ),
-        (
-            "turn rate window",
-            angular.low.is_finite() && angular.high.is_finite(),
-        ),
-        ("target", problem.target.iter().all(|c| c.is_finite())),
-        ("key node", problem.key_node.iter().all(|c| c.is_finite())),
-    ];
-    if let Some((quantity, _)) = finite.into_iter().find(|(_, finite)| !finite) {
-        return Err(ProblemError::NotFinite { quantity });
-    }
-    let above_zero = "finite and above zero";
-    for (quantity, value, unit) in [
-        ("braking along the path", problem.braking_x, "m/s^2"),
-        ("braking of the turn", problem.braking_theta, "rad/s^2"),
-        ("length of a step", problem.step_s, "s"),
-        ("clearance cap", problem.max_clearance_m, "m"),
-    ] {
-        in_range(
-            quantity,
-            value,
-            unit,
-            value > 0.0 && value.is_finite(),
-            above_zero,
-        )?;
-    }
-    problem.weights.validate()?;
-    let half_turn = angular.largest() * problem.step_s;
-    in_range(
-        "turn in one step",
-        half_turn,
-        "rad",
-        half_turn <= 1.5,
-        "at most 1.5 rad",
-    )?;
-    check_counts(linear.count, angular.count, problem.steps)?;
-    let discs = problem.footprint.discs().len();
-    in_range(
-        "number of discs",
-        discs as f64,
-        "",
-        discs <= MAX_DISCS,
-        "1 to 8",
-    )?;
-    let moving = problem.obstacles.len();
-    in_range(
-        "number of moving obstacles",
-        moving as f64,
-        "",
-        moving <= MAX_OBSTACLES,
-        "at most 1024",
-    )
-}
-
-/// Checks the numbers of forward speeds, turn rates and steps.
-pub(super) fn check_counts(v_count: u32, omega_count: u32, steps: u32) -> Result<(), ProblemError> {
-    let samples = f64::from(v_count) * f64::from(omega_count);
-    let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
-    in_range(
-        "number of samples, vx_samples times vtheta_samples,",
-        samples,
-        "",
-        samples_fit,
-        "1 to 4194304",
-    )?;
-    in_range(
-        "number of steps, sim_time_s over sim_step_s,",
-        f64::from(steps),
-        "",
-        (1..=MAX_STEPS).contains(&steps),
-        "1 to 1023",
-    )
-}
-
-pub(super) fn in_range(
-    quantity: &'static str,
-    value: f64,
-    unit: &'static str,
-    good: bool,
-    limit: &'static str,
-) -> Result<(), ProblemError> {
-    if good {
-        Ok(())
-    } else {
-        Err(ProblemError::OutOfRange {
-            quantity,
-            value,
-            unit,
-            limit,
-        })
-    }
-}
-
-fn at_most(
-    quantity: &'static str,
-    units: f64,
-    limit: f64,
-    unit_m: f64,
-) -> Result<(), ProblemError> {
-    if units <= limit {
-        Ok(())
-    } else {
-        Err(ProblemError::TooFar {
-            quantity,
-            value: units * unit_m,
-            limit_m: limit * unit_m,
-        })
-    }
-}
-
 fn speeds(problem: &Problem, coarse_scale: u32, fine_scale: u32) -> Vec<Speed> {
     let units_per_step = problem.step_s / problem.field.unit_m();
     let (coarse, fine) = (
@@ -413,10 +171,9 @@ fn turns(problem: &Problem) -> Vec<Turn> {
         .collect()
 }
 
-/// Speed in 2^-20 m/s, at most 16 m/s less one step; reverse earns nothing.
+/// Speed in 2^-20 m/s; reverse earns nothing.
 fn velocity_term(speed: f64) -> u32 {
-    let scaled = (speed.max(0.0) * 2.0_f64.powi(20)).round();
-    scaled.min(2.0_f64.powi(24) - 1.0) as u32
+    (speed.max(0.0) * 2.0_f64.powi(20)).round() as u32
 }
 
 /// Eq. 30 solved for what the sample must have: `rate^2 <= 2 dist a` is `dist >= rate^2 / (2 a)`; with the arc

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::prepare::in_range;
+use super::ranges::in_range;
 use super::{ClearanceField, ProblemError, Window};
 use crate::geometry::{Point, Pose};
 use crate::map::MovingDisc;
@@ -97,10 +97,16 @@ pub enum Outside {
 
 /// Everything that one decision depends on.
 ///
-/// Ranges, checked when the problem is prepared: resolution 0.001..=2 m; 1..=4,194,304 samples; 1..=1023 steps; at most
-/// 16,384 units of length in one step and 262,144 over the horizon, to the target and to the key node (a unit is
-/// 0.122 to 0.244 mm, see [`ClearanceField`]: so at least 2 m and 32 m); discs within 32,767 units of the robot's origin; clearance cap
-/// plus radii at most 46,330 units (at least 5.6 m); 1..=8 discs; at most 1024 moving obstacles; weights not negative.
+/// Ranges, checked when the problem is prepared (a unit of length is 0.122 to 0.244 mm, see [`ClearanceField`]):
+///
+/// - map resolution 0.001 to 2 m; 1 to 4,194,304 samples; 1 to 1023 steps;
+/// - speeds at most 15.99 m/s and, in one step, at most 16,384 units (at least 2 m) and 1.5 rad;
+/// - the way over the horizon, the target and the key node at most 262,144 units off (at least 32 m);
+/// - 1 to 8 discs within 32,767 units of the robot's origin along each axis (at least 4 m);
+/// - clearance cap at least 1 mm, and with a disc's and an obstacle's radius at most 46,330 units (at least 5.6 m);
+/// - at most 1024 moving obstacles; those near enough to matter at most 2^22 units off over the horizon (at least 512 m);
+/// - the robot at most 2^29 units from the field's corner along each axis (at least 65 km);
+/// - weights 0 to 1,000,000.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// Static obstacles.

@@ -4,8 +4,8 @@
 //! linear in it: `x_k = x_0 + v C(omega, k)` with `C` the sum of the cosines so far. One table for each turn rate
 //! serves all speeds, and a pose costs two multiplications.
 
-use super::prepare::{BodyDisc, Header, MovingBody, Prepared, Speed, Turn};
-use super::{ClearanceField, Reason};
+use super::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
+use super::{ClearanceField, Prepared, Reason};
 use crate::numeric::{cos_q20, isqrt32, mul_hi_i32, shift_round, sin_q20};
 
 /// Words of the table of one turn rate: for each step the coarse displacement (2) and each disc's centre for a robot

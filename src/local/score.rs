@@ -1,7 +1,7 @@
 //! A trajectory's four terms, their normalisation and the score. TWIN of `shaders/score.wgsl`.
 
 use super::contract::{Terms, Totals};
-use super::prepare::{Header, Speed};
+use super::inputs::{Header, Speed};
 use crate::numeric::{
     HALF_TURN, atan2_turn, div_wide, isqrt64, shift_wide, squared_length, turn_size,
 };

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::prepare::{check_counts, in_range};
+use super::ranges::{check_counts, in_range};
 use super::{Normalization, Outside, ProblemError, Stopping, Weights};
 
 /// Sampling density, horizon and weights. The defaults drive the default robot.

@@ -89,7 +89,7 @@ pub fn run_mission(
     engine: Box<dyn Engine>,
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
-    Simulation::new(mission, config, engine, observer)?.run(observer)
+    Ok(Simulation::new(mission, config, engine, observer)?.run(observer))
 }
 
 struct Simulation<'a> {
@@ -164,7 +164,7 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    fn run(mut self, observer: &mut Observer<'_>) -> Result<MissionResult, MissionError> {
+    fn run(mut self, observer: &mut Observer<'_>) -> MissionResult {
         let period_s = self.config.local.control_period_s;
         let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
         for tick in 0..ticks {
@@ -176,7 +176,7 @@ impl<'a> Simulation<'a> {
                 break;
             }
         }
-        Ok(self.result())
+        self.result()
     }
 
     /// Look, decide, record, move: in this order.

@@ -2,8 +2,8 @@
 
 use super::layout::{Answer, PARTIAL_BYTES, Record, SAMPLES_PER_GROUP};
 use crate::local::contract::Detail;
-use crate::local::prepare::{BodyDisc, Header, MovingBody, Prepared, Speed, Turn};
-use crate::local::rollout;
+use crate::local::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
+use crate::local::{Prepared, rollout};
 
 /// Offsets of bindings within a buffer are multiples of this (WebGPU's default limit).
 const ALIGNMENT: u64 = 256;

@@ -82,20 +82,25 @@ impl Adapter {
         device.set_device_lost_callback(move |reason, message| {
             on_loss.report(format!("device lost ({reason:?}): {message}"));
         });
+        // Mesa's LP_MAX_TGSI_LOOP_ITERATIONS, shared by all loops of an invocation; the rest is left out in silence.
+        let loop_turns = self.summary.name.contains("llvmpipe").then_some(65_535);
         Ok(Device {
-            device,
+            inner: device,
             queue,
             faults,
             adapter: self.summary.name.clone(),
+            loop_turns,
         })
     }
 }
 
 /// A device, its queue and what it complained of.
 pub(super) struct Device {
-    pub device: wgpu::Device,
+    pub inner: wgpu::Device,
     pub queue: wgpu::Queue,
     pub adapter: String,
+    /// Turns of loops after which the adapter's driver abandons an invocation.
+    pub loop_turns: Option<u64>,
     faults: Faults,
 }
 

@@ -1,12 +1,13 @@
-//! What the shaders write, as Rust reads it. TWIN of `shaders/layout.wgsl`; the inputs are in `prepare.rs`.
+//! What the shaders write, as Rust reads it. TWIN of `shaders/layout.wgsl`; the inputs are in `inputs.rs`.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::local::contract::{Counts, Evaluation, Reason, SampleRecord, Terms, Totals, Winner};
-use crate::local::prepare::Speed;
+use crate::local::inputs::Speed;
 
-/// Threads of a workgroup of `tabulate_turns`.
-pub const TURNS_PER_GROUP: u32 = 64;
+/// Threads of a workgroup of `tabulate_turns`: enough for the most samples, were they all turn rates, to need no more
+/// than the 65,535 workgroups that every adapter allows.
+pub const TURNS_PER_GROUP: u32 = 128;
 /// Threads of a workgroup of `judge_samples` and `score_samples`.
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.

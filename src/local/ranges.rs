@@ -1,0 +1,160 @@
+//! The ranges within which the engines promise exact and close answers.
+
+use super::{Problem, ProblemError, Window};
+
+/// Largest distance in one step, units.
+pub(super) const MAX_STEP_UNITS: f64 = 16_384.0;
+/// Largest reach over the horizon, and distance to the target and the key node, units.
+pub(super) const MAX_REACH_UNITS: f64 = 262_144.0;
+/// Largest clearance cap plus radii, units: two squares of it fit in a `u32`.
+pub(super) const MAX_CLEARANCE_UNITS: f64 = 46_330.0;
+/// Largest coordinate of a disc in the robot's frame, units.
+pub(super) const MAX_OFFSET_UNITS: f64 = 32_767.0;
+/// Largest forward speed, m/s: its term has 24 bits, 20 of them behind the point.
+pub(super) const MAX_SPEED: f64 = 15.99;
+/// Most samples of a problem.
+pub(super) const MAX_SAMPLES: usize = 1 << 22;
+/// Most steps of a horizon.
+pub(super) const MAX_STEPS: u32 = 1023;
+/// Most discs of a footprint.
+pub const MAX_DISCS: usize = 8;
+/// Most moving obstacles.
+pub(super) const MAX_OBSTACLES: usize = 1024;
+
+/// Checks every number whose limit does not depend on the map's resolution.
+pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
+    let Window { linear, angular } = &problem.window;
+    let finite = [
+        ("pose", problem.pose.is_finite()),
+        (
+            "forward speed window",
+            linear.low.is_finite() && linear.high.is_finite(),
+        ),
+        (
+            "turn rate window",
+            angular.low.is_finite() && angular.high.is_finite(),
+        ),
+        ("target", problem.target.iter().all(|c| c.is_finite())),
+        ("key node", problem.key_node.iter().all(|c| c.is_finite())),
+    ];
+    if let Some((quantity, _)) = finite.into_iter().find(|(_, finite)| !finite) {
+        return Err(ProblemError::NotFinite { quantity });
+    }
+    let above_zero = "finite and above zero";
+    for (quantity, value, unit) in [
+        ("braking along the path", problem.braking_x, "m/s^2"),
+        ("braking of the turn", problem.braking_theta, "rad/s^2"),
+        ("length of a step", problem.step_s, "s"),
+    ] {
+        in_range(
+            quantity,
+            value,
+            unit,
+            value > 0.0 && value.is_finite(),
+            above_zero,
+        )?;
+    }
+    // A cap below a unit of length would round to nothing, and every sample would collide.
+    let cap = problem.max_clearance_m;
+    let cap_fits = cap >= 0.001 && cap.is_finite();
+    in_range(
+        "clearance cap",
+        cap,
+        "m",
+        cap_fits,
+        "finite and at least 0.001 m",
+    )?;
+    let fastest = linear.largest();
+    let speed_fits = fastest <= MAX_SPEED;
+    in_range(
+        "forward speed",
+        fastest,
+        "m/s",
+        speed_fits,
+        "at most 15.99 m/s",
+    )?;
+    problem.weights.validate()?;
+    let turn = angular.largest() * problem.step_s;
+    in_range(
+        "turn in one step",
+        turn,
+        "rad",
+        turn <= 1.5,
+        "at most 1.5 rad",
+    )?;
+    check_counts(linear.count, angular.count, problem.steps)?;
+    let discs = problem.footprint.discs().len();
+    in_range(
+        "number of discs",
+        discs as f64,
+        "",
+        discs <= MAX_DISCS,
+        "1 to 8",
+    )?;
+    let moving = problem.obstacles.len();
+    in_range(
+        "number of moving obstacles",
+        moving as f64,
+        "",
+        moving <= MAX_OBSTACLES,
+        "at most 1024",
+    )
+}
+
+/// Checks the numbers of forward speeds, turn rates and steps.
+pub(super) fn check_counts(v_count: u32, omega_count: u32, steps: u32) -> Result<(), ProblemError> {
+    let samples = f64::from(v_count) * f64::from(omega_count);
+    let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
+    in_range(
+        "number of samples, vx_samples times vtheta_samples,",
+        samples,
+        "",
+        samples_fit,
+        "1 to 4194304",
+    )?;
+    in_range(
+        "number of steps, sim_time_s over sim_step_s,",
+        f64::from(steps),
+        "",
+        (1..=MAX_STEPS).contains(&steps),
+        "1 to 1023",
+    )
+}
+
+/// Refuses a quantity that is not good.
+pub(super) fn in_range(
+    quantity: &'static str,
+    value: f64,
+    unit: &'static str,
+    good: bool,
+    limit: &'static str,
+) -> Result<(), ProblemError> {
+    if good {
+        Ok(())
+    } else {
+        Err(ProblemError::OutOfRange {
+            quantity,
+            value,
+            unit,
+            limit,
+        })
+    }
+}
+
+/// Checks a length in units against a limit in units.
+pub(super) fn at_most(
+    quantity: &'static str,
+    units: f64,
+    limit: f64,
+    unit_m: f64,
+) -> Result<(), ProblemError> {
+    if units <= limit {
+        Ok(())
+    } else {
+        Err(ProblemError::TooFar {
+            quantity,
+            value: units * unit_m,
+            limit_m: limit * unit_m,
+        })
+    }
+}

@@ -1,0 +1,80 @@
+//! Which adapters a test runs on, and what becomes of it where there is none.
+//!
+//! A GPU test runs once for each adapter present. With none it is *ignored, with the reason*: never passed. Where an
+//! adapter must be there, as in continuous integration, `INBYE_REQUIRE` names it, and each GPU test fails without it:
+//!
+//! ```text
+//! INBYE_REQUIRE=lavapipe,swiftshader cargo test --test engine_parity
+//! ```
+
+use std::sync::Arc;
+
+use inbye::local::gpu::{Adapter, adapters};
+use libtest_mimic::{Completion, Failed, Trial};
+
+/// A test of one adapter.
+pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
+
+const VARIABLE: &str = "INBYE_REQUIRE";
+
+/// What an adapter's name contains when it is the one required. Any other word stands for itself.
+fn part_of_name(required: &str) -> &str {
+    match required {
+        "lavapipe" => "llvmpipe",
+        "swiftshader" => "swiftshader",
+        other => other,
+    }
+}
+
+/// A trial for each test and adapter: those present, and those required and missing.
+pub fn trials(tests: &[(&'static str, GpuTest)]) -> Vec<Trial> {
+    let adapters: Vec<Arc<Adapter>> = adapters().into_iter().map(Arc::new).collect();
+    let missing = missing(&adapters);
+    let mut trials = Vec::new();
+    for &(name, test) in tests {
+        for adapter in &adapters {
+            let adapter = Arc::clone(adapter);
+            let summary = format!("{}, {}", adapter.summary.name, adapter.summary.backend);
+            trials.push(Trial::test(name, move || test(&adapter)).with_kind(summary));
+        }
+        for (required, why) in &missing {
+            let why = why.clone();
+            trials.push(Trial::test(name, move || Err(why.into())).with_kind(required));
+        }
+        if adapters.is_empty() && missing.is_empty() {
+            let why = format!("no GPU adapter found; {VARIABLE}=lavapipe makes this a failure");
+            let ignored = move || Ok(Completion::ignored_with(why));
+            trials.push(Trial::ignorable_test(name, ignored).with_kind("no adapter"));
+        }
+    }
+    trials
+}
+
+/// The adapters required but missing, each with what to say of it.
+fn missing(adapters: &[Arc<Adapter>]) -> Vec<(String, String)> {
+    let names: Vec<&str> = adapters
+        .iter()
+        .map(|adapter| adapter.summary.name.as_str())
+        .collect();
+    let found = if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join("; ")
+    };
+    let required = std::env::var(VARIABLE).unwrap_or_default().to_lowercase();
+    let mut missing = Vec::new();
+    for word in required
+        .split(',')
+        .map(str::trim)
+        .filter(|word| !word.is_empty())
+    {
+        let part = part_of_name(word);
+        if !names.iter().any(|name| name.to_lowercase().contains(part)) {
+            let why = format!(
+                "{VARIABLE} names {word}, but no adapter's name contains `{part}`; found: {found}"
+            );
+            missing.push((word.to_owned(), why));
+        }
+    }
+    missing
+}

@@ -1,0 +1,363 @@
+//! How far the engines' integers are from the oracle's real numbers, and whether that is near enough.
+
+use core::f64::consts::PI;
+use core::fmt;
+
+use inbye::local::{
+    CpuEngine, Detail, Engine, Evaluation, Prepared, Problem, Reason, SampleRecord, rollout,
+};
+
+use crate::naive::{Fault, Lean, Meeting, Oracle, Terms, Trajectory};
+use crate::scenes::Scene;
+
+/// Rounding of positions and clearances, metres.
+pub const LENGTH_M: f64 = 1e-3;
+/// Half the diagonal of a cell, in cell sides: a clearance is read from the cell that a centre lies in.
+pub const HALF_DIAGONAL: f64 = 0.7072;
+/// Of the heading term, radians: a hundredth of a degree.
+pub const HEADING_RAD: f64 = 0.01 * PI / 180.0;
+/// Headings are compared where the end is this far from the target, metres.
+pub const HEADING_FROM_M: f64 = 0.5;
+/// Of the path term, metres.
+pub const PATH_M: f64 = 2e-3;
+/// A speed is stored in steps of this, m/s.
+pub const SPEED_STEP: f64 = 1.0 / 1_048_576.0;
+/// What the chosen sample may score below the best, on the oracle's terms.
+pub const LOSS: f64 = 1e-4;
+/// That holds where each weighted term is divided by at least this (rad, m, m/s, m); below, rounding is a large part
+/// of the term itself.
+pub const SCALES: [f64; 4] = [0.05, 0.25, 0.001, 0.05];
+/// What a score may be off for the terms it was made of, whatever they are.
+pub const SCORE: f64 = 1e-8;
+
+/// The largest errors met, and how much was compared.
+#[derive(Debug, Default)]
+pub struct Worst {
+    pub scenes: u32,
+    pub samples: u32,
+    pub admissible: u32,
+    /// Samples whose reason lies within the tolerances.
+    pub undecided: u32,
+    /// Of the final position, metres.
+    pub end_m: f64,
+    /// Of the clearance in scenes with blocked cells, in half diagonals of a cell.
+    pub still_half_diagonals: f64,
+    /// Of the clearance in scenes without blocked cells, metres.
+    pub moving_m: f64,
+    pub heading_rad: f64,
+    pub path_m: f64,
+    pub velocity: f64,
+    /// Of the winner's score, for the terms that the engine gave.
+    pub score: f64,
+    /// What the chosen sample scores below the best, on the oracle's terms.
+    pub loss: f64,
+    /// Scenes where a term is divided by less than [`SCALES`].
+    pub badly_scaled: u32,
+    /// The same loss there, where no bound is promised.
+    pub loss_badly_scaled: f64,
+    /// What was out of bounds.
+    pub failures: Vec<String>,
+}
+
+impl Worst {
+    /// Panics when anything was out of bounds, with the first few.
+    pub fn assert_within_bounds(&self) {
+        let first: Vec<&str> = self.failures.iter().take(8).map(String::as_str).collect();
+        let count = self.failures.len();
+        assert!(count == 0, "{count} out of bounds:\n{}", first.join("\n"));
+    }
+}
+
+impl fmt::Display for Worst {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            scenes,
+            samples,
+            admissible,
+            undecided,
+            ..
+        } = self;
+        writeln!(
+            f,
+            "  {scenes} scenes, {samples} samples, {admissible} admissible, {undecided} undecided"
+        )?;
+        let degrees = self.heading_rad.to_degrees();
+        writeln!(
+            f,
+            "  end {:.4} mm, heading {degrees:.4} deg, path {:.4} mm",
+            self.end_m * 1e3,
+            self.path_m * 1e3
+        )?;
+        let half_diagonals = self.still_half_diagonals;
+        writeln!(
+            f,
+            "  clearance {:.3} mm of moving obstacles, {half_diagonals:.3} half diagonals of cells",
+            self.moving_m * 1e3
+        )?;
+        writeln!(
+            f,
+            "  velocity {:.3} steps, score {:.1e}",
+            self.velocity / SPEED_STEP,
+            self.score
+        )?;
+        let (badly, there) = (self.badly_scaled, self.loss_badly_scaled);
+        write!(
+            f,
+            "  loss {:.1e}; in {badly} badly scaled scenes {there:.1e}",
+            self.loss
+        )
+    }
+}
+
+/// Compares one scene, and adds what was found to the worst so far.
+pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
+    let problem = &scene.problem;
+    let prepared = match Prepared::new(problem) {
+        Ok(prepared) => prepared,
+        Err(error) => {
+            worst.failures.push(format!("{name}: {error}"));
+            return;
+        }
+    };
+    let evaluation = CpuEngine::single_threaded()
+        .evaluate(&prepared, Detail::Samples)
+        .expect("the CPU engine has no device to lose");
+    let mut comparison = Comparison {
+        name,
+        problem,
+        oracle: Oracle::new(problem, &scene.blocked, LENGTH_M, fault),
+        alone: scene.blocked.is_empty(),
+        worst,
+    };
+    comparison.worst.scenes += 1;
+    let records = evaluation
+        .samples
+        .as_deref()
+        .expect("samples were asked for");
+    let ends = ends(&prepared);
+    let mut theirs = Vec::new();
+    for (index, record) in records.iter().enumerate() {
+        let trajectory = comparison.oracle.roll_out(index);
+        comparison.end(index, &trajectory, ends[index]);
+        if let Some(terms) = comparison.sample(index, &trajectory, record) {
+            theirs.push((index as u32, terms));
+        }
+    }
+    comparison.winner(&evaluation, records, &theirs);
+}
+
+/// Final positions from the start, metres in the grid's frame, as the engines have them.
+fn ends(prepared: &Prepared) -> Vec<[f64; 2]> {
+    let fine_m = prepared.field.unit_m() / 16.0;
+    let mut table = vec![0; rollout::table_words(&prepared.header)];
+    let mut ends = Vec::with_capacity(prepared.len());
+    for turn in &prepared.turns {
+        rollout::tabulate(&prepared.header, turn, &prepared.discs, &mut table);
+        for speed in &prepared.speeds {
+            let (x, y) = rollout::end_position(&prepared.header, speed, &table);
+            ends.push([f64::from(x) * fine_m, f64::from(y) * fine_m]);
+        }
+    }
+    ends
+}
+
+/// From certain contact to admissible: what leans towards a sample never moves it back in this order.
+const fn rank(reason: Reason) -> u32 {
+    match reason {
+        Reason::Collision => 0,
+        Reason::Outside => 1,
+        Reason::CannotStop => 2,
+        Reason::Ok => 3,
+    }
+}
+
+struct Comparison<'a> {
+    name: &'a str,
+    problem: &'a Problem,
+    oracle: Oracle<'a>,
+    /// Without blocked cells.
+    alone: bool,
+    worst: &'a mut Worst,
+}
+
+impl Comparison<'_> {
+    fn check(&mut self, what: &str, index: usize, error: f64, bound: f64) {
+        // Asked this way round, a NaN is not within.
+        let within = error <= bound;
+        if !within {
+            self.fail(
+                index,
+                &format!("{what} off by {error:.3e}, allowed {bound:.3e}"),
+            );
+        }
+    }
+
+    fn fail(&mut self, index: usize, what: &str) {
+        let name = self.name;
+        self.worst
+            .failures
+            .push(format!("{name}, sample {index}: {what}"));
+    }
+
+    fn end(&mut self, index: usize, trajectory: &Trajectory, end: [f64; 2]) {
+        let error = libm::hypot(end[0] - trajectory.end[0], end[1] - trajectory.end[1]);
+        raise(&mut self.worst.end_m, error);
+        self.check("end", index, error, LENGTH_M);
+    }
+
+    /// Compares a sample; gives the oracle's terms where the engine admits it.
+    fn sample(
+        &mut self,
+        index: usize,
+        trajectory: &Trajectory,
+        record: &SampleRecord,
+    ) -> Option<Terms> {
+        self.worst.samples += 1;
+        let most = self.oracle.judge(trajectory, Lean::Towards);
+        let least = self.oracle.judge(trajectory, Lean::Against);
+        self.worst.undecided += u32::from(most.reason != least.reason);
+        if !(rank(least.reason)..=rank(most.reason)).contains(&rank(record.reason)) {
+            let (found, least, most) = (record.reason, least.reason, most.reason);
+            self.fail(
+                index,
+                &format!("{found:?}, where the oracle has {least:?} to {most:?}"),
+            );
+            return None;
+        }
+        if record.reason != Reason::Ok {
+            return None;
+        }
+        self.worst.admissible += 1;
+        let free_steps = [least.free_steps, most.free_steps];
+        let clearance = self.clearance(index, trajectory, record, free_steps);
+        let terms = self.oracle.terms(trajectory, clearance);
+        self.terms(index, trajectory, record, &terms);
+        Some(terms)
+    }
+
+    /// Compares the clearance; gives the oracle's own, read by cells: where rounding leaves the cell or the number of
+    /// free steps open, what is nearest to the engine's.
+    fn clearance(
+        &mut self,
+        index: usize,
+        trajectory: &Trajectory,
+        record: &SampleRecord,
+        [fewest, most]: [usize; 2],
+    ) -> f64 {
+        let found = in_si(self.problem, record).clearance;
+        // Fewer free steps leave more clearance.
+        let lower = self.oracle.clearance(trajectory, most, Lean::Against);
+        let upper = self.oracle.clearance(trajectory, fewest, Lean::Towards);
+        let off = (lower - found).max(found - upper);
+        self.check("clearance by cells, beyond rounding,", index, off, 0.0);
+        // On the grid's very border, rounding decides whether its cells count at all.
+        let on_border = |disc: &Meeting| disc.inside.abs() < LENGTH_M;
+        if fewest == most && !trajectory.steps.iter().flatten().any(on_border) {
+            let error = (found - self.oracle.clearance(trajectory, fewest, Lean::Not)).abs();
+            if self.alone {
+                raise(&mut self.worst.moving_m, error);
+                self.check("clearance", index, error, LENGTH_M);
+            } else {
+                let half_diagonal = HALF_DIAGONAL * self.problem.field.frame().resolution_m;
+                raise(&mut self.worst.still_half_diagonals, error / half_diagonal);
+                self.check("clearance", index, error, LENGTH_M + half_diagonal);
+            }
+        }
+        let (lower, upper) = (lower + LENGTH_M, upper - LENGTH_M);
+        found.max(lower).min(upper.max(lower))
+    }
+
+    fn terms(
+        &mut self,
+        index: usize,
+        trajectory: &Trajectory,
+        record: &SampleRecord,
+        terms: &Terms,
+    ) {
+        let found = in_si(self.problem, record);
+        if self.oracle.to_target(trajectory) >= HEADING_FROM_M {
+            let error = (found.heading - terms.heading).abs();
+            raise(&mut self.worst.heading_rad, error);
+            self.check("heading", index, error, HEADING_RAD);
+        }
+        let error = (found.path - terms.path).abs();
+        raise(&mut self.worst.path_m, error);
+        self.check("path", index, error, PATH_M);
+        let error = (found.velocity - terms.velocity).abs();
+        raise(&mut self.worst.velocity, error);
+        // Half a step, and f64's own rounding.
+        self.check("velocity", index, error, SPEED_STEP * 0.500_001);
+    }
+
+    fn winner(
+        &mut self,
+        evaluation: &Evaluation,
+        records: &[SampleRecord],
+        theirs: &[(u32, Terms)],
+    ) {
+        let Some(winner) = &evaluation.winner else {
+            if !theirs.is_empty() {
+                self.fail(0, "admissible, yet there is no winner");
+            }
+            return;
+        };
+        let index = winner.index as usize;
+        let Some(place) = theirs.iter().position(|(index, _)| *index == winner.index) else {
+            self.fail(index, "wins, yet is not admissible");
+            return;
+        };
+        let admissible = records.iter().filter(|record| record.reason == Reason::Ok);
+        let ours: Vec<Terms> = admissible
+            .map(|record| in_si(self.problem, record))
+            .collect();
+        if ours.len() != theirs.len() {
+            // A failure noted above; the scores have nothing to say then.
+            return;
+        }
+        let scores = self.oracle.scores(&ours);
+        let error = (winner.score as f64 / 2.0_f64.powi(62) - scores[place]).abs();
+        raise(&mut self.worst.score, error);
+        self.check("score", index, error, SCORE);
+        self.check(
+            "winner below the best of its own terms,",
+            index,
+            loss(&scores, place),
+            SCORE,
+        );
+
+        let terms: Vec<Terms> = theirs.iter().map(|(_, terms)| *terms).collect();
+        let loss = loss(&self.oracle.scores(&terms), place);
+        let scales = self.oracle.scales(&terms);
+        if scales
+            .iter()
+            .zip(SCALES)
+            .all(|((_, scale), least)| *scale >= least)
+        {
+            raise(&mut self.worst.loss, loss);
+            self.check("winner below the best,", index, loss, LOSS);
+        } else {
+            self.worst.badly_scaled += 1;
+            raise(&mut self.worst.loss_badly_scaled, loss);
+        }
+    }
+}
+
+fn raise(worst: &mut f64, error: f64) {
+    *worst = worst.max(error);
+}
+
+/// How far a sample's score is below the best.
+fn loss(scores: &[f64], place: usize) -> f64 {
+    scores.iter().copied().fold(f64::NEG_INFINITY, f64::max) - scores[place]
+}
+
+/// A record's terms in radians, metres and metres per second.
+fn in_si(problem: &Problem, record: &SampleRecord) -> Terms {
+    let unit_m = problem.field.unit_m();
+    Terms {
+        heading: f64::from(record.terms.heading) / f64::from(1 << 23) * PI,
+        clearance: f64::from(record.terms.clearance) * unit_m,
+        velocity: f64::from(record.terms.velocity) * SPEED_STEP,
+        path: f64::from(record.terms.path) / 16.0 * unit_m,
+    }
+}

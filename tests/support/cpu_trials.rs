@@ -1,0 +1,231 @@
+//! What needs no adapter: threads, the pinned digest, and mistakes that the comparison must notice.
+
+use inbye::bench::{Difference, verify};
+use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Prepared};
+use libtest_mimic::{Failed, Trial};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use crate::operations::{OPERATIONS, cases, differences};
+
+/// Seed of the problems whose digest is pinned.
+pub const GOLDEN_SEED: u64 = 2026;
+/// Number of those problems.
+pub const GOLDEN_CASES: u64 = 64;
+/// Every bit of their evaluations, on any engine and machine. It changes only with the contract or with
+/// `random_problem`, and then on purpose: say so where it is renewed.
+pub const GOLDEN: &str = "3015f2d5433f8a8f24842201aa2a2422026759ef9d43cc3c5b991d13b409f6da";
+
+pub fn trials() -> Vec<Trial> {
+    vec![
+        Trial::test("threads_change_no_bit", threads_change_no_bit),
+        Trial::test("the_digest_is_the_pinned_one", the_digest_is_the_pinned_one),
+        Trial::test("one_flipped_bit_is_reported", one_flipped_bit_is_reported),
+        Trial::test(
+            "a_flipped_bit_of_an_operation_is_reported",
+            a_flipped_bit_of_an_operation,
+        ),
+    ]
+}
+
+fn threads_change_no_bit() -> Result<(), Failed> {
+    let mut engines: Vec<Box<dyn Engine>> = Vec::new();
+    for threads in 1..=3 {
+        engines.push(Box::new(CpuEngine::with_threads(threads)?));
+    }
+    agree(&mut engines, 200, 31)
+}
+
+fn the_digest_is_the_pinned_one() -> Result<(), Failed> {
+    golden(Box::new(CpuEngine::single_threaded()))
+}
+
+/// Holds an engine's digest against the pinned one.
+pub fn golden(engine: Box<dyn Engine>) -> Result<(), Failed> {
+    let verification = verify(&mut [engine], GOLDEN_CASES, GOLDEN_SEED, |_| {})?;
+    match verification.digests.as_slice() {
+        [digest] if digest == GOLDEN => Ok(()),
+        digests => Err(format!("{digests:?} is not the pinned digest {GOLDEN}").into()),
+    }
+}
+
+/// Compares engines on random problems.
+pub fn agree(engines: &mut [Box<dyn Engine>], problems: u64, seed: u64) -> Result<(), Failed> {
+    let verification = verify(engines, problems, seed, |_| {})?;
+    if verification.agree()
+        && verification
+            .digests
+            .windows(2)
+            .all(|pair| pair[0] == pair[1])
+    {
+        return Ok(());
+    }
+    let (count, samples) = (verification.difference_count, verification.samples);
+    let first = &verification.differences;
+    Err(format!(
+        "{count} differences over {problems} problems, {samples} samples; first: {first:#?}"
+    )
+    .into())
+}
+
+/// A CPU engine whose answer to one problem is falsified.
+struct Falsified {
+    inner: CpuEngine,
+    asked: u64,
+    case: u64,
+    falsify: fn(&mut Evaluation),
+}
+
+impl Engine for Falsified {
+    fn name(&self) -> String {
+        "falsified".to_owned()
+    }
+
+    fn kind(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+        let mut evaluation = self.inner.evaluate(problem, detail)?;
+        if self.asked == self.case {
+            (self.falsify)(&mut evaluation);
+        }
+        self.asked += 1;
+        Ok(evaluation)
+    }
+}
+
+/// A number of the problem, what falsifies its evaluation, and what must be reported: quantity and flipped bits.
+type Falsification = (fn(&mut Evaluation), &'static str, u64);
+
+const FALSIFICATIONS: [Falsification; 9] = [
+    (
+        |found| sample(found).terms.heading ^= 1,
+        "sample 3 heading",
+        1,
+    ),
+    (
+        |found| sample(found).terms.clearance ^= 1 << 15,
+        "sample 3 clearance",
+        1 << 15,
+    ),
+    (
+        |found| sample(found).terms.velocity ^= 1 << 23,
+        "sample 3 velocity",
+        1 << 23,
+    ),
+    (
+        |found| sample(found).terms.path ^= 1 << 7,
+        "sample 3 path",
+        1 << 7,
+    ),
+    (
+        |found| found.totals.sums[3] ^= 1 << 33,
+        "sum of path",
+        1 << 33,
+    ),
+    (|found| found.totals.least[1] ^= 1, "least clearance", 1),
+    (
+        |found| winner(found).score ^= i64::MIN,
+        "winning score",
+        1 << 63,
+    ),
+    (|found| winner(found).index ^= 1, "winner", 1),
+    (|found| found.counts.outside ^= 2, "count of outside", 2),
+];
+
+fn sample(evaluation: &mut Evaluation) -> &mut inbye::local::SampleRecord {
+    &mut evaluation.samples.as_mut().expect("samples were asked for")[3]
+}
+
+fn winner(evaluation: &mut Evaluation) -> &mut inbye::local::Winner {
+    evaluation.winner.as_mut().expect("a problem with a winner")
+}
+
+/// The first problem of the seed that has a winner and more than three samples.
+fn case_with_a_winner(seed: u64) -> Result<u64, Failed> {
+    for case in 0..100 {
+        let problem = Prepared::new(&inbye::bench::random_problem(seed, case))?;
+        let evaluation = CpuEngine::single_threaded().evaluate(&problem, Detail::Answer)?;
+        if evaluation.winner.is_some() && problem.len() > 3 {
+            return Ok(case);
+        }
+    }
+    Err("none of 100 problems has a winner".into())
+}
+
+fn one_flipped_bit_is_reported() -> Result<(), Failed> {
+    let seed = 33;
+    let case = case_with_a_winner(seed)?;
+    for (falsify, quantity, bits) in FALSIFICATIONS {
+        let falsified = Falsified {
+            inner: CpuEngine::single_threaded(),
+            asked: 0,
+            case,
+            falsify,
+        };
+        let mut engines: [Box<dyn Engine>; 2] =
+            [Box::new(CpuEngine::single_threaded()), Box::new(falsified)];
+        let verification = verify(&mut engines, case + 2, seed, |_| {})?;
+        let [
+            Difference {
+                engine,
+                case: at,
+                what,
+                expected,
+                found,
+            },
+        ] = verification.differences.as_slice()
+        else {
+            return Err(format!(
+                "{quantity}: not one difference but {:#?}",
+                verification.differences
+            )
+            .into());
+        };
+        let flipped = number(expected)? ^ number(found)?;
+        if (engine.as_str(), *at, what.as_str(), flipped) != ("falsified", case, quantity, bits) {
+            return Err(format!("{quantity}: reported as {:#?}", verification.differences).into());
+        }
+        if verification.agree() || verification.digests[0] == verification.digests[1] {
+            return Err(format!("{quantity}: the digests agree").into());
+        }
+    }
+    Ok(())
+}
+
+fn number(hexadecimal: &str) -> Result<u64, Failed> {
+    Ok(u64::from_str_radix(
+        hexadecimal.trim_start_matches("0x"),
+        16,
+    )?)
+}
+
+fn a_flipped_bit_of_an_operation() -> Result<(), Failed> {
+    let rng = &mut Pcg64Mcg::seed_from_u64(34);
+    for operation in &OPERATIONS {
+        let cases = cases(operation, rng);
+        let mut found: Vec<_> = cases.iter().map(|case| (operation.rust)(*case)).collect();
+        if let Some(differences) = differences(operation, &cases, &found) {
+            return Err(format!("nothing was flipped, yet {differences}").into());
+        }
+        found[777][0] ^= 1 << 31;
+        let reported = differences(operation, &cases, &found);
+        let expected = format!("{}: 1 of {} differ, 0 missing", operation.name, cases.len());
+        if !reported
+            .as_ref()
+            .is_some_and(|reported| reported.starts_with(&expected))
+        {
+            return Err(format!(
+                "{}: a flipped bit was reported as {reported:?}",
+                operation.name
+            )
+            .into());
+        }
+    }
+    Ok(())
+}

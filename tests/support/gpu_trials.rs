@@ -1,0 +1,231 @@
+//! What runs on each adapter.
+
+use inbye::bench::compare;
+use inbye::geometry::Pose;
+use inbye::local::gpu::{Adapter, GpuEngine};
+use inbye::local::{
+    Axis, CpuEngine, Detail, Engine, EngineError, Outside, Prepared, Problem, Window,
+};
+use inbye::map::MovingDisc;
+use libtest_mimic::Failed;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use crate::adapters::GpuTest;
+use crate::cpu_trials::{agree, golden};
+use crate::extremes::{extremes, field, footprint, plain};
+use crate::kernel::Kernel;
+use crate::operations::{OPERATIONS, cases, differences};
+
+pub const TRIALS: [(&str, GpuTest); 7] = [
+    ("operations_return_the_bits_of_rust", operations),
+    (
+        "random_problems_return_the_bits_of_the_cpu",
+        random_problems,
+    ),
+    ("the_digest_is_the_pinned_one", the_digest),
+    ("problems_of_any_size_follow_one_another", sizes),
+    ("a_field_that_changes_is_noticed", fields),
+    ("the_limits_return_the_bits_of_the_cpu", limits),
+    ("a_lost_device_is_an_error", lost_device),
+];
+
+fn operations(adapter: &Adapter) -> Result<(), Failed> {
+    let kernel = Kernel::new(adapter)?;
+    let rng = &mut Pcg64Mcg::seed_from_u64(41);
+    let mut all = Vec::new();
+    for operation in &OPERATIONS {
+        let cases = cases(operation, rng);
+        let found = kernel.run(operation, &cases)?;
+        all.extend(differences(operation, &cases, &found));
+    }
+    if all.is_empty() {
+        Ok(())
+    } else {
+        Err(all.join("\n").into())
+    }
+}
+
+fn random_problems(adapter: &Adapter) -> Result<(), Failed> {
+    let mut engines: [Box<dyn Engine>; 2] = [
+        Box::new(CpuEngine::single_threaded()),
+        Box::new(GpuEngine::new(adapter)?),
+    ];
+    agree(&mut engines, 300, 42)
+}
+
+fn the_digest(adapter: &Adapter) -> Result<(), Failed> {
+    golden(Box::new(GpuEngine::new(adapter)?))
+}
+
+/// Puts a problem to an engine that has answered others before, with samples and without.
+fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Failed> {
+    let problem = Prepared::new(problem)?;
+    for detail in [Detail::Samples, Detail::Answer] {
+        let expected = CpuEngine::single_threaded().evaluate(&problem, detail)?;
+        let found = engine.evaluate(&problem, detail)?;
+        let mut first = None;
+        let mut count = 0;
+        compare(&expected, &found, |what, expected, found| {
+            count += 1;
+            first.get_or_insert(format!("{what}: {found}, not {expected}"));
+        });
+        // The comparison and equality are two readings of the same promise.
+        if let Some(first) = first {
+            return Err(format!("{name}, {detail:?}: {count} differences, first: {first}").into());
+        }
+        if expected != found {
+            return Err(
+                format!("{name}, {detail:?}: unequal, yet no difference is reported").into(),
+            );
+        }
+    }
+    Ok(())
+}
+
+fn window(speeds: u32, turns: u32) -> Window {
+    let axis = |low, high, count| Axis { low, high, count };
+    Window {
+        linear: axis(-0.2, 0.8, speeds),
+        angular: axis(-1.0, 1.0, turns),
+    }
+}
+
+fn sizes(adapter: &Adapter) -> Result<(), Failed> {
+    const DISCS: [[f64; 3]; 3] = [[0.2, 0.0, 0.2], [-0.2, 0.0, 0.2], [0.0, 0.1, 0.1]];
+    let body = |index: usize| MovingDisc {
+        x: 3.0 + index as f64 * 0.2,
+        y: 1.0 + index as f64 * 0.3,
+        radius: 0.2,
+        vx: -0.3,
+        vy: 0.1,
+    };
+    let engine = &mut GpuEngine::new(adapter)?;
+    for (speeds, turns, steps, discs, moving, side) in [
+        (1, 1, 1, 1, 0, 40),
+        (3, 85, 30, 1, 0, 41),
+        (256, 1, 10, 2, 3, 7),
+        (257, 1, 10, 2, 3, 1),
+        (1, 257, 10, 1, 1, 3),
+        (256, 256, 5, 3, 0, 301),
+        (2, 2, 200, 3, 5, 5),
+        (1, 1, 1, 1, 0, 1),
+        (128, 128, 20, 2, 2, 100),
+        (20, 40, 40, 1, 0, 40),
+        (65_536, 1, 2, 1, 0, 33),
+        (1, 65_536, 2, 1, 0, 40),
+        (7, 5, 3, 1, 0, 9),
+    ] {
+        let what = format!(
+            "{speeds} x {turns} samples, {steps} steps, {discs} discs, {moving} moving, side {side}"
+        );
+        let field = field(side, 0.1, &[[0, side - 1], [side / 2, 0]]);
+        let middle = f64::from(side) * 0.05;
+        let problem = Problem {
+            window: window(speeds, turns),
+            steps,
+            footprint: footprint(&DISCS[..discs]),
+            obstacles: (0..moving).map(body).collect(),
+            pose: Pose::new(middle, middle, 0.4),
+            outside: if side < 10 {
+                Outside::Free
+            } else {
+                Outside::Obstacle
+            },
+            field,
+            ..plain()
+        };
+        same(engine, &what, &problem)?;
+    }
+    Ok(())
+}
+
+fn fields(adapter: &Adapter) -> Result<(), Failed> {
+    let with = |blocked: &[[i32; 2]]| Problem {
+        window: window(20, 20),
+        field: field(41, 0.1, blocked),
+        ..plain()
+    };
+    let (near, far) = (with(&[[30, 25]]), with(&[[40, 40]]));
+    let answer = |problem: &Problem| -> Result<_, Failed> {
+        Ok(CpuEngine::single_threaded().evaluate(&Prepared::new(problem)?, Detail::Answer)?)
+    };
+    if answer(&near)? == answer(&far)? {
+        return Err("two fields with one answer: a stale field could not show".into());
+    }
+    let engine = &mut GpuEngine::new(adapter)?;
+    let moved = Problem {
+        pose: Pose::new(2.0, 2.2, 1.0),
+        ..near.clone()
+    };
+    for (what, problem) in [
+        ("the first field", &near),
+        ("the same field", &near),
+        ("the same field, elsewhere", &moved),
+        ("another field of that size", &far),
+        ("the first field again", &near),
+    ] {
+        same(engine, what, problem)?;
+    }
+    Ok(())
+}
+
+fn limits(adapter: &Adapter) -> Result<(), Failed> {
+    let engine = &mut GpuEngine::new(adapter)?;
+    for (what, problem) in extremes() {
+        match engine.evaluate(&Prepared::new(&problem)?, Detail::Answer) {
+            // llvmpipe leaves off in the middle of so many loops: then a refusal is the right answer, silence is not.
+            Err(EngineError::Setup { what, .. }) if what.contains("turns of loops") => {}
+            _ => same(engine, what, &problem)?,
+        }
+    }
+    // 4.8 GB of tables: more than an adapter binds.
+    let too_large = Problem {
+        window: window(1, 65_536),
+        steps: 1023,
+        step_s: 0.01,
+        footprint: footprint(&[[0.0, 0.0, 0.2]; 8]),
+        ..plain()
+    };
+    match engine.evaluate(&Prepared::new(&too_large)?, Detail::Answer) {
+        Err(EngineError::Setup { what, .. }) if what.contains("sample less densely") => {}
+        other => return Err(format!("too large, yet {other:?}").into()),
+    }
+    same(engine, "after one that was too large", &plain())?;
+    // The most samples; on a processor they would take minutes.
+    let side = if adapter.summary.software {
+        1 << 8
+    } else {
+        1 << 11
+    };
+    for (speeds, turns) in [(side, side), (side * side, 1), (1, side * side)] {
+        let most = Problem {
+            window: window(speeds, turns),
+            steps: 1,
+            ..plain()
+        };
+        same(engine, &format!("{speeds} x {turns} samples"), &most)?;
+    }
+    Ok(())
+}
+
+fn lost_device(adapter: &Adapter) -> Result<(), Failed> {
+    let problem = Prepared::new(&plain())?;
+    for answers_before in [0, 2] {
+        let mut engine = GpuEngine::new(adapter)?;
+        for _ in 0..answers_before {
+            engine.evaluate(&problem, Detail::Samples)?;
+        }
+        engine.destroy_device();
+        for detail in [Detail::Answer, Detail::Samples, Detail::Answer] {
+            match engine.evaluate(&problem, detail) {
+                Err(EngineError::Lost {
+                    adapter: name,
+                    what,
+                }) if name == adapter.summary.name && !what.is_empty() => {}
+                other => return Err(format!("after {answers_before} answers: {other:?}").into()),
+            }
+        }
+    }
+    same(&mut GpuEngine::new(adapter)?, "a new device", &plain())
+}

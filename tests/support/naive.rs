@@ -1,0 +1,377 @@
+//! The oracle: the paper's equations 27 to 35 in f64, written as plainly as possible and without the engines' code.
+//!
+//! It reads a problem's numbers and a list of blocked cells; a clearance is found by trying every blocked cell.
+//! Lengths are metres, angles radians, all in the grid's own frame with the grid's corner as origin.
+
+use core::f64::consts::{PI, TAU};
+
+use inbye::local::{Normalization, Outside, Problem, Reason, Stopping};
+use inbye::map::Cell;
+
+/// A mistake made on purpose, to see that the comparison notices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// None.
+    No,
+    /// Turns before it moves: eq. 27 moves along the old heading.
+    TurnsFirst,
+    /// Adds the path term, as eq. 35 prints, where smaller is better.
+    AddsPath,
+    /// Meets moving obstacles where they were one step ago.
+    ObstaclesLate,
+    /// Forgets that the footprint turns with the robot.
+    StiffFootprint,
+    /// Holds the turn rate against the limit for speed in eq. 30.
+    WrongBraking,
+}
+
+/// What one disc meets at one step.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// Distance to the nearest blocked cell's centre, less the disc's radius; infinite without any.
+    pub still: f64,
+    /// The same, measured from the centre of the cell that the disc's centre lies in, as a field of distances is
+    /// read: least and greatest over the cells that the centre may lie in after rounding.
+    pub by_cell: [f64; 2],
+    /// Distance to the nearest moving obstacle, less both radii; infinite without any.
+    pub moving: f64,
+    /// How far the disc's centre is within the grid; below zero outside.
+    pub inside: f64,
+}
+
+/// One sample, rolled out.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    /// Forward speed.
+    pub v: f64,
+    /// Turn rate.
+    pub omega: f64,
+    /// Final x and y from the start, and final heading.
+    pub end: [f64; 3],
+    /// For each step what each disc meets.
+    pub steps: Vec<Vec<Meeting>>,
+}
+
+/// How a judgement leans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lean {
+    /// As the equations have it.
+    Not,
+    /// Towards the sample: the field is read to its advantage, and rounding goes its way.
+    Towards,
+    /// Against the sample.
+    Against,
+}
+
+impl Lean {
+    /// A tolerance, with the sign that this lean gives it.
+    fn by(self, tolerance: f64) -> f64 {
+        match self {
+            Self::Not => 0.0,
+            Self::Towards => tolerance,
+            Self::Against => -tolerance,
+        }
+    }
+}
+
+/// A sample, judged.
+#[derive(Clone, Copy, Debug)]
+pub struct Judgement {
+    pub reason: Reason,
+    /// Steps before the first that ends the trajectory; all of them where the rule is the smallest clearance.
+    pub free_steps: usize,
+}
+
+/// The terms of eqs. 32 and 34.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Terms {
+    pub heading: f64,
+    pub clearance: f64,
+    pub velocity: f64,
+    pub path: f64,
+}
+
+impl Terms {
+    /// Heading, clearance, velocity, path.
+    pub fn list(self) -> [f64; 4] {
+        [self.heading, self.clearance, self.velocity, self.path]
+    }
+}
+
+/// A problem as the oracle sees it.
+pub struct Oracle<'a> {
+    problem: &'a Problem,
+    blocked: Vec<[f64; 2]>,
+    start: [f64; 3],
+    /// How far lengths may be rounded, metres.
+    rounding_m: f64,
+    fault: Fault,
+}
+
+impl<'a> Oracle<'a> {
+    /// The oracle of a problem whose static obstacles are these cells. Engines may round lengths by `rounding_m`.
+    pub fn new(problem: &'a Problem, blocked: &[Cell], rounding_m: f64, fault: Fault) -> Self {
+        let side = problem.field.frame().resolution_m;
+        let center = |cell: &Cell| {
+            [
+                (f64::from(cell.column) + 0.5) * side,
+                (f64::from(cell.row) + 0.5) * side,
+            ]
+        };
+        let pose = problem.pose;
+        let [x, y] = to_grid(problem, pose.x, pose.y);
+        Self {
+            problem,
+            blocked: blocked.iter().map(center).collect(),
+            start: [x, y, pose.yaw - problem.field.frame().origin.yaw],
+            rounding_m,
+            fault,
+        }
+    }
+
+    /// Sample `index` rolled out (eq. 27).
+    pub fn roll_out(&self, index: usize) -> Trajectory {
+        let window = &self.problem.window;
+        let speeds = window.linear.count as usize;
+        let value = |low: f64, high: f64, count: u32, index: usize| match count {
+            1 => low,
+            _ => low + index as f64 * (high - low) / f64::from(count - 1),
+        };
+        let (linear, angular) = (&window.linear, &window.angular);
+        let v = value(linear.low, linear.high, linear.count, index % speeds);
+        let omega = value(angular.low, angular.high, angular.count, index / speeds);
+        let dt = self.problem.step_s;
+        let [start_x, start_y, mut heading] = self.start;
+        let (mut x, mut y) = (start_x, start_y);
+        let mut steps = Vec::new();
+        for step in 1..=self.problem.steps {
+            if self.fault == Fault::TurnsFirst {
+                heading += omega * dt;
+            }
+            x += v * libm::cos(heading) * dt;
+            y += v * libm::sin(heading) * dt;
+            if self.fault != Fault::TurnsFirst {
+                heading += omega * dt;
+            }
+            steps.push(self.meet(x, y, heading, step));
+        }
+        Trajectory {
+            v,
+            omega,
+            end: [x - start_x, y - start_y, heading],
+            steps,
+        }
+    }
+
+    fn meet(&self, x: f64, y: f64, heading: f64, step: u32) -> Vec<Meeting> {
+        let frame = self.problem.field.frame();
+        let side = frame.resolution_m;
+        let (width, height) = (
+            f64::from(frame.width) * side,
+            f64::from(frame.height) * side,
+        );
+        let heading = match self.fault {
+            Fault::StiffFootprint => self.start[2],
+            _ => heading,
+        };
+        let (cosine, sine) = (libm::cos(heading), libm::sin(heading));
+        let late = u32::from(self.fault == Fault::ObstaclesLate);
+        let time = f64::from(step - late) * self.problem.step_s;
+        let meet = |disc: &inbye::robot::Disc| {
+            let at_x = x + disc.x * cosine - disc.y * sine;
+            let at_y = y + disc.x * sine + disc.y * cosine;
+            let nearest = |x: f64, y: f64| {
+                let squared = |center: &[f64; 2]| {
+                    let (dx, dy) = (center[0] - x, center[1] - y);
+                    dx * dx + dy * dy
+                };
+                let least = self.blocked.iter().map(squared);
+                least.fold(f64::INFINITY, f64::min).sqrt()
+            };
+            // Centres of the cells along one axis that a coordinate may lie in: nearly always one.
+            let centers = |along: f64| {
+                let center = |along: f64| ((along / side).floor() + 0.5) * side;
+                let mut centers = vec![
+                    center(along - self.rounding_m),
+                    center(along + self.rounding_m),
+                ];
+                centers.dedup();
+                centers
+            };
+            let mut by_cell = [f64::INFINITY, f64::NEG_INFINITY];
+            for column in centers(at_x) {
+                for row in centers(at_y) {
+                    let distance = nearest(column, row) - disc.radius;
+                    by_cell = [by_cell[0].min(distance), by_cell[1].max(distance)];
+                }
+            }
+            let moving = self.problem.obstacles.iter().map(|body| {
+                let (there_x, there_y) = (body.x + body.vx * time, body.y + body.vy * time);
+                let [there_x, there_y] = to_grid(self.problem, there_x, there_y);
+                libm::hypot(there_x - at_x, there_y - at_y) - disc.radius - body.radius
+            });
+            Meeting {
+                still: nearest(at_x, at_y) - disc.radius,
+                by_cell,
+                moving: moving.fold(f64::INFINITY, f64::min),
+                inside: at_x.min(at_y).min(width - at_x).min(height - at_y),
+            }
+        };
+        self.problem.footprint.discs().iter().map(meet).collect()
+    }
+
+    /// Smallest clearance of a step, not capped. Beyond the grid no static obstacle is known.
+    fn step_clearance(&self, discs: &[Meeting], lean: Lean) -> f64 {
+        let clearance = |disc: &Meeting| {
+            let still = match lean {
+                Lean::Not => disc.still,
+                Lean::Towards => disc.by_cell[1],
+                Lean::Against => disc.by_cell[0],
+            };
+            // Leaning towards the sample, cells count only where the centre is surely inside.
+            let on_grid = disc.inside >= lean.by(self.rounding_m);
+            let still = if on_grid { still } else { f64::INFINITY };
+            still.min(disc.moving) + lean.by(self.rounding_m)
+        };
+        discs.iter().map(clearance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Smallest clearance of the first steps, capped.
+    pub fn clearance(&self, trajectory: &Trajectory, steps: usize, lean: Lean) -> f64 {
+        let clearance = |discs: &Vec<Meeting>| self.step_clearance(discs, lean);
+        let least = trajectory.steps[..steps].iter().map(clearance);
+        least.fold(
+            self.problem.max_clearance_m + lean.by(self.rounding_m),
+            f64::min,
+        )
+    }
+
+    /// Whether a sample is admissible, and why not (eqs. 30 and 31).
+    pub fn judge(&self, trajectory: &Trajectory, lean: Lean) -> Judgement {
+        let by_arc = self.problem.stopping == Stopping::Arc;
+        let contact = |discs: &[Meeting]| self.step_clearance(discs, lean) <= 0.0;
+        let off_grid = |discs: &[Meeting]| {
+            let off = |disc: &Meeting| disc.inside < -lean.by(self.rounding_m);
+            self.problem.outside == Outside::Obstacle && discs.iter().any(off)
+        };
+        let steps = &trajectory.steps;
+        let ends = |discs: &Vec<Meeting>| contact(discs) || off_grid(discs);
+        let free_steps = match steps.iter().position(ends) {
+            Some(free_steps) if by_arc => free_steps,
+            _ => steps.len(),
+        };
+        let reason = if by_arc && free_steps == 0 {
+            if contact(&steps[0]) {
+                Reason::Collision
+            } else {
+                Reason::Outside
+            }
+        } else if !by_arc && steps.iter().any(|discs| contact(discs)) {
+            Reason::Collision
+        } else if !by_arc && steps.iter().any(|discs| off_grid(discs)) {
+            Reason::Outside
+        } else if self.can_stop(trajectory, free_steps, lean) {
+            Reason::Ok
+        } else {
+            Reason::CannotStop
+        };
+        Judgement { reason, free_steps }
+    }
+
+    fn can_stop(&self, trajectory: &Trajectory, free_steps: usize, lean: Lean) -> bool {
+        let problem = self.problem;
+        let brakings = match self.fault {
+            Fault::WrongBraking => [problem.braking_x, problem.braking_x],
+            _ => [problem.braking_x, problem.braking_theta],
+        };
+        let rates = [trajectory.v, trajectory.omega];
+        rates.into_iter().zip(brakings).all(|(rate, braking)| {
+            let dist = match problem.stopping {
+                Stopping::Clearance => self.clearance(trajectory, free_steps, lean),
+                Stopping::Arc => rate.abs() * free_steps as f64 * problem.step_s,
+            };
+            // Rounding in f64 itself, where both sides are equal.
+            rate * rate <= 2.0 * dist * braking * (1.0 + lean.by(1e-9))
+        })
+    }
+
+    /// Distance from a sample's end to the target.
+    pub fn to_target(&self, trajectory: &Trajectory) -> f64 {
+        let [x, y] = self.from_end(trajectory, self.problem.target.x, self.problem.target.y);
+        libm::hypot(x, y)
+    }
+
+    /// The terms of a sample with this clearance (eqs. 32 and 34). Reverse earns no velocity.
+    pub fn terms(&self, trajectory: &Trajectory, clearance: f64) -> Terms {
+        let [x, y] = self.from_end(trajectory, self.problem.target.x, self.problem.target.y);
+        let off = libm::atan2(y, x) - trajectory.end[2];
+        let off = (off - (off / TAU).round() * TAU).abs();
+        let key_node = &self.problem.key_node;
+        let [key_x, key_y] = self.from_end(trajectory, key_node.x, key_node.y);
+        Terms {
+            heading: if x == 0.0 && y == 0.0 { PI } else { PI - off },
+            clearance,
+            velocity: trajectory.v.max(0.0),
+            path: libm::hypot(key_x, key_y),
+        }
+    }
+
+    fn from_end(&self, trajectory: &Trajectory, x: f64, y: f64) -> [f64; 2] {
+        let [x, y] = to_grid(self.problem, x, y);
+        [
+            x - self.start[0] - trajectory.end[0],
+            y - self.start[1] - trajectory.end[1],
+        ]
+    }
+
+    /// What each term is taken from and divided by (eq. 33): zero and the sum, or the least value and the range.
+    pub fn scales(&self, terms: &[Terms]) -> [(f64, f64); 4] {
+        core::array::from_fn(|term| {
+            let values = || terms.iter().map(|terms| terms.list()[term]);
+            let least = values().fold(f64::INFINITY, f64::min);
+            let greatest = values().fold(f64::NEG_INFINITY, f64::max);
+            match self.problem.normalization {
+                Normalization::Sum => (0.0, values().sum()),
+                Normalization::MinMax => (least, greatest - least),
+            }
+        })
+    }
+
+    /// The scores (eqs. 33 and 35) of the admissible samples, whose terms these are; the weights brought to a sum of one.
+    pub fn scores(&self, terms: &[Terms]) -> Vec<f64> {
+        let weights = &self.problem.weights;
+        let sign = if self.fault == Fault::AddsPath {
+            1.0
+        } else {
+            -1.0
+        };
+        let weights = [
+            weights.heading,
+            weights.clearance,
+            weights.velocity,
+            sign * weights.path,
+        ];
+        let all: f64 = weights.iter().map(|weight| weight.abs()).sum();
+        let scales = self.scales(terms);
+        let score = |terms: &Terms| {
+            let mut score = 0.0;
+            for ((value, weight), (offset, scale)) in
+                terms.list().into_iter().zip(weights).zip(scales)
+            {
+                if scale > 0.0 && all > 0.0 {
+                    score += weight / all * (value - offset) / scale;
+                }
+            }
+            score
+        };
+        terms.iter().map(score).collect()
+    }
+}
+
+/// A point of the map frame in the grid's frame.
+fn to_grid(problem: &Problem, x: f64, y: f64) -> [f64; 2] {
+    let origin = problem.field.frame().origin;
+    let (x, y) = (x - origin.x, y - origin.y);
+    let (cosine, sine) = (libm::cos(origin.yaw), libm::sin(origin.yaw));
+    [x * cosine + y * sine, y * cosine - x * sine]
+}
