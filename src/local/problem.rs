@@ -44,10 +44,10 @@ impl Weights {
     /// Names the first that is not 0 to 1e6.
     pub fn validate(&self) -> Result<(), ProblemError> {
         for (quantity, value) in [
-            ("weights.heading", self.heading),
-            ("weights.clearance", self.clearance),
-            ("weights.velocity", self.velocity),
-            ("weights.path", self.path),
+            ("weight heading", self.heading),
+            ("weight clearance", self.clearance),
+            ("weight velocity", self.velocity),
+            ("weight path", self.path),
         ] {
             in_range(
                 quantity,

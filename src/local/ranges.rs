@@ -93,7 +93,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     )?;
     let moving = problem.obstacles.len();
     in_range(
-        "number of moving obstacles",
+        "moving obstacles",
         moving as f64,
         "",
         moving <= MAX_OBSTACLES,
@@ -106,18 +106,18 @@ pub(super) fn check_counts(v_count: u32, omega_count: u32, steps: u32) -> Result
     let samples = f64::from(v_count) * f64::from(omega_count);
     let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
     in_range(
-        "number of samples, vx_samples times vtheta_samples,",
+        "number of samples",
         samples,
         "",
         samples_fit,
-        "1 to 4194304",
+        "1 to 4194304 (vx_samples times vtheta_samples)",
     )?;
     in_range(
-        "number of steps, sim_time_s over sim_step_s,",
+        "number of steps",
         f64::from(steps),
         "",
         (1..=MAX_STEPS).contains(&steps),
-        "1 to 1023",
+        "1 to 1023 (sim_time_s over sim_step_s)",
     )
 }
 

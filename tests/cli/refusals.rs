@@ -196,7 +196,7 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [local]|sim_time_s = nan -> [local] sim_time_s; above zero
 [local]|sim_time_s = 999.0 -> [local]; steps; sim_time_s; 1 to 1023
 [local]|vx_samples = 9999|vtheta_samples = 9999 -> [local]; vx_samples; 1 to 4194304
-[local.weights]|heading = -1.0 -> [local] weights.heading is -1; 0 to 1e6
+[local.weights]|heading = -1.0 -> [local] weight heading is -1; 0 to 1e6
 [local]|max_clearance_m = 500.0 -> mine.yaml; clearance cap; at most
 [robot.limits]|max_vel_x = inf -> [robot.limits] max_vel_x is inf; finite
 [robot.limits]|decel_lim_x = 1.0 -> [robot.limits] decel_lim_x is 1; below zero
@@ -269,7 +269,7 @@ fn problems_that_mean_nothing() {
 /target [1e300,0] -> distance to the target; at most
 /key_node [5000,0] -> distance to the key node; at most
 /key_node "x" -> "key_node":"x"; length 2
-/weights/heading -1 -> weights.heading is -1; 0 to 1e6
+/weights/heading -1 -> weight heading is -1; 0 to 1e6
 /weights/pth 1 -> unknown field `pth`; did you mean `path`?
 /limits/max_vel 1 -> unknown field `max_vel`; did you mean `max_vel_x`?
 /limits/max_vel_x -1 -> limits: max_vel_x is -1; at least min_vel_x
