@@ -42,7 +42,8 @@ pub enum PlanError {
     /// Start and goal are not connected.
     #[error(
         "NO_VALID_PATH: no way from ({:.2}, {:.2}) to ({:.2}, {:.2}) that keeps {radius_m:.3} m from every obstacle \
-         ({expanded} cells searched): choose a goal on the same side, or a smaller radius",
+         ({expanded} cells searched): choose a goal on the same side, a smaller radius (that of the footprint and its margins) \
+         or a finer map",
         start.x, start.y, goal.x, goal.y
     )]
     NoValidPath {
@@ -56,7 +57,7 @@ pub enum PlanError {
         expanded: u32,
     },
     /// A setting out of range.
-    #[error("global.{name} is {value}: it must be {expected}")]
+    #[error("{name} is {value}: it must be {expected}")]
     BadSetting {
         /// Its name.
         name: &'static str,
