@@ -80,7 +80,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         ("weight velocity", weights.velocity),
         ("weight path", weights.path),
     ] {
-        let good = value >= 0.0 && value <= 1e6;
+        let good = (0.0..=1e6).contains(&value);
         in_range(quantity, value, "", good, "0 to 1e6")?;
     }
     let turn = angular.largest() * problem.step_s;
