@@ -1,12 +1,87 @@
 //! Exact GPU-parallel local planning and hybrid navigation for inspection robots.
-pub mod base;
-pub mod bench;
+//!
+//! A tracked robot inspects mine roadways. It finds a global path on an occupancy grid, then, many times a second,
+//! chooses its speed and turn rate by the dynamic window approach: thousands of velocities rolled out, scored, the best
+//! one sent to the base. The samples are evaluated in WGSL compute shaders or on the CPU, and **both return the same
+//! bits**.
+//!
+//! The modules are rooms that data passes through in one direction, and a room uses only rooms above it:
+//!
+//! | room | question |
+//! |---|---|
+//! | [`map`] | where is free space? |
+//! | [`robot`] | what is the machine? |
+//! | [`global`] | which way? |
+//! | [`local`] | how to move now? |
+//! | [`navigator`] | when to do which? |
+//! | [`base`] | what goes over the wire? |
+//! | [`sim`] | what would happen? |
+//! | [`bench`] | how fast, and is it right? |
+//! | [`report`] | what does it look like? |
+//!
+//! [`geometry`], [`numeric`] and [`digest`] stand above them all.
+//!
+//! # A robot across a room
+//!
+//! ```
+//! use std::sync::Arc;
+//! use inbye::geometry::{Point, Pose};
+//! use inbye::local::CpuEngine;
+//! use inbye::map::OccupancyGrid;
+//! use inbye::navigator::Goal;
+//! use inbye::sim::{Config, Mission, Observer, Walkers, run_mission};
+//!
+//! let rows = [
+//!     "################################",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............................#",
+//!     "#..............##..............#",
+//!     "#..............##..............#",
+//!     "#..............##..............#",
+//!     "#..............##..............#",
+//!     "#..............##..............#",
+//!     "################################",
+//! ];
+//! let mission = Mission {
+//!     map: Arc::new(OccupancyGrid::from_rows(&rows, 0.2, Pose::default())?),
+//!     truth: None,
+//!     start: Pose::new(1.2, 1.2, 0.0),
+//!     goal: Goal { position: Point::new(5.2, 1.2), yaw: None },
+//!     walkers: Walkers::default(),
+//!     seed: 1,
+//!     time_limit_s: 60.0,
+//! };
+//! let engine = Box::new(CpuEngine::single_threaded());
+//! let mut observer = Observer { clock: &mut || 0.0, progress: &mut |_| {} };
+//! let result = run_mission(&mission, &Config::default(), engine, &mut observer)?;
+//! assert!(result.reached && !result.collided);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod digest;
 pub mod geometry;
-pub mod global;
-pub mod local;
-pub mod map;
-pub mod navigator;
 pub mod numeric;
-pub mod report;
+
+pub mod map;
 pub mod robot;
+
+pub mod global;
+
+pub mod local;
+
+pub mod navigator;
+
+pub mod base;
+
 pub mod sim;
+
+pub mod bench;
+
+pub mod report;

@@ -24,7 +24,7 @@ const GOLDEN_FEEDBACK: [u8; FEEDBACK_LENGTH] = [
 
 fn encode(linear: f64, angular: f64) -> [u8; COMMAND_LENGTH] {
     let twist = Twist::new(linear, angular);
-    Command { twist }.encode().unwrap()
+    Command { twist }.encode().expect("finite rates")
 }
 
 fn decode(bytes: &[u8]) -> Vec<Report> {
@@ -94,10 +94,10 @@ fn feedback_decodes_the_golden_frame() {
     let report = reports[0];
     assert!(!report.motors_disabled);
     assert_eq!(report.twist, Twist::new(0.5, -0.1));
-    assert_eq!(report.lateral, 0.0);
+    assert!(report.lateral.abs() < 1e-12);
     assert!((report.acceleration[2] - 16_384.0 / 1671.84).abs() < 1e-12);
     assert!((report.gyro[2] + 375.0 * 0.000_266_44).abs() < 1e-12);
-    assert_eq!(report.battery_v, 24.0);
+    assert!((report.battery_v - 24.0).abs() < 1e-12);
     assert_eq!(report.encode(), GOLDEN_FEEDBACK);
 }
 
@@ -205,7 +205,8 @@ mod serial {
 
     fn connect(settings: SerialSettings) -> (TTYPort, SerialBase) {
         let (mut peer, port) = TTYPort::pair().expect("pseudo-terminals");
-        peer.set_timeout(Duration::from_secs(20)).unwrap();
+        peer.set_timeout(Duration::from_secs(20))
+            .expect("a timeout");
         (peer, SerialBase::on(Box::new(port), "pty", settings))
     }
 

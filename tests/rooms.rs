@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms in the order in which data flows. A room may use those before it; geometry and numeric are before all.
-const ROOMS: [&str; 12] = [
+/// The rooms in the order in which data flows. A room may use those before it; the first three are before all.
+const ROOMS: [&str; 13] = [
+    "digest",
     "geometry",
     "numeric",
     "map",
@@ -18,6 +19,8 @@ const ROOMS: [&str; 12] = [
     "report",
     "cli",
 ];
+/// So many of them are single files that all rooms build on.
+const FOUNDATIONS: usize = 3;
 /// Longest source file, lines.
 const MOST_LINES: usize = 500;
 
@@ -126,8 +129,8 @@ fn no_room_names_a_room_below_it() {
     for source in sources() {
         let Some(own) = source.room() else { continue };
         for named in rooms_named(&source) {
-            // Geometry and numeric are foundations: neither names the other.
-            if named > own || (named != own && own < 2) {
+            // The foundations do not name one another.
+            if named > own || (named != own && own < FOUNDATIONS) {
                 wrong.push(format!("src/{} names {}", source.path, ROOMS[named]));
             }
         }
@@ -218,6 +221,6 @@ fn a_breach_of_each_rule_is_seen() {
     assert_eq!(named("map/grid.rs", tests), [""; 0]);
     assert!(!source("map/grid.rs", tests).code.contains("unwrap"));
     assert!(source("map/grid.rs", "x.unwrap()").code.contains("unwrap"));
-    assert_eq!(source("numeric.rs", "").room(), Some(1));
+    assert_eq!(source("numeric.rs", "").room(), Some(2));
     assert_eq!(source("helpers.rs", "").room(), None);
 }

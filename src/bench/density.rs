@@ -4,9 +4,7 @@ use std::sync::Arc;
 
 use super::{BenchError, DensityRow, EvaluationDigest, Latencies, LatencySummary};
 use crate::geometry::{Point, Pose, Twist};
-use crate::local::{
-    ClearanceField, Detail, Engine, LocalSettings, Prepared, Problem, Window,
-};
+use crate::local::{ClearanceField, Detail, Engine, LocalSettings, Prepared, Problem, Window};
 use crate::map::{GridFrame, ObstacleGrid};
 use crate::robot::{Disc, Footprint, Limits};
 
@@ -26,7 +24,11 @@ impl DensityPlan {
     #[must_use]
     pub fn powers_of_four(steps: u32, least: usize, most: usize, seconds: f64) -> Self {
         let samples = std::iter::successors(Some(least.max(1)), |samples| samples.checked_mul(4));
-        Self { steps, samples: samples.take_while(|&samples| samples <= most).collect(), seconds }
+        Self {
+            steps,
+            samples: samples.take_while(|&samples| samples <= most).collect(),
+            seconds,
+        }
     }
 }
 
@@ -58,18 +60,27 @@ pub fn measure_density(
         for engine in engines.iter_mut() {
             let decide = |engine: &mut dyn Engine, tick: usize| {
                 let problem = roadway_problem(&field, counts, plan.steps, tick);
-                let prepared = Prepared::new(&problem)
-                    .map_err(|error| BenchError::Problem { which: which(), error })?;
+                let prepared = Prepared::new(&problem).map_err(|error| BenchError::Problem {
+                    which: which(),
+                    error,
+                })?;
                 engine
                     .evaluate(&prepared, Detail::Answer)
-                    .map_err(|error| BenchError::Engine { which: which(), error })
+                    .map_err(|error| BenchError::Engine {
+                        which: which(),
+                        error,
+                    })
             };
             let digest = digest_of(|tick| decide(engine.as_mut(), tick))?;
             match &expected {
                 None => expected = Some((engine.name(), digest)),
                 Some((first, answer)) if *answer != digest => {
                     let (engine, first) = (engine.name(), first.clone());
-                    return Err(BenchError::Differs { which: which(), engine, first });
+                    return Err(BenchError::Differs {
+                        which: which(),
+                        engine,
+                        first,
+                    });
                 }
                 Some(_) => {}
             }
@@ -123,9 +134,18 @@ fn row(engine: &dyn Engine, samples: usize, steps: u32, summary: &LatencySummary
 }
 
 /// A drift 4 m wide with side drifts and rubble, 12 x 12 m at 5 cm.
-fn roadway_field() -> ClearanceField {
+///
+/// # Panics
+/// Never: its resolution is within the range.
+#[must_use]
+pub fn roadway_field() -> ClearanceField {
     let side = 240;
-    let frame = GridFrame { width: side, height: side, resolution_m: 0.05, origin: Pose::default() };
+    let frame = GridFrame {
+        width: side,
+        height: side,
+        resolution_m: 0.05,
+        origin: Pose::default(),
+    };
     let blocked = (0..frame.len()).map(|index| {
         let cell = frame.cell_at(index);
         let in_drift = (80..160).contains(&cell.row);
@@ -137,8 +157,13 @@ fn roadway_field() -> ClearanceField {
         .expect("5 cm is within the range of resolutions")
 }
 
-/// A robot under way along the drift; each tick a little further, so that no two decisions are the same.
-fn roadway_problem(
+/// A robot of one disc under way along the drift of [`roadway_field`]; each tick a little further, so that no two
+/// decisions are the same. Forward speeds and turn rates are counted first.
+///
+/// # Panics
+/// Never: its footprint is sound.
+#[must_use]
+pub fn roadway_problem(
     field: &Arc<ClearanceField>,
     (vx_samples, vtheta_samples): (u32, u32),
     steps: u32,
@@ -148,12 +173,25 @@ fn roadway_problem(
     let limits = Limits::default();
     let along = (tick % 100) as f64 / 100.0;
     let twist = Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15);
-    let horizon = LocalSettings { control_period_s: 1.0, ..settings };
-    let footprint = Footprint::new(vec![Disc { x: 0.0, y: 0.0, radius: 0.3 }]);
+    let horizon = LocalSettings {
+        control_period_s: 1.0,
+        ..settings
+    };
+    let footprint = Footprint::new(vec![Disc {
+        x: 0.0,
+        y: 0.0,
+        radius: 0.3,
+    }]);
     Problem {
         field: Arc::clone(field),
         pose: Pose::new(3.0 + along, 6.0, 0.1 * along),
-        window: Window::new(&limits, &twist, horizon.control_period_s, vx_samples, vtheta_samples),
+        window: Window::new(
+            &limits,
+            &twist,
+            horizon.control_period_s,
+            vx_samples,
+            vtheta_samples,
+        ),
         braking_x: -limits.decel_lim_x,
         braking_theta: -limits.decel_lim_theta,
         step_s: horizon.sim_step_s,

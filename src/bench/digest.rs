@@ -1,12 +1,11 @@
 //! One short name for many evaluations.
 
-use sha2::{Digest, Sha256};
-
+use crate::digest::BitDigest;
 use crate::local::Evaluation;
 
-/// A SHA-256 over every bit of the evaluations added to it, in order.
+/// A digest over every bit of the evaluations added to it, in order.
 #[derive(Clone, Default)]
-pub struct EvaluationDigest(Sha256);
+pub struct EvaluationDigest(BitDigest);
 
 impl EvaluationDigest {
     /// Adds an evaluation; its samples count too, where it has them.
@@ -19,13 +18,13 @@ impl EvaluationDigest {
             counts.outside,
         ]);
         for sum in evaluation.totals.sums {
-            self.0.update(sum.to_le_bytes());
+            self.0.wide(sum);
         }
         self.words(&evaluation.totals.least);
         self.words(&evaluation.totals.greatest);
         if let Some(winner) = &evaluation.winner {
             self.words(&[winner.index]);
-            self.0.update(winner.score.to_le_bytes());
+            self.0.wide(winner.score as u64);
             self.words(&winner.terms.to_array());
         }
         for sample in evaluation.samples.iter().flatten() {
@@ -37,16 +36,10 @@ impl EvaluationDigest {
     /// The digest in hex.
     #[must_use]
     pub fn hex(self) -> String {
-        self.0
-            .finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect()
+        self.0.hex()
     }
 
     fn words(&mut self, words: &[u32]) {
-        for word in words {
-            self.0.update(word.to_le_bytes());
-        }
+        words.iter().for_each(|&word| self.0.word(word));
     }
 }

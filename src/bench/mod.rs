@@ -8,7 +8,7 @@ mod record;
 mod timing;
 mod verify;
 
-pub use density::{DensityPlan, measure_density};
+pub use density::{DensityPlan, measure_density, roadway_field, roadway_problem};
 pub use digest::EvaluationDigest;
 pub use error::BenchError;
 pub use problems::random_problem;

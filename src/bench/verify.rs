@@ -63,14 +63,20 @@ pub fn verify(
     };
     let mut digests = vec![EvaluationDigest::default(); engines.len()];
     for case in 0..cases {
-        let problem = Prepared::new(&random_problem(seed, case))
-            .map_err(|error| BenchError::Problem { which: format!("case {case}"), error })?;
+        let problem =
+            Prepared::new(&random_problem(seed, case)).map_err(|error| BenchError::Problem {
+                which: format!("case {case}"),
+                error,
+            })?;
         verification.samples += problem.len() as u64;
         let mut first: Option<Evaluation> = None;
         for (engine, digest) in engines.iter_mut().zip(&mut digests) {
             let evaluation = engine
                 .evaluate(&problem, Detail::Samples)
-                .map_err(|error| BenchError::Engine { which: format!("case {case}"), error })?;
+                .map_err(|error| BenchError::Engine {
+                    which: format!("case {case}"),
+                    error,
+                })?;
             digest.add(&evaluation);
             match &first {
                 None => first = Some(evaluation),

@@ -14,9 +14,11 @@ use inbye::map::UnknownPolicy;
 /// this machine, measure them, and write a report.
 #[derive(Debug, Parser)]
 #[command(version, about, long_about, max_term_width = 100)]
-#[command(after_help = "Example:\n  inbye                       run the main job, write inbye-report/index.html\n  \
+#[command(
+    after_help = "Example:\n  inbye                       run the main job, write inbye-report/index.html\n  \
     inbye plan --map mine.yaml --start 10,5 --goal 80,40 --json\n\n\
-    Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.")]
+    Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input."
+)]
 pub struct Arguments {
     /// Print one JSON object on standard output instead of text.
     #[arg(long, global = true)]
@@ -83,8 +85,10 @@ pub struct PlanArguments {
 
 /// `inbye drive`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
-    --seed 7 --report out")]
+#[command(
+    after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
+    --seed 7 --report out"
+)]
 pub struct DriveArguments {
     #[command(flatten)]
     pub map: MapArguments,
@@ -200,15 +204,30 @@ impl FromStr for Place {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let mend = || format!("`{text}` is no place: write X,Y or X,Y,YAW in metres and radians, such as 2.5,-1,0");
+        let mend = || {
+            format!(
+                "`{text}` is no place: write X,Y or X,Y,YAW in metres and radians, such as 2.5,-1,0"
+            )
+        };
         let numbers = text
             .split(',')
-            .map(|part| part.trim().parse::<f64>().ok().filter(|number| number.is_finite()))
+            .map(|part| {
+                part.trim()
+                    .parse::<f64>()
+                    .ok()
+                    .filter(|number| number.is_finite())
+            })
             .collect::<Option<Vec<f64>>>()
             .ok_or_else(mend)?;
         match numbers[..] {
-            [x, y] => Ok(Self { position: Point::new(x, y), yaw: None }),
-            [x, y, yaw] => Ok(Self { position: Point::new(x, y), yaw: Some(yaw) }),
+            [x, y] => Ok(Self {
+                position: Point::new(x, y),
+                yaw: None,
+            }),
+            [x, y, yaw] => Ok(Self {
+                position: Point::new(x, y),
+                yaw: Some(yaw),
+            }),
             _ => Err(mend()),
         }
     }

@@ -21,7 +21,11 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
         arguments.seconds,
     );
     if plan.samples.is_empty() {
-        bail!("--min-samples {} is above --max-samples {}", arguments.min_samples, arguments.max_samples);
+        bail!(
+            "--min-samples {} is above --max-samples {}",
+            arguments.min_samples,
+            arguments.max_samples
+        );
     }
     let rows = measure(&mut engines::all()?, &plan)?;
     if let Some(file) = &arguments.record {
@@ -37,10 +41,7 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
 }
 
 /// Measures with a progress bar.
-pub fn measure(
-    all: &mut [Box<dyn Engine>],
-    plan: &DensityPlan,
-) -> anyhow::Result<Vec<DensityRow>> {
+pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Result<Vec<DensityRow>> {
     let cells = plan.samples.len() * all.len();
     let bar = output::progress(cells as u64, "density");
     let rows = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
@@ -48,12 +49,14 @@ pub fn measure(
     Ok(rows)
 }
 
-const HEADER: &str =
-    "engine                                    samples  steps    p50 ms    p99 ms    max ms   M steps/s";
+/// Heads the rows of [`table_row`].
+pub const HEADER: &str = "engine                                    samples  steps    p50 ms    p99 ms    max ms   M steps/s";
 
-fn table_row(row: &DensityRow) -> String {
+/// A row for people.
+pub fn table_row(row: &DensityRow) -> String {
     let engine = match &row.adapter {
         Some(adapter) => adapter.clone(),
+        None if row.threads == 1 => "CPU, 1 thread".to_owned(),
         None => format!("CPU, {} threads", row.threads),
     };
     format!(
@@ -71,7 +74,10 @@ fn write(file: &Path, rows: &[DensityRow]) -> anyhow::Result<()> {
     let text = match file.extension().and_then(|ending| ending.to_str()) {
         Some("json") => serde_json::to_string_pretty(rows)? + "\n",
         Some("csv") => csv(rows),
-        _ => bail!("--record {}: the name must end in .csv or .json", file.display()),
+        _ => bail!(
+            "--record {}: the name must end in .csv or .json",
+            file.display()
+        ),
     };
     fs::write(file, text).with_context(|| format!("--record {}", file.display()))
 }

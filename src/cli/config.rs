@@ -8,7 +8,9 @@ use inbye::sim::Config;
 
 /// Settings from a TOML file, or the defaults. Unknown keys are errors.
 pub fn load(file: Option<&Path>) -> anyhow::Result<Config> {
-    let Some(file) = file else { return Ok(Config::default()) };
+    let Some(file) = file else {
+        return Ok(Config::default());
+    };
     let place = || format!("{}", file.display());
     let text = fs::read_to_string(file).with_context(place)?;
     let config: Config = toml::from_str(&text)
@@ -19,6 +21,8 @@ pub fn load(file: Option<&Path>) -> anyhow::Result<Config> {
 }
 
 fn one_line(error: &toml::de::Error, text: &str) -> String {
-    let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+    let line = error
+        .span()
+        .map_or(1, |span| text[..span.start].matches('\n').count() + 1);
     format!("line {line}: {}", error.message())
 }

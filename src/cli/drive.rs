@@ -31,7 +31,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         map: Arc::new(map),
         truth: None,
         start: arguments.start.pose(),
-        goal: Goal { position: arguments.goal.position, yaw: arguments.goal.yaw },
+        goal: Goal {
+            position: arguments.goal.position,
+            yaw: arguments.goal.yaw,
+        },
         walkers,
         seed: arguments.seed,
         time_limit_s: arguments.time_limit,
@@ -74,7 +77,10 @@ pub fn simulate(
         bar.set_position(whole_cm(far_m - nearest_m));
     };
     let mut clock = wall_clock();
-    let mut observer = Observer { clock: &mut clock, progress: &mut progress };
+    let mut observer = Observer {
+        clock: &mut clock,
+        progress: &mut progress,
+    };
     let result = run_mission(mission, config, engine, &mut observer);
     bar.finish_and_clear();
     result
@@ -129,9 +135,16 @@ pub fn seeded_walkers(
         config.global.clone(),
         map.frame().resolution_m,
     );
-    let plan = planner.plan(&obstacles, start, goal, &mut || 0.0).map_err(Fault::Plan)?;
+    let plan = planner
+        .plan(&obstacles, start, goal, &mut || 0.0)
+        .map_err(Fault::Plan)?;
     let crowd = config.walkers.crowd(count, seed);
-    Ok(Walkers::seeded(&crowd, &obstacles, plan.smoothed.points(), &[start, goal])?)
+    Ok(Walkers::seeded(
+        &crowd,
+        &obstacles,
+        plan.smoothed.points(),
+        &[start, goal],
+    )?)
 }
 
 /// Percentiles of the decisions' times.
@@ -144,7 +157,8 @@ pub fn latencies(result: &MissionResult) -> Latencies {
     latencies
 }
 
-fn object(result: &MissionResult) -> Value {
+/// The result as scripts read it.
+pub fn object(result: &MissionResult) -> Value {
     let (x_m, y_m) = result.final_error_m;
     json!({
         "reached": result.reached,
@@ -162,20 +176,25 @@ fn object(result: &MissionResult) -> Value {
     })
 }
 
-fn print(result: &MissionResult) {
+/// The result in one line.
+pub fn one_line(result: &MissionResult) -> String {
     let ending = match (result.reached, result.collided) {
         (_, true) => "touched an obstacle",
         (true, false) => "reached the goal",
         (false, false) => "did not reach the goal",
     };
-    output::line(format!(
+    format!(
         "{ending}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
         result.travelled_m,
         result.time_s,
         result.trace.rows.len(),
         result.plans.len(),
         result.min_clearance_m,
-    ));
+    )
+}
+
+fn print(result: &MissionResult) {
+    output::line(one_line(result));
     if let Some(fault) = &result.fault {
         output::line(format!("why: {fault}"));
     }

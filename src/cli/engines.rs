@@ -11,6 +11,19 @@ pub fn cores() -> usize {
     available_parallelism().map_or(1, usize::from)
 }
 
+/// What this machine is, for records: processor, cores, system.
+pub fn machine() -> String {
+    use std::env::consts::{ARCH, OS};
+    let model = std::fs::read_to_string("/proc/cpuinfo")
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_owned())
+        });
+    let model = model.unwrap_or_else(|| "processor unknown".to_owned());
+    format!("{model}, {} cores, {ARCH}, {OS}", cores())
+}
+
 /// Opens the engine asked for and says on standard error which and why.
 pub fn choose(preference: &Preference, threads: Option<usize>) -> anyhow::Result<Box<dyn Engine>> {
     let Opened { engine, why } = open(preference, threads.unwrap_or_else(cores))?;

@@ -11,8 +11,8 @@ use super::{engines, output, problem_file};
 /// Takes one decision. False when no sample is admissible.
 pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     let problem = problem_file::read(&arguments.problem)?;
-    let prepared = Prepared::new(&problem)
-        .with_context(|| format!("{}", arguments.problem.display()))?;
+    let prepared =
+        Prepared::new(&problem).with_context(|| format!("{}", arguments.problem.display()))?;
     let mut engine = engines::choose(&arguments.engine, None)?;
     let evaluation = engine.evaluate(&prepared, Detail::Samples)?;
     let mut digest = EvaluationDigest::default();
@@ -51,7 +51,10 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
             let terms = &winner.terms;
             output::line(format!("heading      {:.4} rad of pi", terms.heading));
             output::line(format!("dist         {:.3} m of clearance", terms.dist));
-            output::line(format!("combine      {:.3} m from the key node", terms.combine));
+            output::line(format!(
+                "combine      {:.3} m from the key node",
+                terms.combine
+            ));
         }
     }
     output::line(format!(
@@ -62,7 +65,9 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     if arguments.samples {
         output::line("index      v  omega  reason        heading   dist combine    score");
         for sample in explainer.samples(&evaluation) {
-            let score = sample.score.map_or_else(String::new, |score| format!("{score:.6}"));
+            let score = sample
+                .score
+                .map_or_else(String::new, |score| format!("{score:.6}"));
             output::line(format!(
                 "{:5} {:6.3} {:+6.3}  {:12} {:8.4} {:6.3} {:7.3} {score:>8}",
                 sample.index,

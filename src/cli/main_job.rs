@@ -1,4 +1,138 @@
 //! No command at all: the main job on built-in scenes.
+
+use std::sync::Arc;
+
+use inbye::bench::{DensityPlan, verify};
+use inbye::local::{Engine, Opened, Preference, open};
+use inbye::navigator::Goal;
+use inbye::report::{EngineComparison, Report, html};
+use inbye::sim::{Config, Mission, MissionResult, Scene, scenes};
+use serde_json::json;
+
 use super::arguments::Arguments;
-/// x
-pub fn run(_a: &Arguments) -> anyhow::Result<bool> { Ok(true) }
+use super::report_file::{self, MissionPage};
+use super::{bench, drive, engines, output};
+
+/// Problems put to every engine.
+const CASES: u64 = 100;
+/// Their seed: the one that `inbye verify` uses by default.
+const SEED: u64 = 1;
+/// Densities measured, and for how long each.
+const STEPS: u32 = 40;
+const SAMPLES: (usize, usize) = (256, 16_384);
+const SECONDS: f64 = 0.3;
+
+const INTRO: &str = "Three scenes made by the program itself: a global path, searched, pruned and smoothed, then \
+    driven in a closed loop among moving people by the dynamic window approach.\n\n\
+    After them, every engine of this machine: the same problems, compared bit for bit, and sampling density \
+    against the time of one decision.";
+
+/// Plans, drives, compares engines, measures, writes the report. False when a goal was missed or bits differ.
+pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
+    let config = Config::default();
+    let mut drives = Vec::new();
+    for scene in scenes() {
+        let Opened { engine, why } = open(&Preference::Auto, engines::cores())?;
+        if drives.is_empty() {
+            output::note(format!("engine: {why}"));
+        }
+        let (mission, result) = drive_scene(&scene, &config, engine)?;
+        if !arguments.json {
+            output::line(format!("{:12} {}", scene.name, drive::one_line(&result)));
+        }
+        let page = MissionPage::new(scene.title, "inbye", &result);
+        drives.push((scene, mission, result, page));
+    }
+    let mut all = engines::all()?;
+    let bar = output::progress(CASES, "comparing engines");
+    let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
+    bar.finish_and_clear();
+    let agree = verification.agree();
+    let comparisons: Vec<EngineComparison> = all
+        .iter()
+        .zip(&verification.digests)
+        .map(|(engine, digest)| EngineComparison {
+            name: engine.name(),
+            digest: digest.clone(),
+            agrees: *digest == verification.digests[0],
+        })
+        .collect();
+    let plan = DensityPlan::powers_of_four(STEPS, SAMPLES.0, SAMPLES.1, SECONDS);
+    let density = bench::measure(&mut all, &plan)?;
+    let machine = engines::machine();
+    let page = html(&Report {
+        title: "inbye: the main job",
+        intro: INTRO,
+        machine: &machine,
+        missions: drives
+            .iter()
+            .map(|(_, mission, result, page)| page.view(&mission.map, mission, &config, result))
+            .collect(),
+        comparisons: &comparisons,
+        density: &density,
+        density_command: "inbye bench density",
+    });
+    report_file::write(&arguments.report, &page)?;
+    let reached = drives
+        .iter()
+        .all(|(_, _, result, _)| result.reached && !result.collided);
+    if arguments.json {
+        let missions: Vec<_> = drives
+            .iter()
+            .map(|(scene, _, result, _)| {
+                let mut object = drive::object(result);
+                object["scene"] = json!(scene.name);
+                object
+            })
+            .collect();
+        output::json(&json!({
+            "missions": missions,
+            "cases": verification.cases,
+            "agree": agree,
+            "rows": density,
+            "report": arguments.report.join("index.html"),
+        }))?;
+    } else {
+        let (count, cases) = (all.len(), verification.cases);
+        output::line(if agree {
+            format!("{count} engines returned the same bits for {cases} problems")
+        } else {
+            format!("the engines DIFFER: run `inbye verify --cases {cases} --seed {SEED}`")
+        });
+        output::line(bench::HEADER);
+        density
+            .iter()
+            .for_each(|row| output::line(bench::table_row(row)));
+    }
+    Ok(reached && agree)
+}
+
+fn drive_scene(
+    scene: &Scene,
+    config: &Config,
+    engine: Box<dyn Engine>,
+) -> anyhow::Result<(Mission, MissionResult)> {
+    let (start, goal) = (scene.start, scene.goal);
+    let people = drive::seeded_walkers(
+        scene.obstacles,
+        scene.seed,
+        &scene.map,
+        config,
+        start.position(),
+        goal,
+    )?;
+    let mission = Mission {
+        map: Arc::new(scene.map.clone()),
+        truth: None,
+        start,
+        goal: Goal {
+            position: goal,
+            yaw: None,
+        },
+        walkers: people,
+        seed: scene.seed,
+        time_limit_s: 600.0,
+    };
+    let result = drive::simulate(&mission, config, engine, scene.name)?;
+    Ok((mission, result))
+}

@@ -12,6 +12,8 @@ pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)>
     if let Some(unknown) = arguments.unknown {
         config.unknown = unknown;
     }
-    let options = LoadOptions { resolution_m: arguments.resolution };
+    let options = LoadOptions {
+        resolution_m: arguments.resolution,
+    };
     Ok((load(&arguments.map, &options)?, config))
 }

@@ -1,5 +1,9 @@
 //! Printing: results on standard output, everything else on standard error.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "this is where the program prints")]
+#![expect(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "this is where the program prints"
+)]
 
 use std::time::Duration;
 
@@ -34,7 +38,9 @@ pub fn progress(steps: u64, what: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(template)
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .progress_chars("=> ");
-    let bar = ProgressBar::new(steps).with_style(style).with_message(what.to_owned());
+    let bar = ProgressBar::new(steps)
+        .with_style(style)
+        .with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

@@ -53,7 +53,10 @@ fn search(
     let mut clock = wall_clock();
     if let Some(radius_m) = arguments.radius {
         let space = FreeSpace::new(obstacles, radius_m);
-        let ground = Ground { search: &space, proof: &space };
+        let ground = Ground {
+            search: &space,
+            proof: &space,
+        };
         return global::plan(&ground, start, goal, &config.global, &mut clock);
     }
     let resolution_m = obstacles.frame().resolution_m;
@@ -74,8 +77,12 @@ fn object(plan: &Plan, clearance_m: f64) -> Value {
             "turns": path.turns(),
         })
     };
-    let points: Vec<[f64; 2]> =
-        plan.smoothed.points().iter().map(|point: &Point| [point.x, point.y]).collect();
+    let points: Vec<[f64; 2]> = plan
+        .smoothed
+        .points()
+        .iter()
+        .map(|point: &Point| [point.x, point.y])
+        .collect();
     let times = &plan.time_s;
     json!({
         "found": true,
@@ -96,9 +103,11 @@ fn object(plan: &Plan, clearance_m: f64) -> Value {
 }
 
 fn print(plan: &Plan, clearance_m: f64) {
-    for (name, path) in
-        [("searched", &plan.raw), ("pruned", &plan.pruned), ("smoothed", &plan.smoothed)]
-    {
+    for (name, path) in [
+        ("searched", &plan.raw),
+        ("pruned", &plan.pruned),
+        ("smoothed", &plan.smoothed),
+    ] {
         output::line(format!(
             "{name:9} {:8.2} m  {:5} points  {:3} turns",
             path.length_m(),

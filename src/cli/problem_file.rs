@@ -14,25 +14,13 @@ use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
 
 /// The text under `inbye evaluate --help`.
-pub const HELP: &str = r##"Example:
-  inbye evaluate --problem problem.json --samples --json
-
-problem.json (rows run from the largest y down; # wall, . free, ? unknown; or "map": {"file": "mine.yaml"}):
-  {
-    "map": {"resolution_m": 0.05, "origin": [0.0, 0.0], "rows": ["#######", "#.....#", "#######"]},
-    "robot": {"pose": [0.1, 0.075, 0.0], "velocity": [0.2, 0.0],
-              "footprint": [{"x": 0.0, "y": 0.0, "radius": 0.02}]},
-    "limits": {"min_vel_x": 0.0, "max_vel_x": 1.0, "max_vel_theta": 1.0, "acc_lim_x": 0.5, "decel_lim_x": -0.5,
-               "acc_lim_theta": 1.0, "decel_lim_theta": -1.0},
-    "vx_samples": 20, "vtheta_samples": 40,
-    "control_period_s": 0.1, "sim_time_s": 3.0, "sim_step_s": 0.1,
-    "max_clearance_m": 3.0, "outside": "obstacle",
-    "obstacles": [{"x": 0.3, "y": 0.075, "radius": 0.02, "vx": -0.1, "vy": 0.0}],
-    "target": [0.25, 0.075], "key_node": [0.25, 0.075],
-    "weights": {"heading": 0.05, "clearance": 0.25, "velocity": 0.20, "path": 0.15},
-    "normalization": "sum", "stopping": "clearance"
-  }
-map, robot (pose), and target are required; key_node is the target when left out, the rest as shown in the README."##;
+pub const HELP: &str = concat!(
+    "Example:\n  inbye evaluate --problem problem.json --samples --json\n\nproblem.json:\n",
+    include_str!("problem_example.json"),
+    "\nRows run from the largest y down: # wall, . free, ? unknown; or \"map\": {\"file\": \"mine.yaml\"}.\n\
+     map, robot.pose and target are required; key_node is the target when left out, and every other\n\
+     key has a default. Poses are metres and radians, x forward, y left, yaw counter-clockwise."
+);
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -142,7 +130,11 @@ fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
 
 fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid> {
     match source {
-        MapSource { rows: Some(rows), file: None, .. } => {
+        MapSource {
+            rows: Some(rows),
+            file: None,
+            ..
+        } => {
             let origin = match source.origin.as_deref() {
                 None => Pose::default(),
                 Some(&[x, y]) => Pose::new(x, y, 0.0),
@@ -154,10 +146,16 @@ fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid
             };
             OccupancyGrid::from_rows(rows, resolution_m, origin).context("map.rows")
         }
-        MapSource { rows: None, file: Some(file), .. } => {
+        MapSource {
+            rows: None,
+            file: Some(file),
+            ..
+        } => {
             // Relative to the problem, as a map's image is relative to its YAML.
             let path = problem.parent().unwrap_or(Path::new("")).join(file);
-            let options = LoadOptions { resolution_m: source.resolution_m.unwrap_or(1.0) };
+            let options = LoadOptions {
+                resolution_m: source.resolution_m.unwrap_or(1.0),
+            };
             Ok(load(&path, &options)?)
         }
         _ => bail!("map needs either `rows` or `file`"),

@@ -23,7 +23,10 @@ impl MissionPage {
     /// A page with a title, for a run that a command repeats.
     pub fn new(title: &str, command: &str, result: &MissionResult) -> Self {
         let mut facts = vec![
-            ("Version".to_owned(), format!("inbye {}", env!("CARGO_PKG_VERSION"))),
+            (
+                "Version".to_owned(),
+                format!("inbye {}", env!("CARGO_PKG_VERSION")),
+            ),
             ("Global plans".to_owned(), result.plans.len().to_string()),
             ("Trace digest".to_owned(), result.trace.digest()),
         ];
@@ -33,7 +36,11 @@ impl MissionPage {
         Self {
             title: title.to_owned(),
             command: command.to_owned(),
-            latency_ms: result.decision_s.iter().map(|seconds| seconds * 1e3).collect(),
+            latency_ms: result
+                .decision_s
+                .iter()
+                .map(|seconds| seconds * 1e3)
+                .collect(),
             facts,
         }
     }

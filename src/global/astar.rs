@@ -26,8 +26,16 @@ pub struct NotFound {
 }
 
 /// The eight moves, straight ones first.
-const MOVES: [(i32, i32); 8] =
-    [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
+const MOVES: [(i32, i32); 8] = [
+    (1, 0),
+    (0, 1),
+    (-1, 0),
+    (0, -1),
+    (1, 1),
+    (-1, 1),
+    (-1, -1),
+    (1, -1),
+];
 
 /// Not reached yet.
 const UNREACHED: u64 = u64::MAX;
@@ -57,7 +65,11 @@ pub fn astar(
     let mut expanded = 0;
     let goal_index = frame.index(goal);
     costs[frame.index(start)] = 0;
-    open.push(Open { estimate: estimator.cost(start), cost: 0, index: frame.index(start) as u32 });
+    open.push(Open {
+        estimate: estimator.cost(start),
+        cost: 0,
+        index: frame.index(start) as u32,
+    });
     while let Some(Open { cost, index, .. }) = open.pop() {
         let index = index as usize;
         if cost > costs[index] {
@@ -65,7 +77,11 @@ pub fn astar(
         }
         if index == goal_index {
             let cells = trace_back(frame.cell_at(index), &came_by, |cell| frame.index(cell));
-            return Ok(Found { cells, cost, expanded });
+            return Ok(Found {
+                cells,
+                cost,
+                expanded,
+            });
         }
         expanded += 1;
         let cell = frame.cell_at(index);
@@ -76,7 +92,11 @@ pub fn astar(
                 costs[next_index] = next_cost;
                 came_by[next_index] = number;
                 let estimate = next_cost + estimator.cost(next);
-                open.push(Open { estimate, cost: next_cost, index: next_index as u32 });
+                open.push(Open {
+                    estimate,
+                    cost: next_cost,
+                    index: next_index as u32,
+                });
             }
         }
     }
@@ -109,8 +129,7 @@ fn neighbours(space: &FreeSpace, cell: Cell) -> impl Iterator<Item = (u8, Cell)>
     let at = move |dx: i32, dy: i32| Cell::new(cell.column + dx, cell.row + dy);
     (0_u8..8).filter_map(move |number| {
         let (dx, dy) = MOVES[usize::from(number)];
-        let beside_free =
-            number < 4 || (space.is_free(at(dx, 0)) && space.is_free(at(0, dy)));
+        let beside_free = number < 4 || (space.is_free(at(dx, 0)) && space.is_free(at(0, dy)));
         (beside_free && space.is_free(at(dx, dy))).then(|| (number, at(dx, dy)))
     })
 }

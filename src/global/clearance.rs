@@ -30,7 +30,9 @@ pub fn min_clearance_m(path: &Path, obstacles: &ObstacleGrid) -> f64 {
 /// Distance from a point to the nearest obstacle square.
 fn distance_m(point: &Point, obstacles: &ObstacleGrid, field: &DistanceField) -> f64 {
     let frame = obstacles.frame();
-    let Some(cell) = frame.cell_of(point) else { return f64::INFINITY };
+    let Some(cell) = frame.cell_of(point) else {
+        return f64::INFINITY;
+    };
     let to_center = field.distance_m(cell) / frame.resolution_m;
     if to_center == f64::INFINITY {
         return to_center;
@@ -43,9 +45,8 @@ fn distance_m(point: &Point, obstacles: &ObstacleGrid, field: &DistanceField) ->
         for column in cell.column - reach..=cell.column + reach {
             let place = Cell::new(column, row);
             if frame.contains(place) && obstacles.is_blocked(place) {
-                let beyond = |at: f64, low: i32| {
-                    (f64::from(low) - at).max(at - f64::from(low + 1)).max(0.0)
-                };
+                let beyond =
+                    |at: f64, low: i32| (f64::from(low) - at).max(at - f64::from(low + 1)).max(0.0);
                 let (dx, dy) = (beyond(at.x, column), beyond(at.y, row));
                 least = least.min(dx * dx + dy * dy);
             }

@@ -66,7 +66,11 @@ impl Heuristic {
 
     /// The estimate for one query.
     pub(super) fn estimator(self, start: Cell, goal: Cell) -> Estimator {
-        Estimator { heuristic: self, start, goal }
+        Estimator {
+            heuristic: self,
+            start,
+            goal,
+        }
     }
 }
 
@@ -85,13 +89,16 @@ impl Estimator {
     pub fn cost(&self, cell: Cell) -> u64 {
         let dx = (cell.column - self.goal.column).unsigned_abs();
         let dy = (cell.row - self.goal.row).unsigned_abs();
-        let octile = u64::from(dx.max(dy) - dx.min(dy)) * STRAIGHT + u64::from(dx.min(dy)) * DIAGONAL;
+        let octile =
+            u64::from(dx.max(dy) - dx.min(dy)) * STRAIGHT + u64::from(dx.min(dy)) * DIAGONAL;
         let scaled = |cells: f64| (cells * STRAIGHT as f64).min(MOST) as u64;
         match self.heuristic {
             Heuristic::Manhattan => u64::from(dx + dy) * STRAIGHT,
             Heuristic::Euclid => scaled((f64::from(dx).powi(2) + f64::from(dy).powi(2)).sqrt()),
             Heuristic::Octile => octile,
-            Heuristic::Normalized { k } => octile + scaled(k * self.cross(cell) / self.line_length()),
+            Heuristic::Normalized { k } => {
+                octile + scaled(k * self.cross(cell) / self.line_length())
+            }
             Heuristic::Additive { k } => octile + scaled(k * self.cross(cell)),
             Heuristic::Literal { k } => {
                 scaled(octile as f64 / STRAIGHT as f64 * self.cross(cell) * k)
@@ -113,5 +120,8 @@ impl Estimator {
 }
 
 fn difference(from: Cell, to: Cell) -> (f64, f64) {
-    (f64::from(from.column - to.column), f64::from(from.row - to.row))
+    (
+        f64::from(from.column - to.column),
+        f64::from(from.row - to.row),
+    )
 }

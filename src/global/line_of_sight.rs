@@ -27,11 +27,19 @@ pub fn is_clear(space: &FreeSpace, from: &Point, to: &Point) -> bool {
     (first..=last).all(|row| {
         // The part of the segment within this row, and the columns it spans.
         let share = |y: f64| {
-            if rise == 0.0 { 0.0 } else { ((y - low.y) / rise).clamp(0.0, 1.0) }
+            if rise == 0.0 {
+                0.0
+            } else {
+                ((y - low.y) / rise).clamp(0.0, 1.0)
+            }
         };
         let x_at = |share: f64| low.x + (high.x - low.x) * share;
         let enters = x_at(share(f64::from(row) - TOUCH));
-        let leaves = if rise == 0.0 { high.x } else { x_at(share(f64::from(row + 1) + TOUCH)) };
+        let leaves = if rise == 0.0 {
+            high.x
+        } else {
+            x_at(share(f64::from(row + 1) + TOUCH))
+        };
         let left = (enters.min(leaves) - TOUCH).floor() as i32;
         let right = (enters.max(leaves) + TOUCH).floor() as i32;
         (left..=right).all(|column| space.is_free(Cell::new(column, row)))

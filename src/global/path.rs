@@ -63,7 +63,10 @@ impl Path {
         let change = |triple: &[Point]| {
             wrap_angle(bearing(&triple[1], &triple[2]) - bearing(&triple[0], &triple[1])).abs()
         };
-        self.points.windows(3).filter(|triple| change(triple) > TURN_FROM_RAD).count()
+        self.points
+            .windows(3)
+            .filter(|triple| change(triple) > TURN_FROM_RAD)
+            .count()
     }
 
     /// The point at an arc length; the nearest end for one outside the path.
@@ -114,7 +117,11 @@ impl Path {
 
     fn projection(&self, point: &Point, arc_m: f64) -> Projection {
         let on_path = self.point_at(arc_m);
-        Projection { arc_m, distance_m: (point - on_path).norm(), point: on_path }
+        Projection {
+            arc_m,
+            distance_m: (point - on_path).norm(),
+            point: on_path,
+        }
     }
 }
 
@@ -123,7 +130,11 @@ mod tests {
     use super::*;
 
     fn corner() -> Path {
-        Path::new([(0.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0, 3.0)].map(|(x, y)| Point::new(x, y)).to_vec())
+        Path::new(
+            [(0.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0, 3.0)]
+                .map(|(x, y)| Point::new(x, y))
+                .to_vec(),
+        )
     }
 
     #[test]

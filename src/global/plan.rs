@@ -56,17 +56,28 @@ pub fn plan(
     settings.validate()?;
     let space = ground.search;
     let start_cell = free_cell(space, start).map_err(|refusal| match refusal {
-        Refusal::Outside(extent) => PlanError::StartOutsideMap { place: start, extent },
+        Refusal::Outside(extent) => PlanError::StartOutsideMap {
+            place: start,
+            extent,
+        },
         Refusal::Occupied(why) => PlanError::StartOccupied { place: start, why },
     })?;
     let goal_cell = free_cell(space, goal).map_err(|refusal| match refusal {
-        Refusal::Outside(extent) => PlanError::GoalOutsideMap { place: goal, extent },
+        Refusal::Outside(extent) => PlanError::GoalOutsideMap {
+            place: goal,
+            extent,
+        },
         Refusal::Occupied(why) => PlanError::GoalOccupied { place: goal, why },
     })?;
     let began = clock();
     let found = astar(space, start_cell, goal_cell, settings.heuristic).map_err(|not_found| {
         let expanded = not_found.expanded;
-        PlanError::NoValidPath { start, goal, radius_m: space.radius_m(), expanded }
+        PlanError::NoValidPath {
+            start,
+            goal,
+            radius_m: space.radius_m(),
+            expanded,
+        }
     })?;
     let raw = through_centers(space, start, &found.cells, goal);
     let searched = clock();
@@ -78,12 +89,23 @@ pub fn plan(
         prune: pruned_at - searched,
         smooth: clock() - pruned_at,
     };
-    Ok(Plan { raw, pruned, smoothed, expanded: found.expanded, time_s })
+    Ok(Plan {
+        raw,
+        pruned,
+        smoothed,
+        expanded: found.expanded,
+        time_s,
+    })
 }
 
 fn through_centers(space: &FreeSpace, start: Point, cells: &[Cell], goal: Point) -> Path {
     let centers = cells.iter().map(|&cell| space.frame().center_of(cell));
-    Path::new(core::iter::once(start).chain(centers).chain(core::iter::once(goal)).collect())
+    Path::new(
+        core::iter::once(start)
+            .chain(centers)
+            .chain(core::iter::once(goal))
+            .collect(),
+    )
 }
 
 enum Refusal {
@@ -98,7 +120,10 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, Refusal> {
         let low = frame.origin.position();
         let corner = Point::new(f64::from(frame.width), f64::from(frame.height));
         let high = frame.from_cell_units(&corner);
-        let extent = format!("({:.2}, {:.2}) to ({:.2}, {:.2})", low.x, low.y, high.x, high.y);
+        let extent = format!(
+            "({:.2}, {:.2}) to ({:.2}, {:.2})",
+            low.x, low.y, high.x, high.y
+        );
         return Err(Refusal::Outside(extent));
     };
     if space.is_free(cell) {
@@ -108,7 +133,10 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, Refusal> {
         || "there is no free point on the map".to_owned(),
         |cell| {
             let center = frame.center_of(cell);
-            format!("the nearest free point is ({:.2}, {:.2})", center.x, center.y)
+            format!(
+                "the nearest free point is ({:.2}, {:.2})",
+                center.x, center.y
+            )
         },
     );
     let radius_m = space.radius_m();

@@ -18,7 +18,12 @@ pub fn prune(space: &FreeSpace, path: &Path) -> Path {
     for node in 1..nodes.len() {
         // Cheapest first, so that most lines of sight need not be looked at.
         let mut candidates: Vec<(f64, usize)> = (0..node)
-            .map(|earlier| (best_m[earlier] + (nodes[node] - nodes[earlier]).norm(), earlier))
+            .map(|earlier| {
+                (
+                    best_m[earlier] + (nodes[node] - nodes[earlier]).norm(),
+                    earlier,
+                )
+            })
             .collect();
         candidates.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
         let seen = candidates

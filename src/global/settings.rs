@@ -16,7 +16,10 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { heuristic: Heuristic::default(), spline_degree: 3 }
+        Self {
+            heuristic: Heuristic::default(),
+            spline_degree: 3,
+        }
     }
 }
 
@@ -29,12 +32,20 @@ impl Settings {
         let degree = self.spline_degree;
         if !(1..=9).contains(&degree) {
             let (name, expected) = ("spline_degree", "1 to 9");
-            return Err(PlanError::BadSetting { name, value: degree as f64, expected });
+            return Err(PlanError::BadSetting {
+                name,
+                value: degree as f64,
+                expected,
+            });
         }
         match self.heuristic.weight() {
             Some(value) if !(0.0..=1e6).contains(&value) => {
                 let (name, expected) = ("heuristic.k", "0 to 1e6");
-                Err(PlanError::BadSetting { name, value, expected })
+                Err(PlanError::BadSetting {
+                    name,
+                    value,
+                    expected,
+                })
             }
             _ => Ok(()),
         }

@@ -84,9 +84,16 @@ fn control_points(
             let edge = neighbour - place;
             // Half an edge at most: the other half is the neighbour's.
             let share = (rounding_m[vertex] / edge.norm()).min(0.5);
-            Control { place: place + edge * share, vertex }
+            Control {
+                place: place + edge * share,
+                vertex,
+            }
         };
-        control.extend([towards(vertices[vertex - 1]), here, towards(vertices[vertex + 1])]);
+        control.extend([
+            towards(vertices[vertex - 1]),
+            here,
+            towards(vertices[vertex + 1]),
+        ]);
     }
     control
 }
@@ -96,7 +103,10 @@ fn sample(control: &[Control], degree: usize) -> Vec<Control> {
     let mut samples = vec![control[0]];
     let mut weights = vec![0.0; degree + 1];
     for segment in control.windows(degree + 1) {
-        let spread: f64 = segment.windows(2).map(|pair| (pair[1].place - pair[0].place).norm()).sum();
+        let spread: f64 = segment
+            .windows(2)
+            .map(|pair| (pair[1].place - pair[0].place).norm())
+            .sum();
         let pieces = (spread / degree as f64 / CHORD_M).ceil().max(1.0) as usize;
         for piece in 1..=pieces {
             let u = piece as f64 / pieces as f64;
@@ -114,7 +124,10 @@ fn sample(control: &[Control], degree: usize) -> Vec<Control> {
                 .zip(&weights)
                 .max_by(|one, other| one.1.total_cmp(other.1))
                 .map_or(0, |(control, _)| control.vertex);
-            samples.push(Control { place, vertex: heaviest });
+            samples.push(Control {
+                place,
+                vertex: heaviest,
+            });
         }
     }
     // Rounding may leave the last sample a hair off the end that the repeated control points stand for.

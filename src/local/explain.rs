@@ -79,7 +79,11 @@ impl<'a> Explainer<'a> {
         prepared: &'a Prepared,
         evaluation: &Evaluation,
     ) -> Self {
-        Self { problem, prepared, totals: evaluation.totals }
+        Self {
+            problem,
+            prepared,
+            totals: evaluation.totals,
+        }
     }
 
     /// Terms in SI units.
@@ -98,7 +102,12 @@ impl<'a> Explainer<'a> {
     #[must_use]
     pub fn score(&self, terms: &Terms) -> f64 {
         let weights = &self.problem.weights;
-        let signed = [weights.heading, weights.clearance, weights.velocity, -weights.path];
+        let signed = [
+            weights.heading,
+            weights.clearance,
+            weights.velocity,
+            -weights.path,
+        ];
         let value = self.terms(terms).to_array();
         let least = self.scale(self.totals.least.map(f64::from)).to_array();
         let greatest = self.scale(self.totals.greatest.map(f64::from)).to_array();
@@ -108,7 +117,11 @@ impl<'a> Explainer<'a> {
                 Normalization::Sum => (value[term], sums[term]),
                 Normalization::MinMax => (value[term] - least[term], greatest[term] - least[term]),
             };
-            if whole == 0.0 { 0.0 } else { signed[term] * part / whole }
+            if whole == 0.0 {
+                0.0
+            } else {
+                signed[term] * part / whole
+            }
         };
         (0..4).map(share).sum()
     }
@@ -163,7 +176,11 @@ impl<'a> Explainer<'a> {
         let moved = crate::geometry::Vector::new(f64::from(fine_x), f64::from(fine_y)) * fine_m;
         let end = self.problem.pose.position() + origin.isometry().rotation * moved;
         let horizon_s = f64::from(self.problem.steps) * self.problem.step_s;
-        Pose::new(end.x, end.y, wrap_angle(self.problem.pose.yaw + turn_rate * horizon_s))
+        Pose::new(
+            end.x,
+            end.y,
+            wrap_angle(self.problem.pose.yaw + turn_rate * horizon_s),
+        )
     }
 
     fn scale(&self, [heading, clearance, velocity, path]: [f64; 4]) -> TermsSi {

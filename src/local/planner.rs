@@ -108,8 +108,13 @@ impl LocalPlanner {
         situation: &Situation<'_>,
     ) -> Result<(Option<Twist>, Evaluation), ChooseError> {
         let problem = self.problem(situation);
-        let evaluation = self.engine.evaluate(&Prepared::new(&problem)?, Detail::Answer)?;
-        let command = evaluation.winner.as_ref().map(|winner| problem.window.twist(winner.index));
+        let evaluation = self
+            .engine
+            .evaluate(&Prepared::new(&problem)?, Detail::Answer)?;
+        let command = evaluation
+            .winner
+            .as_ref()
+            .map(|winner| problem.window.twist(winner.index));
         Ok((command, evaluation))
     }
 }

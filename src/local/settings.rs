@@ -64,12 +64,18 @@ impl LocalSettings {
     /// # Errors
     /// Names the first that is out of range.
     pub fn validate(&self) -> Result<(), ProblemError> {
-        for (quantity, count) in
-            [("vx_samples", self.vx_samples), ("vtheta_samples", self.vtheta_samples)]
-        {
+        for (quantity, count) in [
+            ("vx_samples", self.vx_samples),
+            ("vtheta_samples", self.vtheta_samples),
+        ] {
             if count == 0 {
                 let (unit, limit) = ("", "at least 1");
-                return Err(ProblemError::OutOfRange { quantity, value: 0.0, unit, limit });
+                return Err(ProblemError::OutOfRange {
+                    quantity,
+                    value: 0.0,
+                    unit,
+                    limit,
+                });
             }
         }
         for (quantity, value, unit) in [
@@ -80,7 +86,12 @@ impl LocalSettings {
         ] {
             if !(value > 0.0 && value <= LONGEST_S) {
                 let limit = "above zero and at most 1000";
-                return Err(ProblemError::OutOfRange { quantity, value, unit, limit });
+                return Err(ProblemError::OutOfRange {
+                    quantity,
+                    value,
+                    unit,
+                    limit,
+                });
             }
         }
         Ok(())

@@ -32,7 +32,12 @@ impl FreeSpace {
                 !obstacles.cells()[index] && f64::from(grown.squared_cells()[index]) >= least
             })
             .collect();
-        Self { frame, radius_m, free, obstacle: obstacles.cells().to_vec() }
+        Self {
+            frame,
+            radius_m,
+            free,
+            obstacle: obstacles.cells().to_vec(),
+        }
     }
 
     /// Size and placement.
@@ -69,7 +74,8 @@ impl FreeSpace {
             dx * dx + dy * dy
         };
         let free = (0..self.free.len()).filter(|&index| self.free[index]);
-        free.map(|index| self.frame.cell_at(index)).min_by_key(squared)
+        free.map(|index| self.frame.cell_at(index))
+            .min_by_key(squared)
     }
 
     /// All cells, row-major, lowest row first; `true` is free.

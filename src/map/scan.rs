@@ -26,17 +26,16 @@ impl Scan {
     /// are not within zero to `range_max`, give no point.
     pub fn hits(&self, pose: &Pose) -> impl Iterator<Item = Point> + '_ {
         let pose = *pose;
-        self.ranges
-            .iter()
-            .enumerate()
-            .filter_map(move |(beam, &range)| {
-                (range >= 0.0 && range <= self.range_max).then(|| {
-                    let direction = pose.yaw + self.angle(beam);
-                    Point::new(
-                        pose.x + range * libm::cos(direction),
-                        pose.y + range * libm::sin(direction),
-                    )
-                })
+        let within = |range: &f64| (0.0..=self.range_max).contains(range);
+        let beams = self.ranges.iter().enumerate();
+        beams
+            .filter(move |(_, range)| within(range))
+            .map(move |(beam, &range)| {
+                let direction = pose.yaw + self.angle(beam);
+                Point::new(
+                    pose.x + range * libm::cos(direction),
+                    pose.y + range * libm::sin(direction),
+                )
             })
     }
 }

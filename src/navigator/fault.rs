@@ -15,7 +15,9 @@ pub enum Fault {
     #[error(transparent)]
     Choose(#[from] ChooseError),
     /// No progress along the path for longer than the patience allows.
-    #[error("FAILED_TO_MAKE_PROGRESS: {stuck_s:.0} s without {radius_m} m of progress, {left_m:.1} m from the goal")]
+    #[error(
+        "FAILED_TO_MAKE_PROGRESS: {stuck_s:.0} s without {radius_m} m of progress, {left_m:.1} m from the goal"
+    )]
     NoProgress {
         /// How long, seconds.
         stuck_s: f64,
@@ -25,6 +27,8 @@ pub enum Fault {
         left_m: f64,
     },
     /// Senses with numbers that are not finite.
-    #[error("INVALID_OBSERVATION: pose, speed or a tracked obstacle is not finite; the robot stops")]
+    #[error(
+        "INVALID_OBSERVATION: pose, speed or a tracked obstacle is not finite; the robot stops"
+    )]
     BadObservation,
 }

@@ -23,16 +23,20 @@ impl LocalMap {
     /// A local map over the known obstacles, without marks.
     #[must_use]
     pub const fn new(known: ObstacleGrid) -> Self {
-        Self { known, marks: BTreeSet::new() }
+        Self {
+            known,
+            marks: BTreeSet::new(),
+        }
     }
 
     /// Marks what a scan hit and clears marks that it saw through.
     pub fn update(&mut self, observation: &Observation) {
         self.clear_seen_through(observation);
         for hit in observation.scan.hits(&observation.pose) {
-            let tracked = observation.moving.iter().any(|disc| {
-                (disc.center() - hit).norm() <= disc.radius + TRACKED_MARGIN_M
-            });
+            let tracked = observation
+                .moving
+                .iter()
+                .any(|disc| (disc.center() - hit).norm() <= disc.radius + TRACKED_MARGIN_M);
             if tracked {
                 continue;
             }
@@ -63,7 +67,11 @@ impl LocalMap {
             let beam = libm::round(turned / scan.angle_increment);
             let beams = scan.ranges.len() as f64;
             let full_turn = core::f64::consts::TAU / scan.angle_increment;
-            let beam = if beam < 0.0 { beam + libm::round(full_turn) } else { beam };
+            let beam = if beam < 0.0 {
+                beam + libm::round(full_turn)
+            } else {
+                beam
+            };
             if distance > scan.range_max || beam >= beams || beam < 0.0 {
                 return true;
             }
@@ -81,7 +89,9 @@ impl LocalMap {
     /// Centres of the marked cells.
     pub fn marks(&self) -> impl Iterator<Item = Point> + '_ {
         let frame = self.known.frame();
-        self.marks.iter().map(|&index| frame.center_of(frame.cell_at(index)))
+        self.marks
+            .iter()
+            .map(|&index| frame.center_of(frame.cell_at(index)))
     }
 
     /// All obstacles, known and marked, with discs such as standing people filled in.
@@ -111,8 +121,17 @@ impl LocalMap {
         let bottom = units.y.floor() as i32 - half;
         let side = 2 * half + 1;
         let corner = frame.from_cell_units(&Point::new(f64::from(left), f64::from(bottom)));
-        let origin = crate::geometry::Pose { x: corner.x, y: corner.y, ..frame.origin };
-        let window = GridFrame { width: side, height: side, origin, ..frame };
+        let origin = crate::geometry::Pose {
+            x: corner.x,
+            y: corner.y,
+            ..frame.origin
+        };
+        let window = GridFrame {
+            width: side,
+            height: side,
+            origin,
+            ..frame
+        };
         let in_map = |cell: Cell| Cell::new(cell.column + left, cell.row + bottom);
         let blocked = (0..window.len())
             .map(|index| self.known.is_blocked(in_map(window.cell_at(index))))

@@ -6,6 +6,7 @@
 
 mod fault;
 mod goal;
+mod kept_clear;
 mod local_map;
 mod mode;
 mod navigator;

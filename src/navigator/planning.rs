@@ -29,7 +29,11 @@ impl RoutePlanner {
             + local_margin_m(navigator, resolution_m)
             - resolution_m / 2.0;
         let comfortable_radius_m = least_radius_m + navigator.comfort_margin_m;
-        Self { settings, least_radius_m, comfortable_radius_m }
+        Self {
+            settings,
+            least_radius_m,
+            comfortable_radius_m,
+        }
     }
 
     /// The least distance kept between a path and an obstacle, metres.
@@ -52,7 +56,10 @@ impl RoutePlanner {
         let least = FreeSpace::new(obstacles, self.least_radius_m);
         let comfortable = FreeSpace::new(obstacles, self.comfortable_radius_m);
         let mut search = |search| {
-            let ground = Ground { search, proof: &least };
+            let ground = Ground {
+                search,
+                proof: &least,
+            };
             global::plan(&ground, start, goal, &self.settings, clock)
         };
         search(&comfortable).or_else(|_| search(&least))

@@ -24,19 +24,28 @@ impl Route {
     pub fn new(plan: &Plan, spacing_m: f64) -> Self {
         let path = plan.smoothed.clone();
         let length = path.length_m();
-        let mut nodes: Vec<f64> =
-            plan.pruned.points().iter().map(|node| path.project(node).arc_m).collect();
+        let mut nodes: Vec<f64> = plan
+            .pruned
+            .points()
+            .iter()
+            .map(|node| path.project(node).arc_m)
+            .collect();
         nodes.push(length);
         nodes.sort_by(f64::total_cmp);
         let mut key_nodes_m = Vec::new();
         let mut last = 0.0;
         for node in nodes {
             let pieces = ((node - last) / spacing_m).ceil().max(1.0);
-            let between = (1..=pieces as usize).map(|piece| last + (node - last) * piece as f64 / pieces);
+            let between =
+                (1..=pieces as usize).map(|piece| last + (node - last) * piece as f64 / pieces);
             key_nodes_m.extend(between);
             last = node;
         }
-        Self { path, key_nodes_m, progress_m: 0.0 }
+        Self {
+            path,
+            key_nodes_m,
+            progress_m: 0.0,
+        }
     }
 
     /// The path.
@@ -70,7 +79,11 @@ impl Route {
     pub fn key_node(&self, ahead_m: f64) -> Point {
         let from = self.progress_m + ahead_m;
         let next = self.key_nodes_m.partition_point(|&arc| arc < from);
-        let arc = self.key_nodes_m.get(next).copied().unwrap_or(self.path.length_m());
+        let arc = self
+            .key_nodes_m
+            .get(next)
+            .copied()
+            .unwrap_or(self.path.length_m());
         self.path.point_at(arc)
     }
 

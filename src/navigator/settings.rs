@@ -12,6 +12,8 @@ pub struct NavigatorSettings {
     pub yaw_goal_tolerance: f64,
     /// Gap kept to everything beyond the footprint, metres, on top of the map's own coarseness.
     pub safety_margin_m: f64,
+    /// Gap kept to moving obstacles, metres: they may turn round at any moment.
+    pub moving_margin_m: f64,
     /// Extra distance to walls that the global path keeps where there is room, metres.
     pub comfort_margin_m: f64,
     /// Key nodes are at most this far apart along the path, metres.
@@ -42,6 +44,7 @@ impl Default for NavigatorSettings {
             xy_goal_tolerance: 0.25,
             yaw_goal_tolerance: 0.1,
             safety_margin_m: 0.05,
+            moving_margin_m: 0.35,
             comfort_margin_m: 0.25,
             key_node_spacing_m: 0.5,
             lookahead_m: 2.0,

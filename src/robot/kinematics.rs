@@ -26,7 +26,7 @@ impl TrackedDrive {
     #[must_use]
     pub fn twist(&self, tracks: &TrackSpeeds) -> Twist {
         Twist {
-            linear: (tracks.left + tracks.right) / 2.0,
+            linear: f64::midpoint(tracks.left, tracks.right),
             angular: (tracks.right - tracks.left) / self.track_width_m,
         }
     }

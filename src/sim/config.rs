@@ -24,11 +24,18 @@ pub struct RobotConfig {
 impl Default for RobotConfig {
     /// A tracked base of about 0.7 by 0.5 m, covered by two discs.
     fn default() -> Self {
-        let discs = [0.12, -0.12].map(|x| Disc { x, y: 0.0, radius: 0.3 });
+        let discs = [0.12, -0.12].map(|x| Disc {
+            x,
+            y: 0.0,
+            radius: 0.3,
+        });
         Self {
             footprint: Footprint::new(discs.to_vec()).expect("two discs with a radius"),
             track_width_m: 0.45,
-            limits: Limits::default(),
+            limits: Limits {
+                min_vel_x: -0.3,
+                ..Limits::default()
+            },
         }
     }
 }
@@ -37,13 +44,18 @@ impl RobotConfig {
     /// What the navigator needs to know.
     #[must_use]
     pub fn model(&self) -> RobotModel {
-        RobotModel { footprint: self.footprint.clone(), limits: self.limits }
+        RobotModel {
+            footprint: self.footprint.clone(),
+            limits: self.limits,
+        }
     }
 
     /// The kinematics of its tracks.
     #[must_use]
     pub const fn drive(&self) -> TrackedDrive {
-        TrackedDrive { track_width_m: self.track_width_m }
+        TrackedDrive {
+            track_width_m: self.track_width_m,
+        }
     }
 }
 
@@ -63,8 +75,18 @@ pub struct WalkerSettings {
 
 impl Default for WalkerSettings {
     fn default() -> Self {
-        let Crowd { radius_m, speed_m_s: (slowest, fastest), yields, .. } = Crowd::new(0, 0);
-        Self { radius_m, slowest, fastest, yields }
+        let Crowd {
+            radius_m,
+            speed_m_s: (slowest, fastest),
+            yields,
+            ..
+        } = Crowd::new(0, 0);
+        Self {
+            radius_m,
+            slowest,
+            fastest,
+            yields,
+        }
     }
 }
 
@@ -73,7 +95,13 @@ impl WalkerSettings {
     #[must_use]
     pub const fn crowd(&self, count: usize, seed: u64) -> Crowd {
         let speed_m_s = (self.slowest, self.fastest);
-        Crowd { count, seed, radius_m: self.radius_m, speed_m_s, yields: self.yields }
+        Crowd {
+            count,
+            seed,
+            radius_m: self.radius_m,
+            speed_m_s,
+            yields: self.yields,
+        }
     }
 }
 

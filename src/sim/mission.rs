@@ -89,7 +89,7 @@ pub fn run_mission(
     engine: Box<dyn Engine>,
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
-    Simulation::new(mission, config, engine, observer)?.run(observer)
+    Ok(Simulation::new(mission, config, engine, observer)?.run(observer))
 }
 
 struct Simulation<'a> {
@@ -141,7 +141,12 @@ impl<'a> Simulation<'a> {
             config.dynamics,
             mission.start,
         )?;
-        let moving_radii = mission.walkers.discs().iter().map(|disc| disc.radius).collect();
+        let moving_radii = mission
+            .walkers
+            .discs()
+            .iter()
+            .map(|disc| disc.radius)
+            .collect();
         Ok(Self {
             mission,
             config,
@@ -150,13 +155,16 @@ impl<'a> Simulation<'a> {
             base,
             navigator,
             lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
-            trace: Trace { moving_radii, ..Trace::default() },
+            trace: Trace {
+                moving_radii,
+                ..Trace::default()
+            },
             decision_s: Vec::new(),
             engine,
         })
     }
 
-    fn run(mut self, observer: &mut Observer<'_>) -> Result<MissionResult, MissionError> {
+    fn run(mut self, observer: &mut Observer<'_>) -> MissionResult {
         let period_s = self.config.local.control_period_s;
         let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
         for tick in 0..ticks {
@@ -168,7 +176,7 @@ impl<'a> Simulation<'a> {
                 break;
             }
         }
-        Ok(self.result())
+        self.result()
     }
 
     /// Look, decide, record, move: in this order.
@@ -190,7 +198,12 @@ impl<'a> Simulation<'a> {
             samples: counts.admissible + counts.collision + counts.cannot_stop + counts.outside,
             mode: decision.mode,
             path: self.navigator.plans().len() - 1,
-            moving: self.world.moving.iter().map(crate::map::MovingDisc::center).collect(),
+            moving: self
+                .world
+                .moving
+                .iter()
+                .map(crate::map::MovingDisc::center)
+                .collect(),
         };
         // The simulated base refuses only commands that are not finite, and the navigator sends none.
         let sent = self.base.send(&decision.command);
@@ -204,14 +217,30 @@ impl<'a> Simulation<'a> {
     fn observe(&mut self, time_s: f64) -> Observation {
         self.world.moving = self.walkers.discs();
         let pose = *self.base.pose();
-        let seen = self.config.lidar.scan(&self.world, &pose, &mut self.lidar_noise);
-        let moving = seen.visible.iter().map(|&index| self.world.moving[index]).collect();
-        Observation { time_s, pose, twist: self.base.twist(), scan: seen.scan, moving }
+        let seen = self
+            .config
+            .lidar
+            .scan(&self.world, &pose, &mut self.lidar_noise);
+        let moving = seen
+            .visible
+            .iter()
+            .map(|&index| self.world.moving[index])
+            .collect();
+        Observation {
+            time_s,
+            pose,
+            twist: self.base.twist(),
+            scan: seen.scan,
+            moving,
+        }
     }
 
     fn result(mut self) -> MissionResult {
         let plans = self.navigator.plans().to_vec();
-        self.trace.paths = plans.iter().map(|plan| plan.smoothed.points().to_vec()).collect();
+        self.trace.paths = plans
+            .iter()
+            .map(|plan| plan.smoothed.points().to_vec())
+            .collect();
         let rows = &self.trace.rows;
         let last = rows.last();
         let pose = last.map_or(self.mission.start, |row| row.pose);
@@ -222,7 +251,10 @@ impl<'a> Simulation<'a> {
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
             travelled_m: rows.windows(2).map(step).sum(),
-            min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
+            min_clearance_m: rows
+                .iter()
+                .map(|row| row.gap_m)
+                .fold(f64::INFINITY, f64::min),
             final_error_m: (pose.x - goal.x, pose.y - goal.y),
             final_yaw_error: self.mission.goal.yaw.map(|yaw| wrap_angle(pose.yaw - yaw)),
             fault: self.navigator.fault().cloned(),

@@ -79,7 +79,7 @@ mod tests {
             Point::new(2.0, 0.0),
             Point::new(2.0, 3.0),
         ]);
-        assert_eq!(route.length_m(), 5.0);
+        assert!((route.length_m() - 5.0).abs() < 1e-15);
         assert_eq!(route.at(-1.0), Point::new(0.0, 0.0));
         assert_eq!(route.at(3.0), Point::new(2.0, 1.0));
         assert_eq!(route.at(9.0), Point::new(2.0, 3.0));

@@ -1,10 +1,9 @@
 //! What happened: one row for each tick. The only thing that leaves a simulation.
 
-use serde::Serialize;
-use sha2::{Digest, Sha256};
-
+use crate::digest::BitDigest;
 use crate::geometry::{Point, Pose, Twist};
 use crate::navigator::Mode;
+use serde::Serialize;
 
 /// The truth at one tick, and what the robot decided.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -45,54 +44,56 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// A SHA-256 over the exact bits of every row and path, in hex. Two runs that differ in one bit of one number
-    /// have different digests; how long a decision took is not part of it.
+    /// A digest over the exact bits of every row and path. Two runs that differ in one bit of one number have different
+    /// digests; how long a decision took is not part of it.
     #[must_use]
     pub fn digest(&self) -> String {
-        let mut hasher = BitHasher(Sha256::new());
-        for row in &self.rows {
-            hasher.number(row.time_s);
-            hasher.numbers(&[row.pose.x, row.pose.y, row.pose.yaw]);
-            hasher.numbers(&[row.twist.linear, row.twist.angular]);
-            hasher.numbers(&[row.command.linear, row.command.angular]);
-            hasher.point(&row.local_target);
-            hasher.number(row.gap_m);
-            hasher.count(u64::from(row.admissible));
-            hasher.count(u64::from(row.samples));
-            hasher.count(row.mode as u64);
-            hasher.count(row.path as u64);
-            row.moving.iter().for_each(|center| hasher.point(center));
-        }
+        let mut digest = BitDigest::default();
+        self.rows.iter().for_each(|row| row.add_to(&mut digest));
         for path in &self.paths {
-            hasher.count(path.len() as u64);
-            path.iter().for_each(|point| hasher.point(point));
+            digest.wide(path.len() as u64);
+            path.iter().for_each(|point| add_point(&mut digest, point));
         }
-        hasher.numbers(&self.moving_radii);
-        hasher
-            .0
-            .finalize()
+        self.moving_radii
             .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect()
+            .for_each(|&radius| digest.real(radius));
+        digest.hex()
     }
 }
 
-struct BitHasher(Sha256);
-
-impl BitHasher {
-    fn count(&mut self, value: u64) {
-        self.0.update(value.to_le_bytes());
+impl TraceRow {
+    fn add_to(&self, digest: &mut BitDigest) {
+        let Self {
+            pose,
+            twist,
+            command,
+            ..
+        } = self;
+        for value in [
+            self.time_s,
+            pose.x,
+            pose.y,
+            pose.yaw,
+            twist.linear,
+            twist.angular,
+            command.linear,
+            command.angular,
+            self.gap_m,
+        ] {
+            digest.real(value);
+        }
+        add_point(digest, &self.local_target);
+        digest.word(self.admissible);
+        digest.word(self.samples);
+        digest.word(self.mode as u32);
+        digest.wide(self.path as u64);
+        self.moving
+            .iter()
+            .for_each(|center| add_point(digest, center));
     }
+}
 
-    fn number(&mut self, value: f64) {
-        self.count(value.to_bits());
-    }
-
-    fn numbers(&mut self, values: &[f64]) {
-        values.iter().for_each(|&value| self.number(value));
-    }
-
-    fn point(&mut self, point: &Point) {
-        self.numbers(&[point.x, point.y]);
-    }
+fn add_point(digest: &mut BitDigest, point: &Point) {
+    digest.real(point.x);
+    digest.real(point.y);
 }

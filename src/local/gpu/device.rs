@@ -85,7 +85,7 @@ impl Adapter {
         // Mesa's LP_MAX_TGSI_LOOP_ITERATIONS, shared by all loops of an invocation; the rest is left out in silence.
         let loop_turns = self.summary.name.contains("llvmpipe").then_some(65_535);
         Ok(Device {
-            device,
+            inner: device,
             queue,
             faults,
             adapter: self.summary.name.clone(),
@@ -96,7 +96,7 @@ impl Adapter {
 
 /// A device, its queue and what it complained of.
 pub(super) struct Device {
-    pub device: wgpu::Device,
+    pub inner: wgpu::Device,
     pub queue: wgpu::Queue,
     pub adapter: String,
     /// Turns of loops after which the adapter's driver abandons an invocation.

@@ -36,7 +36,7 @@ impl GpuEngine {
     /// When the adapter gives no device or refuses a pipeline.
     pub fn new(adapter: &Adapter) -> Result<Self, EngineError> {
         let device = adapter.open()?;
-        let layout = buffers::bind_group_layout(&device.device);
+        let layout = buffers::bind_group_layout(&device.inner);
         let pipelines = make_pipelines(&device, &layout)?;
         Ok(Self {
             device,
@@ -49,7 +49,7 @@ impl GpuEngine {
 
     /// Drops the device as a driver reset would, for tests of what follows.
     pub fn destroy_device(&self) {
-        self.device.device.destroy();
+        self.device.inner.destroy();
     }
 
     /// Buffers that hold this problem; those of the last one when they are large enough.
@@ -62,7 +62,7 @@ impl GpuEngine {
         {
             return Ok(());
         }
-        let limit = self.device.device.limits().max_storage_buffer_binding_size;
+        let limit = self.device.inner.limits().max_storage_buffer_binding_size;
         if sizes.largest() > limit {
             return Err(EngineError::Setup {
                 adapter: self.device.adapter.clone(),
@@ -78,7 +78,7 @@ impl GpuEngine {
             None => sizes,
             Some(buffers) => buffers.sizes().union(&sizes),
         };
-        self.buffers = Some(Buffers::new(&self.device.device, &self.layout, grown));
+        self.buffers = Some(Buffers::new(&self.device.inner, &self.layout, grown));
         Ok(())
     }
 
@@ -108,10 +108,10 @@ impl GpuEngine {
     ) -> wgpu::SubmissionIndex {
         let mut encoder = self
             .device
-            .device
-            .create_command_encoder(&Default::default());
+            .inner
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, buffers.bind_group(), &[]);
             let samples = (problem.len() as u32).div_ceil(SAMPLES_PER_GROUP);
             let turns = problem.header.omega_count.div_ceil(TURNS_PER_GROUP);
@@ -143,7 +143,7 @@ impl GpuEngine {
             timeout: Some(DEADLINE),
         };
         self.device
-            .device
+            .inner
             .poll(wait)
             // A complaint of the device says more than that there is nothing to wait for.
             .map_err(|error| match self.device.check() {
@@ -220,17 +220,15 @@ fn make_pipelines(
     device: &Device,
     layout: &wgpu::BindGroupLayout,
 ) -> Result<[wgpu::ComputePipeline; 5], EngineError> {
-    let scope = device
-        .device
-        .push_error_scope(wgpu::ErrorFilter::Validation);
+    let scope = device.inner.push_error_scope(wgpu::ErrorFilter::Validation);
     let module = device
-        .device
+        .inner
         .create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("inbye"),
             source: wgpu::ShaderSource::Wgsl(shaders::source().into()),
         });
     let pipeline_layout = device
-        .device
+        .inner
         .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("inbye"),
             bind_group_layouts: &[Some(layout)],
@@ -238,7 +236,7 @@ fn make_pipelines(
         });
     let pipelines = shaders::ENTRY_POINTS.map(|entry_point| {
         device
-            .device
+            .inner
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
                 layout: Some(&pipeline_layout),

@@ -1,0 +1,311 @@
+//! What the simulated robot sees and touches, against slower and simpler ways to the same answer.
+
+use core::f64::consts::PI;
+
+use inbye::geometry::{Point, Pose};
+use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
+use inbye::robot::{Disc, Footprint};
+use inbye::sim::{Lidar, World};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+const RESOLUTION_M: f64 = 0.1;
+
+/// A small world of scattered cells and discs, on a grid that is shifted and turned.
+fn random_world(rng: &mut Pcg64Mcg) -> World {
+    let frame = GridFrame {
+        width: rng.random_range(1..60),
+        height: rng.random_range(1..60),
+        resolution_m: RESOLUTION_M,
+        origin: Pose::new(
+            rng.random_range(-5.0..5.0),
+            rng.random_range(-5.0..5.0),
+            rng.random_range(-PI..PI),
+        ),
+    };
+    let density = [0.0, 0.002, 0.02, 0.3][rng.random_range(0..4)];
+    let blocked = (0..frame.len()).map(|_| rng.random_bool(density)).collect();
+    let mut world = World::new(ObstacleGrid::new(frame, blocked));
+    for _ in 0..rng.random_range(0..4) {
+        let center = random_place(&world, rng).position();
+        world.moving.push(MovingDisc {
+            x: center.x,
+            y: center.y,
+            radius: rng.random_range(0.05..0.6),
+            vx: 0.0,
+            vy: 0.0,
+        });
+    }
+    world
+}
+
+/// A pose in the world's grid or a little outside it.
+fn random_place(world: &World, rng: &mut Pcg64Mcg) -> Pose {
+    let frame = world.obstacles().frame();
+    let along = |cells: i32, rng: &mut Pcg64Mcg| f64::from(cells) * rng.random_range(-0.05..1.05);
+    let units = Point::new(along(frame.width, rng), along(frame.height, rng));
+    let point = frame.from_cell_units(&units);
+    Pose::new(point.x, point.y, rng.random_range(-PI..PI))
+}
+
+/// Distance to the nearest solid square, the ground outside the grid included, by looking at every cell.
+fn distance_by_brute_force(world: &World, point: &Point) -> f64 {
+    let frame = world.obstacles().frame();
+    let p = frame.to_cell_units(point);
+    let (width, height) = (f64::from(frame.width), f64::from(frame.height));
+    if frame.cell_of(point).is_none() {
+        return 0.0;
+    }
+    let mut nearest = p.x.min(width - p.x).min(p.y).min(height - p.y);
+    for index in (0..frame.len()).filter(|&index| world.obstacles().cells()[index]) {
+        let cell = frame.cell_at(index);
+        let (column, row) = (f64::from(cell.column), f64::from(cell.row));
+        let touch = Point::new(p.x.clamp(column, column + 1.0), p.y.clamp(row, row + 1.0));
+        nearest = nearest.min((p - touch).norm());
+    }
+    nearest * frame.resolution_m
+}
+
+fn is_solid(world: &World, point: &Point) -> bool {
+    let cell = world.obstacles().frame().cell_of(point);
+    cell.is_none_or(|cell| world.obstacles().is_blocked(cell))
+}
+
+fn quiet_lidar(beams: usize) -> Lidar {
+    Lidar {
+        beams,
+        range_max_m: 4.0,
+        range_sigma_m: 0.0,
+        ..Lidar::default()
+    }
+}
+
+fn robot(radius: f64) -> Footprint {
+    Footprint::new(vec![Disc {
+        x: 0.0,
+        y: 0.0,
+        radius,
+    }])
+    .expect("a valid disc")
+}
+
+#[test]
+fn gaps_equal_brute_force_over_all_cells_and_discs() {
+    let mut rng = Pcg64Mcg::seed_from_u64(3);
+    for case in 0..400 {
+        let world = random_world(&mut rng);
+        for _ in 0..20 {
+            let pose = random_place(&world, &mut rng);
+            let discs: Vec<Disc> = (0..rng.random_range(1..4))
+                .map(|_| Disc {
+                    x: rng.random_range(-0.4..0.4),
+                    y: rng.random_range(-0.4..0.4),
+                    radius: rng.random_range(0.01..0.5),
+                })
+                .collect();
+            let footprint = Footprint::new(discs).unwrap();
+            let mut to_static = f64::INFINITY;
+            let mut to_moving = f64::INFINITY;
+            for (center, radius) in footprint.at(&pose) {
+                to_static = to_static.min(distance_by_brute_force(&world, &center) - radius);
+                for disc in &world.moving {
+                    let centers = libm::hypot(disc.x - center.x, disc.y - center.y);
+                    to_moving = to_moving.min(centers - disc.radius - radius);
+                }
+            }
+            let found = world.gap_to_static_m(&footprint, &pose);
+            assert!(
+                (found - to_static).abs() < 1e-9,
+                "case {case}: {found} for {to_static}"
+            );
+            let found = world.gap_to_moving_m(&footprint, &pose);
+            assert!(
+                (found - to_moving).abs() < 1e-9 || found.min(to_moving) > 1e9,
+                "case {case}: {found} for {to_moving}"
+            );
+            let both = to_static.min(to_moving);
+            assert!((world.gap_m(&footprint, &pose) - both).abs() < 1e-9);
+        }
+    }
+}
+
+/// A march never finds a hit before the exact one; it may step over the tip of a corner that the exact ray meets,
+/// which is why a late hit must be shown to be a true touch.
+#[test]
+fn lidar_equals_a_dense_ray_march() {
+    const STRIDE_M: f64 = 1e-3;
+    let mut rng = Pcg64Mcg::seed_from_u64(5);
+    let lidar = quiet_lidar(31);
+    let (mut beams, mut tips) = (0, 0);
+    for case in 0..150 {
+        let world = random_world(&mut rng);
+        let pose = random_place(&world, &mut rng);
+        let found = lidar.scan(&world, &pose, &mut rng);
+        let mut visible = vec![false; world.moving.len()];
+        for (beam, &range) in found.scan.ranges.iter().enumerate() {
+            let direction = pose.yaw + found.scan.angle(beam);
+            let (sin, cos) = libm::sincos(direction);
+            let at = |distance: f64| Point::new(pose.x + distance * cos, pose.y + distance * sin);
+            let covering = |point: &Point| {
+                world
+                    .moving
+                    .iter()
+                    .position(|disc| (disc.center() - point).norm() <= disc.radius)
+            };
+            let steps = (lidar.range_max_m / STRIDE_M) as usize;
+            let marched = (0..=steps)
+                .map(|step| step as f64 * STRIDE_M)
+                .find(|&distance| {
+                    is_solid(&world, &at(distance)) || covering(&at(distance)).is_some()
+                });
+            beams += 1;
+            let marched_m = marched.unwrap_or(f64::INFINITY);
+            assert!(
+                range <= marched_m + 1e-9,
+                "case {case} beam {beam}: {range} {marched_m}"
+            );
+            if range < marched_m - STRIDE_M - 1e-9 {
+                tips += 1;
+                let touch = at(range);
+                let to_disc = world
+                    .moving
+                    .iter()
+                    .map(|disc| (disc.center() - touch).norm() - disc.radius)
+                    .fold(f64::INFINITY, f64::min);
+                let gap = distance_by_brute_force(&world, &touch).min(to_disc);
+                assert!(
+                    gap < 1e-9,
+                    "case {case} beam {beam}: touches nothing at {range}"
+                );
+            }
+            let beyond = at(range + 1e-9);
+            if range.is_finite()
+                && !is_solid(&world, &beyond)
+                && let Some(disc) = covering(&beyond)
+            {
+                visible[disc] = true;
+            }
+        }
+        let visible: Vec<usize> = (0..visible.len()).filter(|&disc| visible[disc]).collect();
+        // A disc hidden in another may be named for it where both cover the spot.
+        if world.moving.len() < 2 {
+            assert_eq!(found.visible, visible, "case {case}");
+        }
+    }
+    assert!(tips * 50 < beams, "{tips} of {beams} beams met only a tip");
+}
+
+#[test]
+fn lidar_sees_what_stands_in_front_and_not_what_hides() {
+    let frame = GridFrame {
+        width: 100,
+        height: 100,
+        resolution_m: RESOLUTION_M,
+        origin: Pose::default(),
+    };
+    let mut blocked = vec![false; frame.len()];
+    // A wall along x = 7.0..7.1 m from y = 0 to 6 m.
+    for row in 0..60 {
+        blocked[row * 100 + 70] = true;
+    }
+    let mut world = World::new(ObstacleGrid::new(frame, blocked));
+    let disc = |x, y| MovingDisc {
+        x,
+        y,
+        radius: 0.3,
+        vx: 0.0,
+        vy: 0.0,
+    };
+    let in_the_open = disc(4.0, 5.0);
+    let behind_it = disc(5.0, 5.0);
+    let behind_the_wall = disc(9.0, 2.0);
+    let out_of_range = disc(2.0, 9.9);
+    world.moving = vec![behind_it, in_the_open, behind_the_wall, out_of_range];
+    let mut rng = Pcg64Mcg::seed_from_u64(1);
+    let seen = quiet_lidar(360).scan(&world, &Pose::new(2.0, 5.0, 0.0), &mut rng);
+    assert_eq!(seen.visible, [1]);
+    assert!(
+        (seen.scan.ranges[180] - 1.7).abs() < 1e-12,
+        "straight ahead"
+    );
+    assert!(
+        (seen.scan.ranges[0] - 2.0).abs() < 1e-12,
+        "the edge of the map, behind"
+    );
+}
+
+#[test]
+fn range_noise_has_the_stated_spread_and_none_draws_nothing() {
+    let frame = GridFrame {
+        width: 60,
+        height: 60,
+        resolution_m: RESOLUTION_M,
+        origin: Pose::default(),
+    };
+    let world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+    let pose = Pose::new(3.0, 3.0, 0.3);
+    let seeded = || Pcg64Mcg::seed_from_u64(9);
+    let exact = quiet_lidar(20_000);
+    let noisy = Lidar {
+        range_sigma_m: 0.02,
+        range_max_m: 10.0,
+        ..exact
+    };
+    let mut rng = seeded();
+    let truth = Lidar {
+        range_max_m: 10.0,
+        ..exact
+    }
+    .scan(&world, &pose, &mut rng)
+    .scan
+    .ranges;
+    assert_eq!(
+        rng,
+        seeded(),
+        "a lidar without noise leaves the generator alone"
+    );
+    let measured = noisy.scan(&world, &pose, &mut rng).scan.ranges;
+    assert_eq!(
+        measured,
+        noisy.scan(&world, &pose, &mut seeded()).scan.ranges
+    );
+    let errors: Vec<f64> = measured.iter().zip(&truth).map(|(m, t)| m - t).collect();
+    let count = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / count;
+    let spread = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
+    assert!(
+        mean.abs() < 5e-4 && (spread - 0.02).abs() < 5e-4,
+        "{mean} {spread}"
+    );
+    let beyond_two = errors.iter().filter(|error| error.abs() > 0.04).count() as f64 / count;
+    assert!((beyond_two - 0.0455).abs() < 0.006, "{beyond_two}");
+}
+
+#[test]
+fn bad_settings_are_refused_by_name() {
+    let lidar = Lidar {
+        beams: 0,
+        ..Lidar::default()
+    };
+    let error = lidar.validate().unwrap_err();
+    assert!(error.to_string().starts_with("beams is 0"), "{error}");
+    assert_eq!(Lidar::default().validate(), Ok(()));
+}
+
+#[test]
+fn contact_is_a_gap_that_is_not_above_zero() {
+    let frame = GridFrame {
+        width: 20,
+        height: 20,
+        resolution_m: RESOLUTION_M,
+        origin: Pose::default(),
+    };
+    let world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+    let gap = |x| world.gap_m(&robot(0.25), &Pose::new(x, 1.0, 0.0));
+    assert!(
+        (gap(0.5) - 0.25).abs() < 1e-12,
+        "the ground outside the map is solid"
+    );
+    assert!(gap(0.2) < 0.0);
+    assert!((gap(-3.0) + 0.25).abs() < 1e-12);
+}

@@ -1,0 +1,356 @@
+//! Moving obstacles and the embedded scenes they walk in.
+
+use inbye::geometry::{Point, Pose};
+use inbye::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, UnknownPolicy};
+use inbye::robot::{Disc, Footprint};
+use inbye::sim::{Crowd, Scene, SimError, Walkers, World, YIELD_GAP_M, dead_end, scenes};
+
+/// Radius of the robot that must pass everywhere, metres.
+const ROBOT_RADIUS_M: f64 = 0.45;
+
+/// Where the robot is out of everybody's way.
+const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);
+
+fn robot(radius: f64) -> Footprint {
+    Footprint::new(vec![Disc {
+        x: 0.0,
+        y: 0.0,
+        radius,
+    }])
+    .expect("a valid disc")
+}
+
+fn ground(scene: &Scene) -> ObstacleGrid {
+    scene.map.obstacles(UnknownPolicy::Blocked)
+}
+
+/// A shortest way by breadth-first search over the cells free for a radius.
+fn way(obstacles: &ObstacleGrid, radius: f64, from: &Point, to: &Point) -> Option<Vec<Point>> {
+    let free = FreeSpace::new(obstacles, radius);
+    let frame = *free.frame();
+    let (start, goal) = (frame.cell_of(from)?, frame.cell_of(to)?);
+    if !free.is_free(start) {
+        return None;
+    }
+    let neighbours = |&Cell { column, row }: &Cell| {
+        [(1, 0), (0, 1), (-1, 0), (0, -1)]
+            .map(|(dx, dy)| Cell::new(column + dx, row + dy))
+            .into_iter()
+            .filter(|&cell| free.is_free(cell))
+    };
+    let cells = pathfinding::directed::bfs::bfs(&start, neighbours, |&cell| cell == goal)?;
+    Some(
+        cells
+            .into_iter()
+            .map(|cell| frame.center_of(cell))
+            .collect(),
+    )
+}
+
+fn mission(scene: &Scene) -> Vec<Point> {
+    way(
+        &ground(scene),
+        ROBOT_RADIUS_M,
+        &scene.start.position(),
+        &scene.goal,
+    )
+    .expect("a passable scene")
+}
+
+fn crowd_of(scene: &Scene, crowd: &Crowd) -> Walkers {
+    let ends = [scene.start.position(), scene.goal];
+    Walkers::seeded(crowd, &ground(scene), &mission(scene), &ends).expect("room for all")
+}
+
+fn gap(disc: &MovingDisc, pose: &Pose, radius: f64) -> f64 {
+    libm::hypot(disc.x - pose.x, disc.y - pose.y) - disc.radius - radius
+}
+
+#[test]
+fn scenes_are_comfortably_passable_and_stay_as_they_are() {
+    let free_cells: Vec<(&str, usize)> = scenes()
+        .iter()
+        .map(|scene| {
+            for radius in [ROBOT_RADIUS_M, 0.6, 0.75] {
+                let way = way(&ground(scene), radius, &scene.start.position(), &scene.goal);
+                assert!(way.is_some(), "{} for a radius of {radius} m", scene.name);
+            }
+            let free = scene.map.cells().iter().filter(|&&cell| cell == 0).count();
+            (scene.name, free)
+        })
+        .collect();
+    assert_eq!(
+        free_cells,
+        [
+            ("roadway", 123_095),
+            ("crossing", 152_404),
+            ("dead_end", 63_506)
+        ]
+    );
+}
+
+#[test]
+fn the_blind_heading_is_blind_and_lies_on_the_straight_line() {
+    let scene = dead_end();
+    let mut obstacles = ground(&scene);
+    let frame = *obstacles.frame();
+    let inside = Point::new(12.0, 7.4);
+    assert!(way(&obstacles, 0.1, &inside, &scene.goal).is_some());
+    // Closed 8 m in, the heading has no other way out, however small the robot.
+    for row in 0..frame.height {
+        let cell = Cell::new(160, row);
+        let y = frame.center_of(cell).y;
+        if (5.0..9.6).contains(&y) {
+            obstacles.set(cell, true);
+        }
+    }
+    assert!(way(&obstacles, 0.0, &inside, &scene.goal).is_none());
+    assert!(
+        way(
+            &obstacles,
+            ROBOT_RADIUS_M,
+            &scene.start.position(),
+            &scene.goal
+        )
+        .is_some()
+    );
+}
+
+#[test]
+fn seeded_walkers_stay_on_free_ground_and_off_the_ends_of_the_path() {
+    for scene in scenes() {
+        let world = World::new(ground(&scene));
+        for seed in 0..5 {
+            let crowd = Crowd::new(scene.obstacles, seed);
+            let mut walkers = crowd_of(&scene, &crowd);
+            assert_eq!(walkers.len(), scene.obstacles);
+            for _ in 0..400 {
+                for disc in walkers.discs() {
+                    let place = Pose::new(disc.x, disc.y, 0.0);
+                    let to_wall = world.gap_to_static_m(&robot(disc.radius), &place);
+                    assert!(to_wall >= -1e-9, "{} seed {seed}: {to_wall}", scene.name);
+                    for end in [scene.start.position(), scene.goal] {
+                        assert!((disc.center() - end).norm() > 4.9);
+                    }
+                    let speed = libm::hypot(disc.vx, disc.vy);
+                    assert!(
+                        (0.3..=0.8).contains(&(speed - 1e-12)) || speed == 0.0,
+                        "{speed}"
+                    );
+                }
+                walkers.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
+            }
+        }
+    }
+}
+
+#[test]
+fn every_walk_is_four_to_twelve_metres_and_meets_the_robots_way() {
+    for scene in scenes() {
+        let path = mission(&scene);
+        for seed in 0..5 {
+            let mut walkers = crowd_of(&scene, &Crowd::new(scene.obstacles, seed));
+            let mut nearest = vec![f64::INFINITY; walkers.len()];
+            let mut reach = vec![0.0; walkers.len()];
+            let first = walkers.discs();
+            for _ in 0..900 {
+                for (index, disc) in walkers.discs().iter().enumerate() {
+                    let to_path = path.iter().map(|point| (disc.center() - point).norm());
+                    nearest[index] = to_path.fold(nearest[index], f64::min);
+                    let from_first = (disc.center() - first[index].center()).norm();
+                    reach[index] = from_first.max(reach[index]);
+                }
+                walkers.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
+            }
+            assert!(
+                nearest.iter().all(|&distance| distance < 0.1),
+                "{nearest:?}"
+            );
+            assert!(
+                reach.iter().all(|reach| (1.5..=12.0).contains(reach)),
+                "{reach:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_same_seed_walks_the_same_and_another_does_not() {
+    let scene = &scenes()[0];
+    let run = |seed| {
+        let mut walkers = crowd_of(scene, &Crowd::new(4, seed));
+        let mut seen = Vec::new();
+        for tick in 0..200 {
+            let pose = Pose::new(0.1 * f64::from(tick), 4.0, 0.0);
+            walkers.step(0.1, &pose, &robot(ROBOT_RADIUS_M));
+            seen.push(walkers.discs());
+        }
+        seen
+    };
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5), run(6));
+}
+
+/// The smallest gap in two minutes to a robot that stands where a walker comes by, over many such spots.
+fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
+    let mut smallest = f64::INFINITY;
+    for scene in scenes() {
+        for seed in 0..3 {
+            let crowd = Crowd {
+                yields,
+                ..Crowd::new(scene.obstacles, seed)
+            };
+            let start = crowd_of(&scene, &crowd);
+            // Stand where somebody walks in 5 s.
+            let mut later = start.clone();
+            later.step(5.0, &AWAY, &robot(ROBOT_RADIUS_M));
+            for spot in later.discs() {
+                let pose = Pose::new(spot.x, spot.y, 0.0);
+                let mut walkers = start.clone();
+                let clear = |disc: &MovingDisc| gap(disc, &pose, ROBOT_RADIUS_M) > YIELD_GAP_M;
+                if !walkers.discs().iter().all(clear) {
+                    continue;
+                }
+                for _ in 0..1200 {
+                    walkers.step(0.1, &pose, &robot(ROBOT_RADIUS_M));
+                    for disc in walkers.discs() {
+                        smallest = smallest.min(gap(&disc, &pose, ROBOT_RADIUS_M));
+                    }
+                }
+            }
+        }
+    }
+    smallest
+}
+
+#[test]
+fn walkers_who_yield_never_touch_a_robot_that_stands_still() {
+    let smallest = smallest_gap_to_a_standing_robot(true);
+    assert!(smallest >= YIELD_GAP_M - 1e-9, "{smallest}");
+    assert!(
+        smallest < YIELD_GAP_M + 0.05,
+        "nobody came near: {smallest}"
+    );
+    let careless = smallest_gap_to_a_standing_robot(false);
+    assert!(
+        careless < -0.3,
+        "nobody would have walked into the robot: {careless}"
+    );
+}
+
+const FRAME: GridFrame = GridFrame {
+    width: 200,
+    height: 100,
+    resolution_m: 0.05,
+    origin: Pose::new(0.0, 0.0, 0.0),
+};
+
+const ONE_WALKER: &str =
+    r#"[{"x": 1.0, "y": 2.5, "radius": 0.3, "speed": 0.5, "route": [[9.0, 2.5]]}]"#;
+
+#[test]
+fn a_walker_holds_before_the_robot_and_turns_round_when_out_of_patience() {
+    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &FRAME).unwrap();
+    let pose = Pose::new(5.0, 2.5, 0.0);
+    let mut held_s = 0.0;
+    for _ in 0..400 {
+        walkers.step(0.05, &pose, &robot(0.4));
+        let disc = walkers.discs()[0];
+        assert!(gap(&disc, &pose, 0.4) >= YIELD_GAP_M - 1e-9);
+        if disc.vx == 0.0 {
+            held_s += 0.05;
+        } else if disc.vx < 0.0 {
+            assert!((2.9..3.1).contains(&held_s), "held for {held_s} s");
+            return;
+        }
+    }
+    panic!("still there");
+}
+
+#[test]
+fn a_walk_goes_back_and_forth_at_its_speed() {
+    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &FRAME).unwrap();
+    let mut x_after = |time_s| {
+        walkers.step(time_s, &AWAY, &robot(0.4));
+        walkers.discs()[0].x
+    };
+    assert!((x_after(4.0) - 3.0).abs() < 1e-9);
+    assert!((x_after(14.0) - 8.0).abs() < 1e-9, "turned at 9 m");
+    assert!((x_after(16.0) - 2.0).abs() < 1e-9, "turned at 1 m");
+}
+
+#[test]
+fn obstacle_files_in_json_and_toml_say_the_same() {
+    let toml = "[[obstacles]]\nx = 1.0\ny = 2.5\nradius = 0.3\nspeed = 0.5\nroute = [[9.0, 2.5]]";
+    assert_eq!(
+        Walkers::parse(ONE_WALKER, "a.json", &FRAME),
+        Walkers::parse(toml, "a.toml", &FRAME)
+    );
+}
+
+#[test]
+fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
+    let cases = [
+        ("{", "a.json: not a list of moving obstacles"),
+        (r#"[{"x": 1, "y": 1, "radius": 0.3}]"#, "a.json: not a list"),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "colour": 3}]"#,
+            "a.json: not a list",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.0, "speed": 1}]"#,
+            "a.json: obstacle 0: radius is 0",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": -1}]"#,
+            "a.json: obstacle 0: speed is -1",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "route": [[10.5, 1]]}]"#,
+            "a.json: obstacle 0: (10.5, 1) lies outside the map",
+        ),
+    ];
+    for (text, expected) in cases {
+        let message = Walkers::parse(text, "a.json", &FRAME)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.starts_with(expected) && !message.contains('\n'),
+            "{message}"
+        );
+    }
+    let toml = "[[obstacles]]\nx = nan\ny = 1\nradius = 0.3\nspeed = inf";
+    let message = Walkers::parse(toml, "a.toml", &FRAME)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.starts_with("a.toml: obstacle 0: speed is inf"),
+        "{message}"
+    );
+    let toml = "[[obstacles]]\nx = nan\ny = 1.0\nradius = 0.3\nspeed = 1.0\nwho = 1";
+    let message = Walkers::parse(toml, "a.toml", &FRAME)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("who") && !message.contains('\n'),
+        "{message}"
+    );
+    let missing = Walkers::read("no/such/file.json".as_ref(), &FRAME).unwrap_err();
+    assert!(matches!(missing, SimError::Unreadable { .. }), "{missing}");
+}
+
+#[test]
+fn a_crowd_that_finds_no_room_is_an_error_and_none_is_none() {
+    let narrow = ObstacleGrid::new(FRAME, vec![true; FRAME.len()]);
+    let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
+    let asked = |count| Walkers::seeded(&Crowd::new(count, 1), &narrow, &path, &[]);
+    assert!(matches!(
+        asked(2),
+        Err(SimError::NoRoom {
+            placed: 0,
+            asked: 2,
+            ..
+        })
+    ));
+    assert!(asked(0).unwrap().is_empty());
+}
