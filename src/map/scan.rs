@@ -22,6 +22,16 @@ impl Scan {
         self.angle_min + beam as f64 * self.angle_increment
     }
 
+    /// Whether every beam has a direction. No beam at all is sound: nothing was measured.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.ranges.is_empty()
+            || (self.angle_min.is_finite()
+                && self.angle_increment.is_finite()
+                && self.angle_increment > 0.0
+                && self.range_max.is_finite())
+    }
+
     /// The points in the map frame that beams hit, for a robot at this pose. Beams that hit nothing, and ranges that
     /// are not within zero to `range_max`, give no point.
     pub fn hits(&self, pose: &Pose) -> impl Iterator<Item = Point> + '_ {

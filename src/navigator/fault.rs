@@ -38,7 +38,7 @@ pub enum Fault {
     },
     /// Senses with numbers that are not finite.
     #[error(
-        "INVALID_OBSERVATION: pose, speed or a tracked obstacle is not finite; the robot stops"
+        "INVALID_OBSERVATION: time, pose, speed, a tracked obstacle or the scan's angles are not finite; the robot stops"
     )]
     BadObservation,
 }

@@ -11,49 +11,88 @@ use crate::robot::{Disc, Footprint};
 pub(super) struct KeptClear {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,
+    /// Whether something is within its margin: a reason to go slowly.
+    pub within_a_margin: bool,
 }
 
 /// A robot within a margin keeps this much less than the distance it has, metres, so that standing is admissible.
 const SLACK_M: f64 = 0.002;
+/// The robot itself overshoots a margin by less than this, metres; whoever is deeper within it came there.
+const OVERSHOOT_M: f64 = 0.03;
 
 impl KeptClear {
-    /// The whole margins.
+    /// The whole margins; but where something is within one, only a part: else nothing would be admissible beside a
+    /// person who came close and stopped, not even driving on.
     pub fn new(
         footprint: &Footprint,
         settings: &NavigatorSettings,
-        resolution_m: f64,
+        field: &ClearanceField,
         observation: &Observation,
     ) -> Self {
-        let margin_m = local_margin_m(settings, resolution_m);
-        let grow = |disc: &MovingDisc| grown(disc, settings.moving_margin_m - margin_m);
-        Self {
-            footprint: footprint.padded(margin_m),
-            moving: observation.moving.iter().map(grow).collect(),
-        }
+        let deep_m = settings.moving_margin_m - OVERSHOOT_M;
+        let moving = &observation.moving;
+        Self::with_less_within(
+            deep_m,
+            footprint,
+            settings,
+            field,
+            &observation.pose,
+            moving,
+        )
     }
 
-    /// What is left of the margins for a robot that stands within them, because something came to it: it can leave, but
-    /// not come closer.
-    pub fn what_is_left(
+    /// For a robot that gets away from where it is: of everybody only the passing margin, and whoever is within the
+    /// whole one counts as standing. Were they taken to walk on into the robot, no way out would be admissible.
+    pub fn to_get_away(
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
         observation: &Observation,
     ) -> Self {
         let pose = &observation.pose;
-        let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
+        let calmed = |disc: &MovingDisc| {
+            if gap_m(footprint, pose, disc) < settings.moving_margin_m {
+                let (vx, vy) = (0.0, 0.0);
+                MovingDisc { vx, vy, ..*disc }
+            } else {
+                *disc
+            }
+        };
+        let moving: Vec<MovingDisc> = observation.moving.iter().map(calmed).collect();
+        Self::with_less_within(f64::INFINITY, footprint, settings, field, pose, &moving)
+    }
+
+    /// Keeps only the passing margin to whoever is nearer than `deep_m`.
+    fn with_less_within(
+        deep_m: f64,
+        footprint: &Footprint,
+        settings: &NavigatorSettings,
+        field: &ClearanceField,
+        pose: &Pose,
+        moving: &[MovingDisc],
+    ) -> Self {
         let wanted_m = local_margin_m(settings, field.frame().resolution_m);
-        let margin_m = wanted_m.min(wall_m - SLACK_M).max(0.0);
+        let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
+        let margin_m = if wall_m < wanted_m - OVERSHOOT_M || deep_m.is_infinite() {
+            wanted_m.min(wall_m - SLACK_M).max(0.0)
+        } else {
+            wanted_m
+        };
+        let mut within_a_margin = margin_m < wanted_m;
         let grow = |disc: &MovingDisc| {
             let gap_m = gap_m(footprint, pose, disc);
-            grown(
-                disc,
-                settings.moving_margin_m.min(gap_m - SLACK_M).max(0.0) - margin_m,
-            )
+            within_a_margin |= gap_m < deep_m;
+            let kept_m = if gap_m < deep_m {
+                settings.passing_margin_m.min(gap_m - SLACK_M).max(0.0)
+            } else {
+                settings.moving_margin_m
+            };
+            grown(disc, kept_m - margin_m)
         };
         Self {
+            moving: moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
-            moving: observation.moving.iter().map(grow).collect(),
+            within_a_margin,
         }
     }
 

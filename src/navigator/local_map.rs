@@ -57,6 +57,9 @@ impl LocalMap {
 
     fn clear_seen_through(&mut self, observation: &Observation) {
         let scan = &observation.scan;
+        if scan.ranges.is_empty() {
+            return;
+        }
         let frame = *self.known.frame();
         let robot = observation.pose.position();
         self.marks.retain(|&index| {

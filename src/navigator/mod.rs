@@ -12,8 +12,10 @@ mod mode;
 mod navigator;
 mod observation;
 mod planning;
+mod recovery;
 mod route;
 mod settings;
+mod trail;
 mod watch;
 
 pub use fault::Fault;

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use super::kept_clear::KeptClear;
 use super::local_map::LocalMap;
-use super::watch::{ProgressWatch, Since};
+use super::recovery::{BACKING_WEIGHTS, Recovery};
+use super::watch::ProgressWatch;
 use super::{Fault, Goal, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
 use crate::geometry::{Point, Twist, bearing, wrap_angle};
 use crate::global::Plan;
-use crate::local::{ClearanceField, Counts, LocalPlanner, Situation, Weights};
+use crate::local::{ClearanceField, Counts, LocalPlanner, Situation};
 use crate::map::ObstacleGrid;
 use crate::robot::{Footprint, Limits};
 
@@ -46,24 +47,11 @@ pub struct Navigator {
     plans: Vec<Plan>,
     mode: Mode,
     watch: ProgressWatch,
-    blocked: Since,
-    backing_until_s: f64,
-    next_recovery_s: f64,
-    recoveries: u32,
+    recovery: Recovery,
     next_replan_s: f64,
     fault: Option<Fault>,
 }
 
-/// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
-const BACKING_S: f64 = 2.0;
-const LONGEST_BACKING: u32 = 3;
-/// Clearance counts most, then getting away backwards.
-const BACKING_WEIGHTS: Weights = Weights {
-    heading: 0.0,
-    clearance: 0.6,
-    velocity: 0.0,
-    path: 0.4,
-};
 /// A robot slower than this stands, m/s or rad/s.
 const STANDING: f64 = 0.02;
 /// A robot faster than this does not begin to turn in place, m/s.
@@ -100,10 +88,7 @@ impl Navigator {
             goal,
             mode: Mode::Driving,
             watch: ProgressWatch::default(),
-            blocked: Since::default(),
-            backing_until_s: f64::NEG_INFINITY,
-            next_recovery_s: f64::NEG_INFINITY,
-            recoveries: 0,
+            recovery: Recovery::default(),
             next_replan_s: f64::NEG_INFINITY,
             fault: None,
         })
@@ -127,8 +112,15 @@ impl Navigator {
         &self.planner
     }
 
-    /// Decides what to do now. After a goal is reached, or a mission given up, the answer is to stand.
+    /// Decides what to do now. After a goal is reached, or a mission given up, the answer is to stand. The command is
+    /// within the robot's limits, and within what it reaches in one control period unless it is too fast already.
     pub fn step(&mut self, observation: &Observation) -> Decision {
+        let mut decision = self.decide(observation);
+        decision.command = self.robot.limits.nearest_allowed(&decision.command);
+        decision
+    }
+
+    fn decide(&mut self, observation: &Observation) -> Decision {
         if matches!(self.mode, Mode::Arrived | Mode::Failed) {
             return self.stand(observation, self.mode);
         }
@@ -141,7 +133,6 @@ impl Navigator {
         if (robot - self.goal.position).norm() <= self.settings.xy_goal_tolerance {
             return self.park(observation);
         }
-        self.replan_if_needed(observation, off_path_m);
         let stuck_s = self.watch.stuck_s(
             observation.time_s,
             self.route.left_m(),
@@ -155,6 +146,7 @@ impl Navigator {
             };
             return self.give_up(observation, fault);
         }
+        self.replan_if_needed(observation, off_path_m, stuck_s);
         match self.drive(observation, stuck_s) {
             Ok(decision) => decision,
             Err(fault) => self.give_up(observation, fault),
@@ -169,16 +161,25 @@ impl Navigator {
             .window(&observation.pose.position(), half_m)
             .map_err(|error| Fault::Choose(error.into()))?;
         let target = self.route.key_node(self.settings.lookahead_m);
-        if observation.time_s < self.backing_until_s {
+        if self.recovery.is_backing(observation.time_s) {
             return self.back_out(observation, &field, target);
         }
-        let resolution_m = field.frame().resolution_m;
         let footprint = &self.robot.footprint;
-        let kept = KeptClear::new(footprint, &self.settings, resolution_m, observation);
-        if let Some(command) = self.turn_in_place(observation, &kept, &field, target) {
+        let kept = KeptClear::new(footprint, &self.settings, &field, observation);
+        let error =
+            wrap_angle(bearing(&observation.pose.position(), &target) - observation.pose.yaw);
+        let turns_from = if self.mode == Mode::Turning {
+            self.settings.turn_in_place_until
+        } else {
+            self.settings.turn_in_place_from
+        };
+        let faces_away = error.abs() > turns_from && kept.may_turn(&field, &observation.pose);
+        // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
+        if faces_away && observation.twist.linear.abs() < TURNS_BELOW {
             self.mode = Mode::Turning;
+            self.recovery.turned();
             return Ok(Decision {
-                command,
+                command: self.turn_by(observation, error),
                 mode: self.mode,
                 local_target: target,
                 counts: None,
@@ -191,25 +192,13 @@ impl Navigator {
             obstacles: &kept.moving,
             target,
             key_node: target,
-            limits: self.approach_limits(observation),
+            limits: self.driving_limits(observation, &kept, faces_away),
             footprint: &kept.footprint,
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
-        let blocked_s = self.blocked.update(observation.time_s, command.is_none());
-        if stuck_s == 0.0 {
-            self.recoveries = 0;
-        }
-        let wedged = blocked_s.max(stuck_s) > self.settings.patience_s
-            && observation.twist.linear.abs() < STANDING;
-        if wedged && observation.time_s >= self.next_recovery_s {
-            // Each attempt in vain makes the next one longer, so that two that wait for one another part at last.
-            let lasts_s = BACKING_S * f64::from(1_u32 << self.recoveries.min(LONGEST_BACKING));
-            self.recoveries += 1;
-            self.backing_until_s = observation.time_s + lasts_s;
-            // The way found after backing out gets its chance before the next attempt.
-            self.next_recovery_s = self.backing_until_s + 2.0 * self.settings.patience_s;
-        }
+        self.recovery
+            .drove(observation, stuck_s, self.settings.patience_s);
         self.mode = if command.is_some() {
             Mode::Driving
         } else {
@@ -223,30 +212,24 @@ impl Navigator {
         })
     }
 
-    /// Moves away from whatever is nearest, slowly and backwards first of all, even from within a margin.
+    /// Moves slowly back to where it came from, away from whatever is nearest, even from within a margin.
     fn back_out(
         &mut self,
         observation: &Observation,
         field: &Arc<ClearanceField>,
         target: Point,
     ) -> Result<Decision, Fault> {
-        let limits = self.robot.limits;
         let slow = self.settings.backing_speed;
-        let limits = Limits {
-            min_vel_x: limits.min_vel_x.max(-slow),
-            max_vel_x: limits.max_vel_x.min(slow / 2.0),
-            ..limits
-        };
+        let limits = self.limits_between(-slow, slow / 2.0, observation);
         let footprint = &self.robot.footprint;
-        let kept = KeptClear::what_is_left(footprint, &self.settings, field, observation);
-        let behind = observation.pose.transform(&Point::new(-1.0, 0.0));
+        let kept = KeptClear::to_get_away(footprint, &self.settings, field, observation);
         let situation = Situation {
             field,
             pose: observation.pose,
             twist: observation.twist,
             obstacles: &kept.moving,
             target,
-            key_node: behind,
+            key_node: self.recovery.place_behind(observation),
             limits,
             footprint: &kept.footprint,
             weights: BACKING_WEIGHTS,
@@ -259,31 +242,6 @@ impl Navigator {
             local_target: target,
             counts: Some(evaluation.counts),
         })
-    }
-
-    /// A turn towards the target, when it lies far off the heading and the ground under the turning robot is clear.
-    fn turn_in_place(
-        &self,
-        observation: &Observation,
-        kept: &KeptClear,
-        field: &ClearanceField,
-        target: Point,
-    ) -> Option<Twist> {
-        let pose = &observation.pose;
-        let error = wrap_angle(bearing(&pose.position(), &target) - pose.yaw);
-        let turning = self.mode == Mode::Turning;
-        let settings = &self.settings;
-        let wanted = if turning {
-            settings.turn_in_place_until
-        } else {
-            settings.turn_in_place_from
-        };
-        // A moving robot is avoiding something, or about to come round by itself.
-        let may_begin = turning || observation.twist.linear.abs() < TURNS_BELOW;
-        if !may_begin || error.abs() <= wanted || !kept.may_turn(field, &observation.pose) {
-            return None;
-        }
-        Some(self.turn_by(observation, error))
     }
 
     /// At the goal: stop, turn to the yaw asked for, and be done when standing so.
@@ -321,16 +279,42 @@ impl Navigator {
         limits.reachable(&observation.twist, &wanted, period_s)
     }
 
-    /// Limits for driving: forwards only, and so that the robot can stop at the goal.
-    fn approach_limits(&self, observation: &Observation) -> Limits {
-        let limits = self.robot.limits;
+    /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly within a margin or while
+    /// it faces away from its way: else it would circle about its target.
+    fn driving_limits(
+        &self,
+        observation: &Observation,
+        kept: &KeptClear,
+        faces_away: bool,
+    ) -> Limits {
+        let limits = &self.robot.limits;
         let to_goal_m = (observation.pose.position() - self.goal.position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
-        let min_vel_x = limits.min_vel_x.max(0.0).min(limits.max_vel_x);
-        let max_vel_x = limits.max_vel_x.min(stops_in_time.max(0.1)).max(min_vel_x);
+        let mut fastest = stops_in_time.max(0.1);
+        if kept.within_a_margin {
+            fastest = fastest.min(self.settings.passing_speed);
+        }
+        if faces_away {
+            fastest = fastest.min(TURNS_BELOW / 2.0);
+        }
+        self.limits_between(0.0, fastest, observation)
+    }
+
+    /// The robot's limits with forward speeds from `least` to `most`, and what braking needs to get there: so that
+    /// every sample can be reached and is judged as it will be driven.
+    fn limits_between(&self, least: f64, most: f64, observation: &Observation) -> Limits {
+        let limits = self.robot.limits;
+        let period_s = self.planner.settings().control_period_s;
+        let in_reach = |speed: f64| {
+            let wanted = Twist::new(speed, 0.0);
+            limits
+                .reachable(&observation.twist, &wanted, period_s)
+                .linear
+        };
+        let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
         Limits {
-            min_vel_x,
-            max_vel_x,
+            min_vel_x: within(least.min(in_reach(least))),
+            max_vel_x: within(most.max(in_reach(most))),
             ..limits
         }
     }
@@ -349,7 +333,10 @@ impl Navigator {
     }
 
     /// Plans anew when the way ahead is blocked, the robot strayed, or it has stood for long behind something moving.
-    fn replan_if_needed(&mut self, observation: &Observation, off_path_m: f64) {
+    ///
+    /// A way round people may be as much longer as the robot could have driven while it waited for them: so waiting
+    /// and the detour together never cost more than twice the better of the two.
+    fn replan_if_needed(&mut self, observation: &Observation, off_path_m: f64, stuck_s: f64) {
         let radius_m = self.route_planner.least_radius_m();
         let ahead_m = self.settings.check_ahead_m;
         let blocked = self.map.has_marks()
@@ -375,14 +362,18 @@ impl Navigator {
         };
         let obstacles = self.map.obstacles_with(&discs);
         let start = observation.pose.position();
-        if let Ok(plan) =
-            self.route_planner
-                .plan(&obstacles, start, self.goal.position, &mut || 0.0)
-        {
-            self.route = Route::new(&plan, self.settings.key_node_spacing_m);
-            self.watch.rebase(self.route.left_m());
-            self.plans.push(plan);
+        let planned = self
+            .route_planner
+            .plan(&obstacles, start, self.goal.position, &mut || 0.0);
+        let Ok(plan) = planned else { return };
+        let longer_m = plan.smoothed.length_m() - self.route.left_m();
+        let only_waited = !blocked && off_path_m <= OFF_PATH_M;
+        if only_waited && longer_m > stuck_s * self.robot.limits.max_vel_x {
+            return;
         }
+        self.route = Route::new(&plan, self.settings.key_node_spacing_m);
+        self.watch.rebase(self.route.left_m());
+        self.plans.push(plan);
     }
 
     fn brake(&self, observation: &Observation) -> Twist {

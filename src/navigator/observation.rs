@@ -27,5 +27,6 @@ impl Observation {
             && self.pose.is_finite()
             && self.twist.is_finite()
             && self.moving.iter().all(MovingDisc::is_valid)
+            && self.scan.is_sound()
     }
 }

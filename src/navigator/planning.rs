@@ -14,6 +14,7 @@ const END_REACH_MARGINS: f64 = 4.0;
 #[derive(Clone, Debug)]
 pub struct RoutePlanner {
     settings: global::Settings,
+    body_radius_m: f64,
     least_radius_m: f64,
     comfortable_radius_m: f64,
 }
@@ -33,8 +34,10 @@ impl RoutePlanner {
             + local_margin_m(navigator, resolution_m)
             - resolution_m / 2.0;
         let comfortable_radius_m = least_radius_m + navigator.comfort_margin_m;
+        let radii = footprint.discs().iter().map(|disc| disc.radius);
         Self {
             settings,
+            body_radius_m: radii.fold(0.0, f64::max),
             least_radius_m,
             comfortable_radius_m,
         }
@@ -47,6 +50,9 @@ impl RoutePlanner {
     }
 
     /// A path among obstacles. Times its stages by `clock`, in seconds.
+    ///
+    /// A robot that stands nearer to an obstacle than a path may, but clear of it, gets a path that begins at the
+    /// nearest point where one may.
     ///
     /// # Errors
     /// When there is none even at the least radius.
@@ -68,9 +74,27 @@ impl RoutePlanner {
                 search,
                 proof: &least,
             };
-            global::plan(&ground, start, goal, &self.settings, clock)
+            let from = self.way_out(obstacles, search, start);
+            global::plan(&ground, from, goal, &self.settings, clock)
         };
         search(&comfortable).or_else(|_| search(&least))
+    }
+
+    /// The nearest free point to a start within a margin. It is nearer than any free point beyond a wall can be.
+    fn way_out(&self, obstacles: &ObstacleGrid, space: &FreeSpace, start: Point) -> Point {
+        let frame = space.frame();
+        let Some(cell) = frame.cell_of(&start) else {
+            return start;
+        };
+        if space.is_free(cell) {
+            return start;
+        }
+        let nearest = space.nearest_free(cell).map(|cell| frame.center_of(cell));
+        let near = |point: &Point| (point - start).norm() < self.least_radius_m;
+        let stands_clear = || FreeSpace::new(obstacles, self.body_radius_m).is_free(cell);
+        nearest
+            .filter(|point| near(point) && stands_clear())
+            .unwrap_or(start)
     }
 }
 

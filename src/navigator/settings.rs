@@ -18,6 +18,10 @@ pub struct NavigatorSettings {
     pub safety_margin_m: f64,
     /// Gap kept to moving obstacles, metres: they may turn round at any moment.
     pub moving_margin_m: f64,
+    /// Gap kept to somebody who came within that margin, metres: enough to pass slowly.
+    pub passing_margin_m: f64,
+    /// Highest speed while something is within its margin, m/s.
+    pub passing_speed: f64,
     /// Extra distance to walls that the global path keeps where there is room, metres.
     pub comfort_margin_m: f64,
     /// Key nodes are at most this far apart along the path, metres.
@@ -30,7 +34,7 @@ pub struct NavigatorSettings {
     pub turn_in_place_from: f64,
     /// It drives on when the target lies within this, radians.
     pub turn_in_place_until: f64,
-    /// It tries something else after this long without an admissible sample or progress, seconds.
+    /// It tries something else after standing or creeping for this long, seconds.
     pub patience_s: f64,
     /// Seconds between two attempts to plan anew.
     pub replan_period_s: f64,
@@ -49,6 +53,8 @@ impl Default for NavigatorSettings {
             yaw_goal_tolerance: 0.1,
             safety_margin_m: 0.05,
             moving_margin_m: 0.35,
+            passing_margin_m: 0.15,
+            passing_speed: 0.3,
             comfort_margin_m: 0.25,
             key_node_spacing_m: 0.5,
             lookahead_m: 2.0,

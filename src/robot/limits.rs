@@ -84,6 +84,17 @@ impl Limits {
         Ok(())
     }
 
+    /// The nearest twist within the speed limits.
+    #[must_use]
+    pub fn nearest_allowed(&self, wanted: &Twist) -> Twist {
+        Twist {
+            linear: wanted.linear.clamp(self.min_vel_x, self.max_vel_x),
+            angular: wanted
+                .angular
+                .clamp(-self.max_vel_theta, self.max_vel_theta),
+        }
+    }
+
     /// The nearest twist to `wanted` that the base can reach from `current` within a time in seconds.
     #[must_use]
     pub fn reachable(&self, current: &Twist, wanted: &Twist, time_s: f64) -> Twist {

@@ -179,14 +179,7 @@ impl SimBase {
 impl Base for SimBase {
     /// Never blocks.
     fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
-        let command = finite(command)?;
-        let limits = &self.limits;
-        self.command = Twist {
-            linear: command.linear.clamp(limits.min_vel_x, limits.max_vel_x),
-            angular: command
-                .angular
-                .clamp(-limits.max_vel_theta, limits.max_vel_theta),
-        };
+        self.command = self.limits.nearest_allowed(finite(command)?);
         self.command_age_s = 0.0;
         Ok(())
     }

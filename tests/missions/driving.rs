@@ -1,0 +1,126 @@
+//! Missions, how they are driven, and what holds of every one of them.
+
+use inbye::geometry::{Point, Pose};
+use inbye::local::{CpuEngine, Engine};
+use inbye::navigator::{Goal, Mode};
+use inbye::robot::Limits;
+use inbye::sim::{
+    Config, Mission, MissionError, MissionResult, Observer, TraceRow, Walkers, run_mission,
+};
+
+use crate::ground::Ground;
+
+/// A mission over known ground where nothing moves, for up to 400 s.
+pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Mission {
+    Mission {
+        map: ground.map(),
+        truth: None,
+        start: Pose::new(x, y, yaw),
+        goal: Goal {
+            position: Point::new(goal_x, goal_y),
+            yaw: None,
+        },
+        walkers: Walkers::default(),
+        seed: 1,
+        time_limit_s: 400.0,
+    }
+}
+
+/// People from JSON, as a file would have them.
+pub fn people(mission: &Mission, json: &str) -> Walkers {
+    Walkers::parse(json, "people.json", mission.map.frame()).expect("people on the map")
+}
+
+pub fn try_drive(
+    mission: &Mission,
+    config: &Config,
+    engine: Box<dyn Engine>,
+) -> Result<MissionResult, MissionError> {
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        progress: &mut |_| {},
+    };
+    run_mission(mission, config, engine, &mut observer)
+}
+
+/// Drives with the default robot, and checks what holds of every drive: lawful commands and no contact.
+pub fn drive(mission: &Mission) -> MissionResult {
+    let config = Config::default();
+    let engine = Box::new(CpuEngine::single_threaded());
+    let result = try_drive(mission, &config, engine).expect("a mission that can start");
+    assert_lawful(&result, &config);
+    assert!(
+        !result.collided && result.min_clearance_m > 0.0,
+        "{}",
+        story(&result)
+    );
+    result
+}
+
+/// Drives to the goal.
+pub fn arrive(mission: &Mission) -> MissionResult {
+    let result = drive(mission);
+    assert!(
+        result.reached && result.fault.is_none(),
+        "{}",
+        story(&result)
+    );
+    let (x, y) = result.final_error_m;
+    assert!(
+        libm::hypot(x, y) <= Config::default().navigator.xy_goal_tolerance,
+        "{}",
+        story(&result)
+    );
+    result
+}
+
+/// Every command within the limits, and within what one period allows from the speed at the time.
+pub fn assert_lawful(result: &MissionResult, config: &Config) {
+    let period_s = config.local.control_period_s;
+    for row in &result.trace.rows {
+        assert!(
+            is_lawful(row, &config.robot.limits, period_s),
+            "not lawful: {row:?}"
+        );
+    }
+}
+
+pub fn is_lawful(row: &TraceRow, limits: &Limits, period_s: f64) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    let (command, twist) = (row.command, row.twist);
+    // The motors lag, so that the speed may stand a hair outside the limits; then only braking is left.
+    let steps =
+        |change: f64, gain: f64, brake: f64| change.abs() <= gain.max(-brake) * period_s + ROUNDING;
+    command.is_finite()
+        && (limits.min_vel_x..=limits.max_vel_x).contains(&command.linear)
+        && command.angular.abs() <= limits.max_vel_theta
+        && steps(
+            command.linear - twist.linear,
+            limits.acc_lim_x,
+            limits.decel_lim_x,
+        )
+        && steps(
+            command.angular - twist.angular,
+            limits.acc_lim_theta,
+            limits.decel_lim_theta,
+        )
+}
+
+pub fn has_mode(result: &MissionResult, mode: Mode) -> bool {
+    result.trace.rows.iter().any(|row| row.mode == mode)
+}
+
+/// How a drive went, in one line.
+pub fn story(result: &MissionResult) -> String {
+    format!(
+        "reached {}, collided {}, {:.1} m in {:.1} s, {} plans, least gap {:.3} m, {:?}, ends {:?}",
+        result.reached,
+        result.collided,
+        result.travelled_m,
+        result.time_s,
+        result.plans.len(),
+        result.min_clearance_m,
+        result.fault,
+        result.trace.rows.last(),
+    )
+}
