@@ -89,7 +89,7 @@ impl RoutePlanner {
         if space.is_free(cell) {
             return start;
         }
-        let nearest = space.nearest_free(cell).map(|cell| frame.center_of(cell));
+        let nearest = space.nearest_free(&start).map(|cell| frame.center_of(cell));
         let near = |point: &Point| (point - start).norm() < self.least_radius_m;
         let stands_clear = || FreeSpace::new(obstacles, self.body_radius_m).is_free(cell);
         nearest
