@@ -1,13 +1,23 @@
 //! The engines' integers against an oracle in real numbers, and the ranges within which that holds.
 //!
-//! Measured by these tests (they print it: `cargo test --test oracle -- --nocapture`), largest errors of any engine
-//! from the oracle, trajectories of 0.5 to 32 m, up to 200 steps, cells of 0.02 to 0.5 m:
+//! Trajectories of 0.5 to 32 m, 1 to 200 steps, cells of 0.02 to 0.5 m, 1300 scenes with 197,265 samples. Largest
+//! errors measured by these tests, which print them (`cargo test --test oracle -- --nocapture`):
 //!
-//! | quantity | allowed | worst |
+//! | quantity | allowed | measured |
 //! |---|---|---|
-//! | end position | 1 mm | TODO mm |
+//! | end position | 1 mm | 0.012 mm |
+//! | clearance of moving obstacles | 1 mm | 0.66 mm |
+//! | clearance of blocked cells | 1 mm and half a cell's diagonal | 0.993 half diagonals |
+//! | heading term, 0.5 m or more from the target | 0.01 deg | 0.0023 deg |
+//! | path term | 2 mm | 0.034 mm |
+//! | velocity term | half of 2^-20 m/s | half of 2^-20 m/s |
+//! | score of the winner, for its own terms | 1e-8 | 1.2e-9 |
+//! | score of the winner below the best, on the oracle's terms | 1e-4 | 0 |
 //!
-//! The chosen sample's loss is bounded where the terms are well scaled ([`closeness::SCALES`]).
+//! A sample's reason is the oracle's wherever it does not hang on a millimetre: on all but 0.4 % of the samples. A
+//! clearance is held twice: against the distance from the disc's centre, as above, and to 1 mm against the distance
+//! from the centre of the cell that it lies in, which is how the field is read. The last row reads it that way too, and
+//! is asked only where every term is divided by enough to tell it from rounding (`closeness::SCALES`).
 
 #[path = "support/closeness.rs"]
 mod closeness;

@@ -282,18 +282,25 @@ fn terms_and_normalizers_have_the_same_fields() {
 }
 
 fn struct_of(module: &Module, name: &str) -> (usize, Vec<(String, usize)>) {
-    for (_, ty) in module.types.iter() {
-        if let (Some(own), TypeInner::Struct { members, span }) = (&ty.name, &ty.inner) {
-            if own == name {
-                let member = |member: &naga::StructMember| {
-                    let name = member.name.clone().unwrap_or_default();
-                    (name, member.offset as usize)
-                };
-                return (*span as usize, members.iter().map(member).collect());
-            }
-        }
-    }
-    panic!("the shaders have no struct {name}");
+    let found = module
+        .types
+        .iter()
+        .find(|(_, ty)| ty.name.as_deref() == Some(name));
+    let Some((
+        _,
+        naga::Type {
+            inner: TypeInner::Struct { members, span },
+            ..
+        },
+    )) = found
+    else {
+        panic!("the shaders have no struct {name}");
+    };
+    let member = |member: &naga::StructMember| {
+        let name = member.name.clone().unwrap_or_default();
+        (name, member.offset as usize)
+    };
+    (*span as usize, members.iter().map(member).collect())
 }
 
 #[test]

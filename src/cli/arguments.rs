@@ -52,11 +52,13 @@ pub enum Command {
 /// Which map, and how to read it.
 #[derive(Debug, Args)]
 pub struct MapArguments {
-    /// Map: a ROS map_server .yaml, a MovingAI .map, or rows of text (# wall, . free, ? unknown).
-    #[arg(long)]
+    #[arg(
+        long,
+        help = "Map: a ROS map_server .yaml, a MovingAI .map, or rows of text (# wall, . free, ? unknown)"
+    )]
     pub map: PathBuf,
     /// Side of a cell of a .map or text map, metres.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
     pub resolution: f64,
     /// What unknown ground counts as: blocked or free [default: the configuration's, blocked].
     #[arg(long, value_parser = unknown_policy)]
@@ -79,7 +81,7 @@ pub struct PlanArguments {
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub goal: Place,
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true, value_parser = distance)]
     pub radius: Option<f64>,
 }
 
@@ -99,19 +101,24 @@ pub struct DriveArguments {
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub goal: Place,
     /// How many people walk the drifts, or a JSON or TOML file of them.
-    #[arg(long, default_value = "0", value_name = "N or FILE")]
-    pub obstacles: String,
+    #[arg(
+        long,
+        default_value = "0",
+        value_name = "N or FILE",
+        allow_negative_numbers = true
+    )]
+    pub obstacles: Obstacles,
     /// Seed of people and lidar noise.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
     /// Engine: auto, cpu, gpu, or gpu:NAME for an adapter whose name contains NAME.
     #[arg(long, default_value = "auto")]
     pub engine: Preference,
     /// CPU threads [default: all cores].
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub threads: Option<usize>,
     /// Simulated time after which the run ends, seconds.
-    #[arg(long, default_value_t = 3600.0)]
+    #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
     pub time_limit: f64,
     /// Write a report page into this folder.
     #[arg(long, value_name = "DIR")]
@@ -141,15 +148,16 @@ pub struct EvaluateArguments {
 #[command(after_help = "Example:\n  inbye verify --cases 500 --seed 1 --json")]
 pub struct VerifyArguments {
     /// Random problems.
-    #[arg(long, default_value_t = 200)]
+    #[arg(long, default_value_t = 200, allow_negative_numbers = true, value_parser = whole::<u64>(1, u64::MAX))]
     pub cases: u64,
     /// Seed of the problems.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
 }
 
 /// `inbye bench`.
 #[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye bench density --json")]
 pub struct BenchArguments {
     /// What to measure.
     #[command(subcommand)]
@@ -168,21 +176,24 @@ pub enum BenchCommand {
 #[command(after_help = "Example:\n  inbye bench density --max-samples 65536 --json")]
 pub struct DensityArguments {
     /// Steps of the horizon.
-    #[arg(long, default_value_t = 40)]
+    #[arg(long, default_value_t = 40, allow_negative_numbers = true, value_parser = whole::<u32>(1, 1023))]
     pub steps: u32,
     /// Smallest number of samples.
-    #[arg(long, default_value_t = 256)]
+    #[arg(long, default_value_t = 256, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
     pub min_samples: usize,
     /// Largest number of samples.
-    #[arg(long, default_value_t = 65_536)]
+    #[arg(long, default_value_t = 65_536, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
     pub max_samples: usize,
     /// Seconds to measure each engine at each density.
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = duration)]
     pub seconds: f64,
     /// Write the rows into this file, CSV or JSON by its ending.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
 }
+
+/// No map reaches further, metres.
+const FARTHEST: f64 = 1e9;
 
 /// A place as typed: two or three numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,6 +208,31 @@ impl Place {
     /// As a pose; without a yaw, facing along x.
     pub fn pose(&self) -> Pose {
         Pose::new(self.position.x, self.position.y, self.yaw.unwrap_or(0.0))
+    }
+}
+
+/// No decision minds more.
+const MOST_OBSTACLES: u64 = 1024;
+
+/// People to meet: so many, or those of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Obstacles {
+    /// So many.
+    Count(usize),
+    /// Those of a file.
+    File(PathBuf),
+}
+
+impl FromStr for Obstacles {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.parse::<f64>().is_err() {
+            return Ok(Self::File(text.into()));
+        }
+        whole(0, MOST_OBSTACLES)(text)
+            .map(Self::Count)
+            .map_err(|expected| format!("{expected}, or the name of a JSON or TOML file"))
     }
 }
 
@@ -215,7 +251,7 @@ impl FromStr for Place {
                 part.trim()
                     .parse::<f64>()
                     .ok()
-                    .filter(|number| number.is_finite())
+                    .filter(|number| number.abs() <= FARTHEST)
             })
             .collect::<Option<Vec<f64>>>()
             .ok_or_else(mend)?;
@@ -230,6 +266,41 @@ impl FromStr for Place {
             }),
             _ => Err(mend()),
         }
+    }
+}
+
+fn whole<T>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
+where
+    T: TryFrom<u64>,
+{
+    move |text| {
+        let number: Option<u64> = text.parse().ok();
+        number
+            .filter(|number| (least..=most).contains(number))
+            .and_then(|number| T::try_from(number).ok())
+            .ok_or_else(|| format!("it must be a whole number, {least} to {most}"))
+    }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let fits = |metres: f64| metres > 0.0 && metres <= FARTHEST;
+    number(text, fits, "metres, above zero and at most 1e9")
+}
+
+fn distance(text: &str) -> Result<f64, String> {
+    let fits = |metres: f64| (0.0..=FARTHEST).contains(&metres);
+    number(text, fits, "metres, 0 to 1e9")
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    let fits = |seconds: f64| seconds > 0.0 && seconds <= 1e9;
+    number(text, fits, "seconds, above zero and at most 1e9")
+}
+
+fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(number) if fits(number) => Ok(number),
+        _ => Err(format!("it must be a number of {expected}")),
     }
 }
 

@@ -1,6 +1,7 @@
 //! `inbye bench`.
 
-use std::fs;
+use std::fs::File;
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -14,29 +15,26 @@ use super::{engines, output};
 
 /// Sampling density against latency.
 pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
-    let plan = DensityPlan::powers_of_four(
-        arguments.steps,
-        arguments.min_samples,
-        arguments.max_samples,
-        arguments.seconds,
-    );
-    if plan.samples.is_empty() {
+    let (least, most) = (arguments.min_samples, arguments.max_samples);
+    if least > most {
         bail!(
-            "--min-samples {} is above --max-samples {}",
-            arguments.min_samples,
-            arguments.max_samples
+            "--min-samples {least} is above --max-samples {most}: lower the one or raise the other"
         );
     }
+    let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);
+    let table = arguments.record.as_deref().map(Table::create).transpose()?;
     let rows = measure(&mut engines::all()?, &plan)?;
-    if let Some(file) = &arguments.record {
-        write(file, &rows)?;
+    if let Some(table) = table {
+        table.write(&rows)?;
     }
     if json {
         output::json(&json!({ "rows": rows }))?;
         return Ok(true);
     }
     output::line(HEADER);
-    rows.iter().for_each(|row| output::line(table_row(row)));
+    for row in &rows {
+        output::line(table_row(row));
+    }
     Ok(true)
 }
 
@@ -70,25 +68,42 @@ pub fn table_row(row: &DensityRow) -> String {
     )
 }
 
-fn write(file: &Path, rows: &[DensityRow]) -> anyhow::Result<()> {
-    let text = match file.extension().and_then(|ending| ending.to_str()) {
-        Some("json") => serde_json::to_string_pretty(rows)? + "\n",
-        Some("csv") => csv(rows),
-        _ => bail!(
-            "--record {}: the name must end in .csv or .json",
-            file.display()
-        ),
-    };
-    fs::write(file, text).with_context(|| format!("--record {}", file.display()))
+/// The file that the rows go into, opened before they are measured.
+struct Table<'a> {
+    name: &'a Path,
+    file: File,
+    text: fn(&[DensityRow]) -> anyhow::Result<String>,
+}
+
+impl<'a> Table<'a> {
+    fn create(name: &'a Path) -> anyhow::Result<Self> {
+        let text: fn(&[DensityRow]) -> anyhow::Result<String> =
+            match name.extension().and_then(|ending| ending.to_str()) {
+                Some("json") => |rows| Ok(serde_json::to_string_pretty(rows)? + "\n"),
+                Some("csv") => |rows| Ok(csv(rows)),
+                _ => bail!(
+                    "--record {}: the name must end in .csv or .json",
+                    name.display()
+                ),
+            };
+        let file = output::create_record(name)?;
+        Ok(Self { name, file, text })
+    }
+
+    fn write(mut self, rows: &[DensityRow]) -> anyhow::Result<()> {
+        let text = (self.text)(rows)?;
+        self.file
+            .write_all(text.as_bytes())
+            .with_context(|| format!("--record {}", self.name.display()))
+    }
 }
 
 fn csv(rows: &[DensityRow]) -> String {
-    let mut text =
-        "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s\n"
-            .to_owned();
-    for row in rows {
+    const HEADER: &str =
+        "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s\n";
+    let line = |row: &DensityRow| {
         let adapter = row.adapter.as_deref().unwrap_or_default().replace('"', "'");
-        text += &format!(
+        format!(
             "{},\"{adapter}\",{},{},{},{},{},{},{},{},{}\n",
             row.engine,
             row.threads,
@@ -100,7 +115,8 @@ fn csv(rows: &[DensityRow]) -> String {
             row.max_ms,
             row.decisions,
             row.steps_per_s,
-        );
-    }
-    text
+        )
+    };
+    let lines: Vec<String> = rows.iter().map(line).collect();
+    HEADER.to_owned() + &lines.concat()
 }

@@ -2,12 +2,12 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use inbye::bench::Latencies;
 use inbye::global::PlanError;
+use inbye::local::ChooseError;
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal, RoutePlanner};
 use inbye::sim::{
@@ -15,7 +15,7 @@ use inbye::sim::{
 };
 use serde_json::{Value, json};
 
-use super::arguments::DriveArguments;
+use super::arguments::{DriveArguments, Obstacles};
 use super::clock::wall_clock;
 use super::{engines, map_file, output, plan, report_file};
 
@@ -25,8 +25,17 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let map_name = format!("{}", arguments.map.map.display());
     let walkers = match walkers(arguments, &map, &config) {
         Ok(walkers) => walkers,
-        Err(error) => return no_path_or(error, json).context(map_name),
+        Err(error) => return no_path_or(error, arguments, &map, &config, json),
     };
+    // Before the drive: an hour of it must not be lost for a wrong name.
+    let record_file = arguments
+        .record
+        .as_deref()
+        .map(output::create_record)
+        .transpose()?;
+    if let Some(folder) = &arguments.report {
+        report_file::make_folder(folder)?;
+    }
     let mission = Mission {
         map: Arc::new(map),
         truth: None,
@@ -42,10 +51,13 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let engine = engines::choose(&arguments.engine, arguments.threads)?;
     let result = match simulate(&mission, &config, engine, "driving") {
         Ok(result) => result,
-        Err(error) => return no_path_or(error, json).context(map_name),
+        Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
     };
-    if let Some(file) = &arguments.record {
-        record(file, &result).with_context(|| format!("--record {}", file.display()))?;
+    if let Some(Fault::Choose(ChooseError::Problem(error))) = &result.fault {
+        return Err(anyhow!(error.clone())).with_context(|| settings_of(arguments));
+    }
+    if let Some((file, name)) = record_file.zip(arguments.record.as_deref()) {
+        record(file, &result).with_context(|| format!("--record {}", name.display()))?;
     }
     if let Some(folder) = &arguments.report {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
@@ -87,13 +99,35 @@ pub fn simulate(
 }
 
 /// No path is an answer; everything else about ends and settings is unusable input.
-fn no_path_or(error: MissionError, json: bool) -> anyhow::Result<bool> {
+fn no_path_or(
+    error: MissionError,
+    arguments: &DriveArguments,
+    map: &OccupancyGrid,
+    config: &Config,
+    json: bool,
+) -> anyhow::Result<bool> {
     match error {
         MissionError::Fault(Fault::Plan(error @ PlanError::NoValidPath { .. })) => {
-            plan::refuse(&error, json)?;
+            let mut object = plan::refusal(&error);
+            object["reached"] = json!(false);
+            object["collided"] = json!(false);
+            object["fault"] = json!(error.to_string());
+            plan::refuse(&error, json.then_some(object))?;
             Ok(false)
         }
+        MissionError::Fault(Fault::Plan(error)) => {
+            Err(plan::unusable(&error, &arguments.map, map, config))
+        }
         error => Err(error.into()),
+    }
+}
+
+/// Where a setting that turned out wrong under way comes from.
+fn settings_of(arguments: &DriveArguments) -> String {
+    let map = arguments.map.map.display();
+    match &arguments.map.config {
+        Some(file) => format!("{} with {map}", file.display()),
+        None => format!("{map} with the default settings"),
     }
 }
 
@@ -103,8 +137,9 @@ fn walkers(
     map: &OccupancyGrid,
     config: &Config,
 ) -> Result<Walkers, MissionError> {
-    let Ok(count) = arguments.obstacles.parse::<usize>() else {
-        return Ok(Walkers::read(Path::new(&arguments.obstacles), map.frame())?);
+    let count = match &arguments.obstacles {
+        Obstacles::Count(count) => *count,
+        Obstacles::File(file) => return Ok(Walkers::read(file, map.frame())?),
     };
     seeded_walkers(
         count,
@@ -209,8 +244,8 @@ fn print(result: &MissionResult) {
     output::line(format!("trace        {}", result.trace.digest()));
 }
 
-fn record(file: &Path, result: &MissionResult) -> anyhow::Result<()> {
-    let mut out = BufWriter::new(File::create(file)?);
+fn record(file: File, result: &MissionResult) -> anyhow::Result<()> {
+    let mut out = BufWriter::new(file);
     for row in &result.trace.rows {
         serde_json::to_writer(&mut out, row)?;
         out.write_all(b"\n")?;

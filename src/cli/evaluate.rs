@@ -49,7 +49,10 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
             ));
             output::line(format!("score        {:.6}", winner.score));
             let terms = &winner.terms;
-            output::line(format!("heading      {:.4} rad of pi", terms.heading));
+            output::line(format!(
+                "heading      {:.4} rad; pi faces the target",
+                terms.heading
+            ));
             output::line(format!("dist         {:.3} m of clearance", terms.dist));
             output::line(format!(
                 "combine      {:.3} m from the key node",

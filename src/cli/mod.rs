@@ -11,6 +11,7 @@ mod evaluate;
 mod main_job;
 mod map_file;
 pub mod output;
+mod plain_words;
 mod plan;
 mod problem_file;
 mod report_file;

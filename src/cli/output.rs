@@ -1,35 +1,79 @@
-//! Printing: results on standard output, everything else on standard error.
-#![expect(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "this is where the program prints"
-)]
+//! Printing: results on standard output, everything else on standard error. A reader that has closed its end, as
+//! `head` does, is no error: the rest is dropped.
 
+use std::fs::File;
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+use std::process::exit;
 use std::time::Duration;
 
+use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 /// Prints a result as one JSON object.
 pub fn json(result: &impl Serialize) -> anyhow::Result<()> {
-    println!("{}", serde_json::to_string(result)?);
+    line(serde_json::to_string(result)?);
     Ok(())
 }
 
 /// Prints a line of a result.
 pub fn line(text: impl AsRef<str>) {
-    println!("{}", text.as_ref());
+    let mut out = io::stdout().lock();
+    let written = writeln!(out, "{}", text.as_ref()).and_then(|()| out.flush());
+    if let Err(error) = written
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        note(format!("error: standard output: {error}"));
+        exit(2);
+    }
 }
 
 /// Tells the user something that is no part of the result.
 pub fn note(text: impl AsRef<str>) {
-    eprintln!("{}", text.as_ref());
+    // Where standard error is closed there is nobody left to tell.
+    let _ = writeln!(io::stderr(), "{}", text.as_ref());
 }
 
 /// Prints an error and its causes on one line.
 pub fn complain(error: &anyhow::Error) {
     let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-    eprintln!("error: {}", causes.join(": ").replace('\n', " "));
+    note(format!("error: {}", in_one_line(&causes.join(": "))));
+}
+
+/// Prints what is wrong with the command line on one line.
+pub fn complain_of_arguments(misuse: &clap::Error) {
+    let text = misuse.render().to_string();
+    let paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
+    let starts = |with: &str| {
+        paragraphs
+            .iter()
+            .find(|paragraph| paragraph.starts_with(with))
+    };
+    // A command without its subcommand gets its whole help from clap, and no error.
+    let said = match (starts("error:"), starts("Usage:")) {
+        (None, Some(usage)) => format!("error: a command is missing: {usage}"),
+        _ => paragraphs
+            .iter()
+            .filter(|paragraph| !paragraph.starts_with("Usage:"))
+            .filter(|paragraph| !paragraph.starts_with("For more information"))
+            .cloned()
+            .collect::<Vec<_>>()
+            .join("; "),
+    };
+    note(format!("{said}; see --help"));
+}
+
+fn in_one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The file of `--record`, emptied.
+pub fn create_record(file: &Path) -> anyhow::Result<File> {
+    File::create(file).with_context(|| {
+        let name = file.display();
+        format!("--record {name}: cannot be written: name a file in a folder that exists")
+    })
 }
 
 /// A progress bar on standard error; invisible where that is no terminal.

@@ -1,14 +1,14 @@
 //! `inbye plan`.
 
-use anyhow::Context;
+use anyhow::anyhow;
 use inbye::geometry::Point;
 use inbye::global::{self, Ground, Path, Plan, PlanError, min_clearance_m};
-use inbye::map::{FreeSpace, ObstacleGrid};
+use inbye::map::{FreeSpace, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::navigator::RoutePlanner;
 use inbye::sim::Config;
 use serde_json::{Value, json};
 
-use super::arguments::PlanArguments;
+use super::arguments::{MapArguments, PlanArguments};
 use super::clock::wall_clock;
 use super::{map_file, output};
 
@@ -27,21 +27,59 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
             Ok(true)
         }
         Err(error @ PlanError::NoValidPath { .. }) => {
-            refuse(&error, json)?;
+            refuse(&error, json.then(|| refusal(&error)))?;
             Ok(false)
         }
-        Err(error) => Err(error).with_context(|| format!("{}", arguments.map.map.display())),
+        Err(error) => Err(unusable(&error, &arguments.map, &map, &config)),
     }
 }
 
+/// That there is no path, and why, as scripts read it.
+pub fn refusal(error: &PlanError) -> Value {
+    let expanded = match error {
+        PlanError::NoValidPath { expanded, .. } => Some(expanded),
+        _ => None,
+    };
+    json!({
+        "found": false,
+        "path": [],
+        "length_m": null,
+        "expanded": expanded,
+        "error": error.code(),
+        "reason": error.to_string(),
+    })
+}
+
 /// Says that there is no path: the answer, and why.
-pub fn refuse(error: &PlanError, json: bool) -> anyhow::Result<()> {
-    if json {
-        output::json(&json!({ "found": false, "error": error.code(), "reason": error.to_string() }))
-    } else {
-        output::line(error.to_string());
-        Ok(())
+pub fn refuse(error: &PlanError, object: Option<Value>) -> anyhow::Result<()> {
+    if let Some(object) = object {
+        return output::json(&object);
     }
+    output::line(error.to_string());
+    Ok(())
+}
+
+/// An end that no path can have, with the map that it is on.
+pub fn unusable(
+    error: &PlanError,
+    arguments: &MapArguments,
+    map: &OccupancyGrid,
+    config: &Config,
+) -> anyhow::Error {
+    let place = match error {
+        PlanError::StartOccupied { place, .. } | PlanError::GoalOccupied { place, .. } => {
+            map.frame().cell_of(place)
+        }
+        _ => None,
+    };
+    let unknown = config.unknown == UnknownPolicy::Blocked
+        && place.is_some_and(|cell| map.cells()[map.frame().index(cell)] == UNKNOWN);
+    let hint = if unknown {
+        "; the map does not know this ground: --unknown free counts such ground as free"
+    } else {
+        ""
+    };
+    anyhow!("{}: {error}{hint}", arguments.map.display())
 }
 
 fn search(

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
     ClearanceField, LocalSettings, Normalization, Outside, Problem, Stopping, Weights, Window,
@@ -12,6 +12,8 @@ use inbye::local::{
 use inbye::map::{LoadOptions, MovingDisc, OccupancyGrid, UnknownPolicy, load};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
+
+use super::plain_words::plain_words;
 
 /// The text under `inbye evaluate --help`.
 pub const HELP: &str = concat!(
@@ -22,8 +24,14 @@ pub const HELP: &str = concat!(
      key has a default. Poses are metres and radians, x forward, y left, yaw counter-clockwise."
 );
 
+/// How much of a line an error shows, up to the place where reading stopped, characters.
+const SHOWN: usize = 40;
+
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "an object with map, robot and target"
+)]
 struct ProblemFile {
     map: MapSource,
     robot: RobotState,
@@ -72,15 +80,39 @@ struct RobotState {
 /// Reads a problem.
 pub fn read(file: &Path) -> anyhow::Result<Problem> {
     let place = || format!("{}", file.display());
-    let text = fs::read_to_string(file).with_context(place)?;
-    let parsed: ProblemFile = serde_json::from_str(&text).with_context(place)?;
+    let text = fs::read_to_string(file)
+        .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
+    let parsed: ProblemFile = serde_json::from_str(&text)
+        .map_err(|error| anyhow!(one_line(&error, &text)))
+        .with_context(place)?;
     problem(parsed, file).with_context(place)
+}
+
+fn one_line(error: &serde_json::Error, text: &str) -> String {
+    let (line, column) = (error.line(), error.column());
+    let read: Vec<char> = text
+        .lines()
+        .nth(line.saturating_sub(1))
+        .unwrap_or_default()
+        .chars()
+        .take(column)
+        .collect();
+    let shown: String = read[read.len().saturating_sub(SHOWN)..].iter().collect();
+    let message = error.to_string();
+    let said = message
+        .rsplit_once(" at line ")
+        .map_or(&*message, |(said, _)| said);
+    let said = plain_words(said, |_| None);
+    format!(
+        "line {line}, column {column}, after `{}`: {said}",
+        shown.trim()
+    )
 }
 
 fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
     let map = occupancy(&file.map, path)?;
     let field = ClearanceField::new(&map.obstacles(file.unknown))?;
-    file.limits.validate()?;
+    file.limits.validate().context("limits")?;
     let defaults = LocalSettings::default();
     let settings = LocalSettings {
         vx_samples: file.vx_samples.unwrap_or(defaults.vx_samples),

@@ -102,12 +102,19 @@ pub fn of_drive(
     })
 }
 
+/// Makes the folder of a report where it is missing.
+pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).with_context(|| {
+        let name = folder.display();
+        format!("--report {name}: cannot be a folder: choose another name")
+    })
+}
+
 /// Writes a page as `index.html` into a folder, which is made where it is missing.
 pub fn write(folder: &Path, page: &str) -> anyhow::Result<()> {
+    make_folder(folder)?;
     let file = folder.join("index.html");
-    fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&file, page))
-        .with_context(|| format!("--report {}", folder.display()))?;
+    fs::write(&file, page).with_context(|| format!("--report {}", folder.display()))?;
     output::note(format!("report: {}", file.display()));
     Ok(())
 }

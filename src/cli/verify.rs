@@ -11,7 +11,7 @@ pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
     let mut all = engines::all()?;
     let bar = output::progress(arguments.cases, "verifying");
     let result = inbye::bench::verify(&mut all, arguments.cases, arguments.seed, |done| {
-        bar.set_position(done)
+        bar.set_position(done);
     })
     .context("verify")?;
     bar.finish_and_clear();

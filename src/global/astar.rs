@@ -5,27 +5,28 @@ use std::collections::BinaryHeap;
 
 use super::cost::{DIAGONAL, STRAIGHT};
 use super::heuristic::Heuristic;
-use crate::map::{Cell, FreeSpace};
+use crate::map::{Cell, FreeSpace, GridFrame};
 
 /// A path of cells and what it took to find it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
     /// Start to goal, both included; each cell is a neighbour of the one before.
     pub cells: Vec<Cell>,
-    /// Cost in the units of [`STRAIGHT`].
+    /// Cost of the moves between them, in the units of [`STRAIGHT`].
     pub cost: u64,
-    /// Cells taken off the open list and expanded, re-expansions included.
+    /// Cells taken off the open list and expanded, each at most once; the goal is not expanded.
     pub expanded: u32,
 }
 
 /// A search that found nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotFound {
-    /// Cells expanded.
+    /// Cells expanded: all that can be reached from the start.
     pub expanded: u32,
 }
 
-/// The eight moves, straight ones first.
+/// The eight moves: four straight ones counter-clockwise, then the diagonals, each after the straight one of the same
+/// place in its own four and before the next.
 const MOVES: [(i32, i32); 8] = [
     (1, 0),
     (0, 1),
@@ -37,34 +38,31 @@ const MOVES: [(i32, i32); 8] = [
     (1, -1),
 ];
 
-/// Not reached yet.
-const UNREACHED: u64 = u64::MAX;
-/// The start has no predecessor.
-const NO_MOVE: u8 = 8;
-
-/// The cheapest path over free cells from start to goal, both of which must be free.
+/// The cheapest path over free cells from start to goal.
 ///
-/// A diagonal move needs both cells beside it free. Of equal estimates the one nearer to the goal is expanded first,
-/// then the one of lower index, so the path depends on nothing but the input. A cell reached more cheaply after its
-/// expansion is expanded again: with an admissible heuristic the path is the shortest even where the heuristic is not
-/// consistent.
+/// A diagonal move needs both cells beside it free. Of equal estimates the cell that cost more to reach is expanded
+/// first, then the one of lower index, so the path depends on nothing but the input. No cell is expanded twice: every
+/// admissible heuristic here is consistent, so its path is the shortest all the same, and the others gain little from
+/// a second visit but pay up to ten times the expansions.
 ///
 /// # Errors
-/// [`NotFound`] when no path joins the two.
+/// [`NotFound`] when no path joins the two, as when one of them is not free or lies outside the grid.
 pub fn astar(
     space: &FreeSpace,
     start: Cell,
     goal: Cell,
     heuristic: Heuristic,
 ) -> Result<Found, NotFound> {
+    let mut expanded = 0;
+    if !(space.is_free(start) && space.is_free(goal)) {
+        return Err(NotFound { expanded });
+    }
     let frame = space.frame();
     let estimator = heuristic.estimator(start, goal);
-    let mut costs = vec![UNREACHED; frame.len()];
-    let mut came_by = vec![NO_MOVE; frame.len()];
-    let mut open = BinaryHeap::new();
-    let mut expanded = 0;
     let goal_index = frame.index(goal);
-    costs[frame.index(start)] = 0;
+    let mut labels = Labels::new(frame);
+    let mut open = BinaryHeap::new();
+    labels.reach(frame.index(start), 0, Labels::START);
     open.push(Open {
         estimate: estimator.cost(start),
         cost: 0,
@@ -72,28 +70,24 @@ pub fn astar(
     });
     while let Some(Open { cost, index, .. }) = open.pop() {
         let index = index as usize;
-        if cost > costs[index] {
-            continue;
-        }
         if index == goal_index {
-            let cells = trace_back(frame.cell_at(index), &came_by, |cell| frame.index(cell));
+            let cells = labels.trace_back(frame, goal);
             return Ok(Found {
                 cells,
                 cost,
                 expanded,
             });
         }
+        if !labels.close(index) {
+            continue;
+        }
         expanded += 1;
-        let cell = frame.cell_at(index);
-        for (number, next) in neighbours(space, cell) {
+        for (number, next) in neighbours(space, frame.cell_at(index)) {
             let next_cost = cost + if number < 4 { STRAIGHT } else { DIAGONAL };
             let next_index = frame.index(next);
-            if next_cost < costs[next_index] {
-                costs[next_index] = next_cost;
-                came_by[next_index] = number;
-                let estimate = next_cost + estimator.cost(next);
+            if labels.reach(next_index, next_cost, number) {
                 open.push(Open {
-                    estimate,
+                    estimate: next_cost + estimator.cost(next),
                     cost: next_cost,
                     index: next_index as u32,
                 });
@@ -101,6 +95,58 @@ pub fn astar(
         }
     }
     Err(NotFound { expanded })
+}
+
+/// What the search knows of each cell. All zeros at first, which the system hands out without touching the memory: a
+/// short query on a large map pays only for the cells it visits.
+struct Labels {
+    /// Cheapest cost so far, where the cell has been reached.
+    costs: Vec<u64>,
+    /// Zero where not reached; else the move that led here plus one, and [`Self::CLOSED`] once expanded.
+    states: Vec<u8>,
+}
+
+impl Labels {
+    /// Stands for the move that led to the start.
+    const START: u8 = 8;
+    const CLOSED: u8 = 0x80;
+
+    fn new(frame: &GridFrame) -> Self {
+        Self {
+            costs: vec![0; frame.len()],
+            states: vec![0; frame.len()],
+        }
+    }
+
+    /// Notes a way to a cell, unless it is no cheaper than one known or the cell is closed; returns whether it did.
+    fn reach(&mut self, index: usize, cost: u64, number: u8) -> bool {
+        let state = &mut self.states[index];
+        let is_better = *state == 0 || (*state & Self::CLOSED == 0 && cost < self.costs[index]);
+        if is_better {
+            *state = number + 1;
+            self.costs[index] = cost;
+        }
+        is_better
+    }
+
+    /// Closes a cell; false when it was closed already.
+    fn close(&mut self, index: usize) -> bool {
+        let was_open = self.states[index] & Self::CLOSED == 0;
+        self.states[index] |= Self::CLOSED;
+        was_open
+    }
+
+    fn trace_back(&self, frame: &GridFrame, goal: Cell) -> Vec<Cell> {
+        let mut cells = vec![goal];
+        let mut cell = goal;
+        let number = |cell| usize::from((self.states[frame.index(cell)] & !Self::CLOSED) - 1);
+        while let Some(&(dx, dy)) = MOVES.get(number(cell)) {
+            cell = Cell::new(cell.column - dx, cell.row - dy);
+            cells.push(cell);
+        }
+        cells.reverse();
+        cells
+    }
 }
 
 /// A cell on the open list; the greatest is expanded first.
@@ -126,21 +172,19 @@ impl PartialOrd for Open {
 
 /// Numbers of the moves that may be made from a cell, and where they lead.
 fn neighbours(space: &FreeSpace, cell: Cell) -> impl Iterator<Item = (u8, Cell)> + '_ {
-    let at = move |dx: i32, dy: i32| Cell::new(cell.column + dx, cell.row + dy);
-    (0_u8..8).filter_map(move |number| {
+    let after = move |number: u8| {
         let (dx, dy) = MOVES[usize::from(number)];
-        let beside_free = number < 4 || (space.is_free(at(dx, 0)) && space.is_free(at(0, dy)));
-        (beside_free && space.is_free(at(dx, dy))).then(|| (number, at(dx, dy)))
+        Cell::new(cell.column + dx, cell.row + dy)
+    };
+    let straight = [0, 1, 2, 3].map(|number| space.is_free(after(number)));
+    (0_u8..8).filter_map(move |number| {
+        let place = usize::from(number % 4);
+        let next = after(number);
+        let may_be_made = if number < 4 {
+            straight[place]
+        } else {
+            straight[place] && straight[(place + 1) % 4] && space.is_free(next)
+        };
+        may_be_made.then_some((number, next))
     })
-}
-
-fn trace_back(goal: Cell, came_by: &[u8], index: impl Fn(Cell) -> usize) -> Vec<Cell> {
-    let mut cells = vec![goal];
-    let mut cell = goal;
-    while let Some(&(dx, dy)) = MOVES.get(usize::from(came_by[index(cell)])) {
-        cell = Cell::new(cell.column - dx, cell.row - dy);
-        cells.push(cell);
-    }
-    cells.reverse();
-    cells
 }

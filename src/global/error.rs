@@ -8,20 +8,20 @@ use crate::geometry::Point;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanError {
     /// The start lies off the map.
-    #[error("START_OUTSIDE_MAP: start ({:.2}, {:.2}) is off the map, which spans {extent}", place.x, place.y)]
+    #[error("START_OUTSIDE_MAP: start ({:.2}, {:.2}) {why}", place.x, place.y)]
     StartOutsideMap {
         /// The start.
         place: Point,
-        /// Corners of the map.
-        extent: String,
+        /// What is wrong, and the nearest free point.
+        why: String,
     },
     /// The goal lies off the map.
-    #[error("GOAL_OUTSIDE_MAP: goal ({:.2}, {:.2}) is off the map, which spans {extent}", place.x, place.y)]
+    #[error("GOAL_OUTSIDE_MAP: goal ({:.2}, {:.2}) {why}", place.x, place.y)]
     GoalOutsideMap {
         /// The goal.
         place: Point,
-        /// Corners of the map.
-        extent: String,
+        /// What is wrong, and the nearest free point.
+        why: String,
     },
     /// The start is in or too near an obstacle.
     #[error("START_OCCUPIED: start ({:.2}, {:.2}) {why}", place.x, place.y)]
@@ -41,8 +41,9 @@ pub enum PlanError {
     },
     /// Start and goal are not connected.
     #[error(
-        "NO_VALID_PATH: no way from ({:.2}, {:.2}) to ({:.2}, {:.2}) that keeps {radius_m:.2} m from every obstacle \
-         ({expanded} cells searched): choose a goal on the same side, or a smaller radius",
+        "NO_VALID_PATH: no way from ({:.2}, {:.2}) to ({:.2}, {:.2}) that keeps {radius_m:.3} m from every obstacle \
+         ({expanded} cells searched): choose a goal on the same side, a smaller radius (that of the footprint and its margins) \
+         or a finer map",
         start.x, start.y, goal.x, goal.y
     )]
     NoValidPath {
@@ -56,7 +57,7 @@ pub enum PlanError {
         expanded: u32,
     },
     /// A setting out of range.
-    #[error("global.{name} is {value}: it must be {expected}")]
+    #[error("{name} is {value}: it must be {expected}")]
     BadSetting {
         /// Its name.
         name: &'static str,

@@ -1,6 +1,7 @@
 //! Which way: the global path on a grid, searched, pruned and smoothed (paper, section 3).
 
 mod astar;
+mod basis;
 mod clearance;
 mod cost;
 mod error;

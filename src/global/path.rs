@@ -104,6 +104,10 @@ impl Path {
             if from_m > end {
                 break;
             }
+            if to_m <= from_m {
+                // Two points nearer than arc lengths can tell; both are ends of longer segments.
+                continue;
+            }
             let from = self.points[index - 1];
             let along = (self.points[index] - from) / (to_m - from_m);
             let arc_m = (from_m + along.dot(&(point - from))).clamp(from_m, to_m);
@@ -140,7 +144,7 @@ mod tests {
     #[test]
     fn arc_length_runs_through_the_corner() {
         let path = corner();
-        assert_eq!(path.length_m(), 5.0);
+        assert_eq!(path.arcs_m, [0.0, 2.0, 5.0]);
         assert_eq!(path.point_at(3.0), Point::new(2.0, 1.0));
         assert_eq!(path.point_at(-1.0), Point::new(0.0, 0.0));
         assert_eq!(path.point_at(9.0), Point::new(2.0, 3.0));
@@ -151,8 +155,26 @@ mod tests {
     fn projection_stays_within_its_stretch() {
         let path = corner();
         let near_start = Point::new(0.5, 1.0);
-        assert_eq!(path.project(&near_start).arc_m, 0.5);
+        let nearest = path.project(&near_start);
+        assert_eq!((nearest.arc_m, nearest.point), (0.5, Point::new(0.5, 0.0)));
         let later = path.project_within(&near_start, 1.5..5.0);
         assert_eq!((later.arc_m, later.point), (1.5, Point::new(1.5, 0.0)));
+    }
+
+    #[test]
+    fn points_too_near_for_arc_lengths_do_not_disturb_a_projection() {
+        let nearly = f64::from_bits(100_f64.to_bits() + 1);
+        let mut points = corner().points().to_vec();
+        points.extend(
+            [
+                (100.0, 3.0),
+                (100.0, f64::from_bits(3_f64.to_bits() + 1)),
+                (nearly, 3.0),
+            ]
+            .map(|(x, y)| Point::new(x, y)),
+        );
+        let path = Path::new(points);
+        let found = path.project_within(&Point::new(0.0, 0.0), 4.0..path.length_m());
+        assert_eq!((found.arc_m, found.point), (4.0, Point::new(2.0, 2.0)));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Path, PlanError, Settings, astar, prune, smooth};
 use crate::geometry::Point;
-use crate::map::{Cell, FreeSpace};
+use crate::map::{Cell, FreeSpace, GridFrame};
 
 /// The ground that a path may use.
 ///
@@ -42,7 +42,8 @@ pub struct Plan {
     pub time_s: StageTimes,
 }
 
-/// A path from start to goal. `clock` is read between the stages, in seconds; it decides nothing.
+/// A path from start to goal, in metres in the map frame. `clock` is read between the stages, in seconds; it decides
+/// nothing.
 ///
 /// # Errors
 /// When an end is off the map or not free, when no path joins the two, or a setting is out of range.
@@ -56,17 +57,11 @@ pub fn plan(
     settings.validate()?;
     let space = ground.search;
     let start_cell = free_cell(space, start).map_err(|refusal| match refusal {
-        Refusal::Outside(extent) => PlanError::StartOutsideMap {
-            place: start,
-            extent,
-        },
+        Refusal::Outside(why) => PlanError::StartOutsideMap { place: start, why },
         Refusal::Occupied(why) => PlanError::StartOccupied { place: start, why },
     })?;
     let goal_cell = free_cell(space, goal).map_err(|refusal| match refusal {
-        Refusal::Outside(extent) => PlanError::GoalOutsideMap {
-            place: goal,
-            extent,
-        },
+        Refusal::Outside(why) => PlanError::GoalOutsideMap { place: goal, why },
         Refusal::Occupied(why) => PlanError::GoalOccupied { place: goal, why },
     })?;
     let began = clock();
@@ -98,8 +93,17 @@ pub fn plan(
     })
 }
 
+/// Start, cell centres, goal. A centre that is an end up to rounding is left out, lest the path take a step there that has
+/// no meaningful direction.
 fn through_centers(space: &FreeSpace, start: Point, cells: &[Cell], goal: Point) -> Path {
-    let centers = cells.iter().map(|&cell| space.frame().center_of(cell));
+    let frame = space.frame();
+    let same_m = 1e-6 * frame.resolution_m;
+    let is_apart =
+        |center: &Point| (center - start).norm() > same_m && (center - goal).norm() > same_m;
+    let centers = cells
+        .iter()
+        .map(|&cell| frame.center_of(cell))
+        .filter(is_apart);
     Path::new(
         core::iter::once(start)
             .chain(centers)
@@ -108,6 +112,7 @@ fn through_centers(space: &FreeSpace, start: Point, cells: &[Cell], goal: Point)
     )
 }
 
+/// What is wrong with an end of the path, and how to mend it.
 enum Refusal {
     Outside(String),
     Occupied(String),
@@ -115,34 +120,62 @@ enum Refusal {
 
 /// The free cell under a point, or what to tell the user.
 fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, Refusal> {
-    let frame = space.frame();
-    let Some(cell) = frame.cell_of(&point) else {
-        let low = frame.origin.position();
-        let corner = Point::new(f64::from(frame.width), f64::from(frame.height));
-        let high = frame.from_cell_units(&corner);
-        let extent = format!(
-            "({:.2}, {:.2}) to ({:.2}, {:.2})",
-            low.x, low.y, high.x, high.y
-        );
-        return Err(Refusal::Outside(extent));
+    if !(point.x.is_finite() && point.y.is_finite()) {
+        let why = "is no place: both coordinates must be finite numbers";
+        return Err(Refusal::Outside(why.to_owned()));
+    }
+    let Some(cell) = space.frame().cell_of(&point) else {
+        let extent = extent(space.frame());
+        let mend = nearest_free(space, &point);
+        return Err(Refusal::Outside(format!(
+            "is off the map, which spans {extent}: {mend}"
+        )));
     };
     if space.is_free(cell) {
         return Ok(cell);
     }
-    let mend = space.nearest_free(cell).map_or_else(
-        || "there is no free point on the map".to_owned(),
-        |cell| {
-            let center = frame.center_of(cell);
-            format!(
-                "the nearest free point is ({:.2}, {:.2})",
-                center.x, center.y
-            )
-        },
-    );
     let radius_m = space.radius_m();
+    let mend = nearest_free(space, &point);
     Err(Refusal::Occupied(if space.is_obstacle(cell) {
         format!("is in an obstacle: {mend}")
     } else {
-        format!("is less than {radius_m:.2} m from an obstacle: {mend}")
+        format!("is less than {radius_m:.3} m from an obstacle: {mend}")
     }))
+}
+
+/// The corners of the smallest upright rectangle around a grid.
+fn extent(frame: &GridFrame) -> String {
+    let (width, height) = (f64::from(frame.width), f64::from(frame.height));
+    let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
+        .map(|(x, y)| frame.from_cell_units(&Point::new(x, y)));
+    let low = corners
+        .iter()
+        .fold(corners[0], |low, corner| low.inf(corner));
+    let high = corners
+        .iter()
+        .fold(corners[0], |high, corner| high.sup(corner));
+    format!(
+        "({:.2}, {:.2}) to ({:.2}, {:.2})",
+        low.x, low.y, high.x, high.y
+    )
+}
+
+/// Names the nearest free cell's centre, to the millimetre: near enough to lie in that cell, whose side is rarely less than
+/// a centimetre.
+fn nearest_free(space: &FreeSpace, point: &Point) -> String {
+    space.nearest_free(point).map_or_else(
+        || {
+            format!(
+                "there is no free point on the map for a radius of {:.3} m",
+                space.radius_m()
+            )
+        },
+        |cell| {
+            let center = space.frame().center_of(cell);
+            format!(
+                "the nearest free point is ({:.3}, {:.3})",
+                center.x, center.y
+            )
+        },
+    )
 }

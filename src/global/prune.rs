@@ -1,38 +1,43 @@
 //! Removal of redundant nodes (paper, section 3.2.2, eqs. 20-23).
 
-use super::line_of_sight::is_clear;
+use super::line_of_sight::sees;
 use super::path::Path;
 use crate::geometry::Point;
 use crate::map::FreeSpace;
 
+/// An edge of the chain skips at most this many nodes of the path, which bounds the work on paths of many thousand nodes.
+const MOST_SKIPPED: usize = 4096;
+
+/// A detour shorter than this is no reason to look again, metres: nodes on a straight stretch differ by rounding only.
+const GAIN_M: f64 = 1e-9;
+
 /// The shortest chain of a path's own nodes, in their order, in which each sees the next.
 ///
-/// Nodes on a straight stretch are merged first. Then `L(A, D)` is minimised over all insertions, as the equations have
-/// it, not only greedily: node by node, the cheapest predecessor that it sees. Never longer than the path given, whose
-/// segments must be clear.
+/// `L(A, D)` is minimised over all insertions, as the equations have it, not only greedily: node by node, the cheapest
+/// predecessor that it sees, among all nodes up to 4096 back. Nodes on a straight stretch take part, since the best way
+/// round a corner may leave the stretch anywhere; those left on one in the end are merged. The chain is never longer
+/// than the path given (up to rounding), whose segments must be clear in `space`; lines of sight are
+/// [`is_clear`](super::is_clear). Ends are kept exactly. Quadratic in the number of nodes.
 #[must_use]
 pub fn prune(space: &FreeSpace, path: &Path) -> Path {
-    let nodes = merge_collinear(path.points());
+    let nodes = path.points();
+    let frame = space.frame();
+    let in_cells: Vec<Point> = nodes.iter().map(|node| frame.to_cell_units(node)).collect();
     let mut best_m = vec![0.0; nodes.len()];
     let mut before = vec![0; nodes.len()];
     for node in 1..nodes.len() {
-        // Cheapest first, so that most lines of sight need not be looked at.
-        let mut candidates: Vec<(f64, usize)> = (0..node)
-            .map(|earlier| {
-                (
-                    best_m[earlier] + (nodes[node] - nodes[earlier]).norm(),
-                    earlier,
-                )
-            })
-            .collect();
-        candidates.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
-        let seen = candidates
-            .into_iter()
-            .find(|&(_, earlier)| {
-                earlier + 1 == node || is_clear(space, &nodes[earlier], &nodes[node])
-            })
-            .expect("the node just before is always among the candidates");
-        (best_m[node], before[node]) = seen;
+        let through = |earlier: usize| best_m[earlier] + (nodes[node] - nodes[earlier]).norm();
+        let mut best = (through(node - 1), node - 1);
+        // What the last node came from is most often the answer again, and a good bound for the rest.
+        let last_choice = before[node - 1];
+        let first = node.saturating_sub(MOST_SKIPPED);
+        for earlier in core::iter::once(last_choice.max(first)).chain(first..node - 1) {
+            let cost_m = through(earlier);
+            if cost_m < best.0 - GAIN_M && sees(space, &in_cells[earlier], &in_cells[node]) {
+                best = (cost_m, earlier);
+            }
+        }
+        (best_m[node], before[node]) = best;
     }
     let mut chain = Vec::new();
     let mut node = nodes.len() - 1;
@@ -42,11 +47,11 @@ pub fn prune(space: &FreeSpace, path: &Path) -> Path {
         chain.push(nodes[node]);
     }
     chain.reverse();
-    Path::new(chain)
+    Path::new(merge_collinear(&chain))
 }
 
 /// The nodes where the direction changes, with both ends.
-fn merge_collinear(points: &[Point]) -> Vec<Point> {
+pub(super) fn merge_collinear(points: &[Point]) -> Vec<Point> {
     let mut merged: Vec<Point> = Vec::new();
     for &point in points {
         if let [.., before, last] = merged[..] {

@@ -38,16 +38,32 @@ impl Settings {
                 expected,
             });
         }
-        match self.heuristic.weight() {
-            Some(value) if !(0.0..=1e6).contains(&value) => {
-                let (name, expected) = ("heuristic.k", "0 to 1e6");
-                Err(PlanError::BadSetting {
-                    name,
-                    value,
-                    expected,
-                })
+        let (name, value, is_good, expected) = match self.heuristic {
+            Heuristic::Manhattan | Heuristic::Euclid | Heuristic::Octile => return Ok(()),
+            Heuristic::Theta { degrees } => {
+                let is_good = degrees > 0.0 && degrees <= 90.0;
+                (
+                    "heuristic.theta.degrees",
+                    degrees,
+                    is_good,
+                    "above 0, at most 90",
+                )
             }
-            _ => Ok(()),
+            Heuristic::Normalized { k } => ("heuristic.normalized.k", k, is_weight(k), "0 to 1e6"),
+            Heuristic::Additive { k } => ("heuristic.additive.k", k, is_weight(k), "0 to 1e6"),
+            Heuristic::Literal { k } => ("heuristic.literal.k", k, is_weight(k), "0 to 1e6"),
+        };
+        if is_good {
+            return Ok(());
         }
+        Err(PlanError::BadSetting {
+            name,
+            value,
+            expected,
+        })
     }
+}
+
+fn is_weight(k: f64) -> bool {
+    (0.0..=1e6).contains(&k)
 }

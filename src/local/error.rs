@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ProblemError {
     /// A quantity beyond its limit.
-    #[error("{quantity} is {value} {unit}: it must be {limit}")]
+    #[error("{quantity} is {}: it must be {limit}", measured(*value, unit))]
     OutOfRange {
         /// Which.
         quantity: &'static str,
@@ -19,7 +19,8 @@ pub enum ProblemError {
     },
     /// A quantity beyond a limit that depends on the map's resolution.
     #[error(
-        "{quantity} is {value:.3} m: at this map's resolution it must be at most {limit_m:.3} m"
+        "{quantity} is {}: at this map's resolution it must be at most {limit_m:.3} m",
+        measured((value * 1000.0).round() / 1000.0, "m")
     )]
     TooFar {
         /// Which.
@@ -43,6 +44,20 @@ pub enum ProblemError {
     },
 }
 
+/// A number with its unit; one too long to read in powers of ten.
+fn measured(value: f64, unit: &str) -> String {
+    let number = if value.is_finite() && value.abs() >= 1e9 {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    };
+    if unit.is_empty() {
+        number
+    } else {
+        format!("{number} {unit}")
+    }
+}
+
 /// An engine that could not be opened, or gave no answer.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum EngineError {
@@ -52,7 +67,9 @@ pub enum EngineError {
     )]
     NoAdapter,
     /// No adapter has the name asked for.
-    #[error("no GPU adapter's name contains `{wanted}`; found: {found}")]
+    #[error(
+        "no GPU adapter's name contains `{wanted}`: name one of those here ({found}), or use --engine cpu"
+    )]
     NoSuchAdapter {
         /// As asked for.
         wanted: String,

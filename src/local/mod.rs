@@ -38,5 +38,6 @@ pub use open::{Opened, Preference, open};
 pub use planner::{ChooseError, LocalPlanner, Situation};
 pub use prepare::Prepared;
 pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
+pub use ranges::MAX_DISCS;
 pub use settings::LocalSettings;
 pub use window::{Axis, Window};

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ClearanceField, Window};
+use super::ranges::in_range;
+use super::{ClearanceField, ProblemError, Window};
 use crate::geometry::{Point, Pose};
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
@@ -33,6 +34,30 @@ impl Default for Weights {
             velocity: 0.20,
             path: 0.15,
         }
+    }
+}
+
+impl Weights {
+    /// Checks every weight.
+    ///
+    /// # Errors
+    /// Names the first that is not 0 to 1e6.
+    pub fn validate(&self) -> Result<(), ProblemError> {
+        for (quantity, value) in [
+            ("weight heading", self.heading),
+            ("weight clearance", self.clearance),
+            ("weight velocity", self.velocity),
+            ("weight path", self.path),
+        ] {
+            in_range(
+                quantity,
+                value,
+                "",
+                (0.0..=1e6).contains(&value),
+                "0 to 1e6",
+            )?;
+        }
+        Ok(())
     }
 }
 

@@ -17,7 +17,7 @@ pub(super) const MAX_SAMPLES: usize = 1 << 22;
 /// Most steps of a horizon.
 pub(super) const MAX_STEPS: u32 = 1023;
 /// Most discs of a footprint.
-pub(super) const MAX_DISCS: usize = 8;
+pub const MAX_DISCS: usize = 8;
 /// Most moving obstacles.
 pub(super) const MAX_OBSTACLES: usize = 1024;
 
@@ -73,16 +73,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         speed_fits,
         "at most 15.99 m/s",
     )?;
-    let weights = &problem.weights;
-    for (quantity, value) in [
-        ("weight heading", weights.heading),
-        ("weight clearance", weights.clearance),
-        ("weight velocity", weights.velocity),
-        ("weight path", weights.path),
-    ] {
-        let good = (0.0..=1e6).contains(&value);
-        in_range(quantity, value, "", good, "0 to 1e6")?;
-    }
+    problem.weights.validate()?;
     let turn = angular.largest() * problem.step_s;
     in_range(
         "turn in one step",
@@ -91,23 +82,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         turn <= 1.5,
         "at most 1.5 rad",
     )?;
-    let samples = f64::from(linear.count) * f64::from(angular.count);
-    let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
-    in_range(
-        "number of samples",
-        samples,
-        "",
-        samples_fit,
-        "1 to 4194304",
-    )?;
-    let steps_fit = (1..=MAX_STEPS).contains(&problem.steps);
-    in_range(
-        "number of steps",
-        f64::from(problem.steps),
-        "",
-        steps_fit,
-        "1 to 1023",
-    )?;
+    check_counts(linear.count, angular.count, problem.steps)?;
     let discs = problem.footprint.discs().len();
     in_range(
         "number of discs",
@@ -126,7 +101,28 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     )
 }
 
-fn in_range(
+/// Checks the numbers of forward speeds, turn rates and steps.
+pub(super) fn check_counts(v_count: u32, omega_count: u32, steps: u32) -> Result<(), ProblemError> {
+    let samples = f64::from(v_count) * f64::from(omega_count);
+    let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
+    in_range(
+        "number of samples",
+        samples,
+        "",
+        samples_fit,
+        "1 to 4194304 (vx_samples times vtheta_samples)",
+    )?;
+    in_range(
+        "number of steps",
+        f64::from(steps),
+        "",
+        (1..=MAX_STEPS).contains(&steps),
+        "1 to 1023 (sim_time_s over sim_step_s)",
+    )
+}
+
+/// Refuses a quantity that is not good.
+pub(super) fn in_range(
     quantity: &'static str,
     value: f64,
     unit: &'static str,

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::ranges::{check_counts, in_range};
 use super::{Normalization, Outside, ProblemError, Stopping, Weights};
 
 /// Sampling density, horizon and weights. The defaults drive the default robot.
@@ -55,8 +56,10 @@ impl LocalSettings {
     }
 }
 
-/// The longest horizon or step that makes sense, seconds.
-const LONGEST_S: f64 = 1000.0;
+/// The longest horizon or step that makes sense, seconds, and the largest clearance, metres.
+const LONGEST: f64 = 1000.0;
+/// A loop cannot turn faster, seconds.
+const SHORTEST_PERIOD_S: f64 = 1e-4;
 
 impl LocalSettings {
     /// Checks the numbers that do not depend on a problem.
@@ -68,15 +71,7 @@ impl LocalSettings {
             ("vx_samples", self.vx_samples),
             ("vtheta_samples", self.vtheta_samples),
         ] {
-            if count == 0 {
-                let (unit, limit) = ("", "at least 1");
-                return Err(ProblemError::OutOfRange {
-                    quantity,
-                    value: 0.0,
-                    unit,
-                    limit,
-                });
-            }
+            in_range(quantity, f64::from(count), "", count > 0, "at least 1")?;
         }
         for (quantity, value, unit) in [
             ("control_period_s", self.control_period_s, "s"),
@@ -84,16 +79,13 @@ impl LocalSettings {
             ("sim_step_s", self.sim_step_s, "s"),
             ("max_clearance_m", self.max_clearance_m, "m"),
         ] {
-            if !(value > 0.0 && value <= LONGEST_S) {
-                let limit = "above zero and at most 1000";
-                return Err(ProblemError::OutOfRange {
-                    quantity,
-                    value,
-                    unit,
-                    limit,
-                });
-            }
+            let fits = value > 0.0 && value <= LONGEST;
+            in_range(quantity, value, unit, fits, "above zero and at most 1000")?;
         }
-        Ok(())
+        let period_s = self.control_period_s;
+        let fits = period_s >= SHORTEST_PERIOD_S;
+        in_range("control_period_s", period_s, "s", fits, "at least 0.0001 s")?;
+        check_counts(self.vx_samples, self.vtheta_samples, self.steps())?;
+        self.weights.validate()
     }
 }

@@ -1,6 +1,7 @@
 //! The cells that the robot's centre may be in.
 
 use super::{Cell, DistanceField, GridFrame, ObstacleGrid};
+use crate::geometry::Point;
 
 /// Ground where the centre of a round robot keeps its radius from every obstacle.
 ///
@@ -16,27 +17,63 @@ pub struct FreeSpace {
 }
 
 impl FreeSpace {
-    /// The free cells among obstacles for a robot of this radius in metres. What lies outside the grid does not
-    /// block: a curve cannot leave the grid, since cells outside it are not free.
+    /// The free cells among obstacles for a robot of this radius in metres; one below zero counts as zero, and one that
+    /// is not a number leaves no cell free. What lies outside the grid does not block: a curve cannot leave the grid,
+    /// since cells outside it are not free.
+    #[must_use]
+    pub fn new(obstacles: &ObstacleGrid, radius_m: f64) -> Self {
+        let [space] = Self::for_radii(obstacles, [radius_m]);
+        space
+    }
+
+    /// [`Self::new`] for several radii at the price of one distance field.
     ///
     /// The distance between two cells' squares is the distance between the centre of one and the nearest centre of
     /// the other grown by one cell all round, so one distance field of the grown obstacles answers for all cells.
     #[must_use]
-    pub fn new(obstacles: &ObstacleGrid, radius_m: f64) -> Self {
+    pub fn for_radii<const N: usize>(obstacles: &ObstacleGrid, radii_m: [f64; N]) -> [Self; N] {
         let frame = *obstacles.frame();
         let grown = DistanceField::new(&grow_by_one_cell(obstacles));
-        let radius_cells = radius_m.max(0.0) / frame.resolution_m;
-        let least = radius_cells * radius_cells;
-        let free = (0..frame.len())
-            .map(|index| {
-                !obstacles.cells()[index] && f64::from(grown.squared_cells()[index]) >= least
-            })
-            .collect();
-        Self {
-            frame,
-            radius_m,
-            free,
-            obstacle: obstacles.cells().to_vec(),
+        radii_m.map(|radius_m| {
+            let radius_cells = radius_m / frame.resolution_m;
+            // Negative radii keep no distance; the comparison with a NaN is false of every cell.
+            let least = radius_cells.abs() * radius_cells;
+            let free = obstacles
+                .cells()
+                .iter()
+                .zip(grown.squared_cells())
+                .map(|(&blocked, &squared)| !blocked && f64::from(squared) >= least)
+                .collect();
+            Self {
+                frame,
+                radius_m,
+                free,
+                obstacle: obstacles.cells().to_vec(),
+            }
+        })
+    }
+
+    /// Frees the cells within a distance of a place, in metres to their centres, that are free in `other`, whose frame is
+    /// the same: so that a robot which stands nearer to a wall than it likes may find its way out.
+    ///
+    /// # Panics
+    /// When the frames differ.
+    pub fn admit_near(&mut self, other: &Self, place: &Point, distance_m: f64) {
+        assert_eq!(self.frame, other.frame, "both describe the same ground");
+        let frame = self.frame;
+        let at = frame.to_cell_units(place);
+        let reach = distance_m / frame.resolution_m;
+        let span = |at: f64, side: i32| {
+            (at - reach).floor().max(0.0) as i32..((at + reach).ceil() as i32).min(side)
+        };
+        for row in span(at.y, frame.height) {
+            for column in span(at.x, frame.width) {
+                let cell = Cell::new(column, row);
+                let center = Point::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+                if (center - at).norm() <= reach {
+                    self.free[frame.index(cell)] |= other.is_free(cell);
+                }
+            }
         }
     }
 
@@ -52,7 +89,7 @@ impl FreeSpace {
         self.frame.contains(cell) && self.free[self.frame.index(cell)]
     }
 
-    /// Distance kept from every obstacle, metres.
+    /// Distance kept from every obstacle, metres, but for cells freed by [`Self::admit_near`].
     #[must_use]
     pub const fn radius_m(&self) -> f64 {
         self.radius_m
@@ -64,18 +101,19 @@ impl FreeSpace {
         !self.frame.contains(cell) || self.obstacle[self.frame.index(cell)]
     }
 
-    /// The free cell whose centre is nearest to a cell's; of equally near ones, the first in storage. None where no cell
-    /// is free.
+    /// The free cell whose centre is nearest to a point, which may lie outside the grid; of equally near ones, the first in
+    /// storage. None where no cell is free.
     #[must_use]
-    pub fn nearest_free(&self, cell: Cell) -> Option<Cell> {
-        let squared = |other: &Cell| {
-            let dx = i64::from(other.column - cell.column);
-            let dy = i64::from(other.row - cell.row);
-            dx * dx + dy * dy
+    pub fn nearest_free(&self, point: &Point) -> Option<Cell> {
+        let at = self.frame.to_cell_units(point);
+        let squared = |cell: Cell| {
+            let center = Point::new(f64::from(cell.column) + 0.5, f64::from(cell.row) + 0.5);
+            (center - at).norm_squared()
         };
-        let free = (0..self.free.len()).filter(|&index| self.free[index]);
-        free.map(|index| self.frame.cell_at(index))
-            .min_by_key(squared)
+        (0..self.free.len())
+            .filter(|&index| self.free[index])
+            .map(|index| self.frame.cell_at(index))
+            .min_by(|&one, &other| squared(one).total_cmp(&squared(other)))
     }
 
     /// All cells, row-major, lowest row first; `true` is free.

@@ -114,7 +114,12 @@ impl GridFrame {
     /// The cell that covers a point, or none outside the grid or for a point that is not finite.
     #[must_use]
     pub fn cell_of(&self, point: &Point) -> Option<Cell> {
-        let units = self.to_cell_units(point);
+        self.cell_at_units(&self.to_cell_units(point))
+    }
+
+    /// The cell that covers a point given in cell units, or none outside the grid or for a point that is not finite.
+    #[must_use]
+    pub fn cell_at_units(&self, units: &Point) -> Option<Cell> {
         let inside = units.x >= 0.0
             && units.y >= 0.0
             && units.x < f64::from(self.width)

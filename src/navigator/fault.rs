@@ -26,6 +26,16 @@ pub enum Fault {
         /// Path left, metres.
         left_m: f64,
     },
+    /// A setting out of range.
+    #[error("{name} is {value}: it must be {expected}")]
+    BadSetting {
+        /// Its name.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
     /// Senses with numbers that are not finite.
     #[error(
         "INVALID_OBSERVATION: time, pose, speed, a tracked obstacle or the scan's angles are not finite; the robot stops"

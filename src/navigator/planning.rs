@@ -6,6 +6,10 @@ use crate::global::{self, Ground, Plan, PlanError};
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::robot::Footprint;
 
+/// Within so many comfort margins of the start and the goal a path need not keep that margin: either may be anywhere that
+/// is safe, and the way between them should be none the worse for it.
+const END_REACH_MARGINS: f64 = 4.0;
+
 /// Plans paths that keep a comfortable distance from walls where there is room, and the least safe one where not.
 #[derive(Clone, Debug)]
 pub struct RoutePlanner {
@@ -59,8 +63,12 @@ impl RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
-        let least = FreeSpace::new(obstacles, self.least_radius_m);
-        let comfortable = FreeSpace::new(obstacles, self.comfortable_radius_m);
+        let radii_m = [self.least_radius_m, self.comfortable_radius_m];
+        let [least, mut comfortable] = FreeSpace::for_radii(obstacles, radii_m);
+        let margin_m = self.comfortable_radius_m - self.least_radius_m;
+        for end in [start, goal] {
+            comfortable.admit_near(&least, &end, END_REACH_MARGINS * margin_m);
+        }
         let mut search = |search| {
             let ground = Ground {
                 search,
@@ -81,7 +89,7 @@ impl RoutePlanner {
         if space.is_free(cell) {
             return start;
         }
-        let nearest = space.nearest_free(cell).map(|cell| frame.center_of(cell));
+        let nearest = space.nearest_free(&start).map(|cell| frame.center_of(cell));
         let near = |point: &Point| (point - start).norm() < self.least_radius_m;
         let stands_clear = || FreeSpace::new(obstacles, self.body_radius_m).is_free(cell);
         nearest
@@ -101,4 +109,54 @@ pub fn local_margin_m(settings: &NavigatorSettings, resolution_m: f64) -> f64 {
 #[must_use]
 pub fn coarseness_m(resolution_m: f64) -> f64 {
     core::f64::consts::SQRT_2 * resolution_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::global::{Path, min_clearance_m};
+    use crate::map::{Cell, GridFrame};
+    use crate::robot::Disc;
+
+    #[test]
+    fn a_start_close_to_a_wall_does_not_cost_the_whole_path_its_comfort() {
+        let frame = GridFrame {
+            width: 400,
+            height: 80,
+            resolution_m: 0.05,
+            origin: Pose::default(),
+        };
+        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        for column in 0..400 {
+            // A drift 3 m wide with a pillar half way.
+            let is_pillar = (190..210).contains(&column);
+            for row in (0..10)
+                .chain(70..80)
+                .chain(if is_pillar { 10..36 } else { 0..0 })
+            {
+                obstacles.set(Cell::new(column, row), true);
+            }
+        }
+        let navigator = NavigatorSettings {
+            safety_margin_m: 0.05,
+            comfort_margin_m: 0.25,
+            ..NavigatorSettings::default()
+        };
+        let disc = Disc {
+            x: 0.0,
+            y: 0.0,
+            radius: 0.3,
+        };
+        let footprint = Footprint::new(vec![disc]).expect("one sound disc");
+        let planner = RoutePlanner::new(&footprint, &navigator, global::Settings::default(), 0.05);
+        let close_m = 0.5 + planner.least_radius_m() + 0.06;
+        let ends = [Point::new(2.0, close_m), Point::new(18.0, close_m)];
+        let plan = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);
+        let smoothed = plan.expect("a way past the pillar").smoothed;
+        let middle = (0..100).map(|step| smoothed.point_at(5.0 + f64::from(step) / 10.0));
+        let kept_m = min_clearance_m(&Path::new(middle.collect()), &obstacles);
+        assert!(kept_m > planner.least_radius_m() + 0.1, "{kept_m} m");
+        assert!(min_clearance_m(&smoothed, &obstacles) >= planner.least_radius_m() - 1e-9);
+    }
 }

@@ -1,6 +1,10 @@
 //! How the navigator behaves, under the names that ROS users know where there is one.
 
+use core::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
+
+use super::Fault;
 
 /// Distances, tolerances and patience. The defaults drive the default robot through mine drifts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,4 +68,84 @@ impl Default for NavigatorSettings {
             backing_speed: 0.25,
         }
     }
+}
+
+impl NavigatorSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`Fault::BadSetting`] names the first that is out of range.
+    pub fn validate(&self) -> Result<(), Fault> {
+        let above_zero = "above zero and at most 10000";
+        let at_least_zero = "0 to 10000";
+        for (name, value, expected) in [
+            ("xy_goal_tolerance", self.xy_goal_tolerance, above_zero),
+            ("safety_margin_m", self.safety_margin_m, at_least_zero),
+            ("moving_margin_m", self.moving_margin_m, at_least_zero),
+            ("comfort_margin_m", self.comfort_margin_m, at_least_zero),
+            ("lookahead_m", self.lookahead_m, above_zero),
+            ("check_ahead_m", self.check_ahead_m, at_least_zero),
+            ("patience_s", self.patience_s, at_least_zero),
+            ("replan_period_s", self.replan_period_s, at_least_zero),
+            (
+                "required_movement_radius",
+                self.required_movement_radius,
+                above_zero,
+            ),
+            ("give_up_after_s", self.give_up_after_s, above_zero),
+            ("backing_speed", self.backing_speed, above_zero),
+        ] {
+            let least = if expected == above_zero {
+                f64::MIN_POSITIVE
+            } else {
+                0.0
+            };
+            within(name, value, least, 10_000.0, expected)?;
+        }
+        within(
+            "key_node_spacing_m",
+            self.key_node_spacing_m,
+            0.01,
+            10_000.0,
+            "0.01 to 10000",
+        )?;
+        for (name, value) in [
+            ("yaw_goal_tolerance", self.yaw_goal_tolerance),
+            ("turn_in_place_from", self.turn_in_place_from),
+        ] {
+            within(
+                name,
+                value,
+                f64::MIN_POSITIVE,
+                PI,
+                "above zero and at most pi",
+            )?;
+        }
+        let until = self.turn_in_place_until;
+        let expected = "above zero and at most turn_in_place_from";
+        within(
+            "turn_in_place_until",
+            until,
+            f64::MIN_POSITIVE,
+            self.turn_in_place_from,
+            expected,
+        )
+    }
+}
+
+fn within(
+    name: &'static str,
+    value: f64,
+    least: f64,
+    most: f64,
+    expected: &'static str,
+) -> Result<(), Fault> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Fault::BadSetting {
+        name,
+        value,
+        expected,
+    })
 }

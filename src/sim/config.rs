@@ -1,10 +1,12 @@
 //! Every setting of a run, with a documented default for each. The file format is TOML.
 
+use core::fmt::Display;
+
 use serde::{Deserialize, Serialize};
 
-use super::{Crowd, DriveDynamics, Lidar};
+use super::{Crowd, DriveDynamics, Lidar, SimError};
 use crate::global;
-use crate::local::LocalSettings;
+use crate::local::{LocalSettings, MAX_DISCS};
 use crate::map::UnknownPolicy;
 use crate::navigator::{NavigatorSettings, RobotModel};
 use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
@@ -50,6 +52,29 @@ impl RobotConfig {
         }
     }
 
+    /// Checks what is not checked as it is read; the limits check themselves.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] names the first number out of range.
+    pub fn validate(&self) -> Result<(), SimError> {
+        let bad = |name, value, expected| {
+            Err(SimError::BadSetting {
+                name,
+                value,
+                expected,
+            })
+        };
+        let discs = self.footprint.discs().len();
+        if discs > MAX_DISCS {
+            return bad("number of footprint discs", discs as f64, "1 to 8");
+        }
+        let width_m = self.track_width_m;
+        if !(width_m.is_finite() && width_m > 0.0) {
+            return bad("track_width_m", width_m, "finite and above zero");
+        }
+        Ok(())
+    }
+
     /// The kinematics of its tracks.
     #[must_use]
     pub const fn drive(&self) -> TrackedDrive {
@@ -91,6 +116,37 @@ impl Default for WalkerSettings {
 }
 
 impl WalkerSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] names the first that is out of range.
+    pub fn validate(&self) -> Result<(), SimError> {
+        for (name, value, least, expected) in [
+            (
+                "radius_m",
+                self.radius_m,
+                0.0,
+                "above zero and at most 1000",
+            ),
+            ("slowest", self.slowest, 0.0, "above zero and at most 1000"),
+            (
+                "fastest",
+                self.fastest,
+                self.slowest.next_down(),
+                "at least slowest and at most 1000",
+            ),
+        ] {
+            if !(value > least && value <= 1000.0) {
+                return Err(SimError::BadSetting {
+                    name,
+                    value,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// So many of these people.
     #[must_use]
     pub const fn crowd(&self, count: usize, seed: u64) -> Crowd {
@@ -125,4 +181,28 @@ pub struct Config {
     pub dynamics: DriveDynamics,
     /// Simulated people.
     pub walkers: WalkerSettings,
+}
+
+impl Config {
+    /// Checks every number, so that no run begins with one that it cannot have.
+    ///
+    /// # Errors
+    /// [`SimError::BadConfig`] names the first table and key out of range.
+    pub fn validate(&self) -> Result<(), SimError> {
+        check("robot.limits", self.robot.limits.validate())?;
+        check("robot", self.robot.validate())?;
+        check("global", self.global.validate())?;
+        check("local", self.local.validate())?;
+        check("navigator", self.navigator.validate())?;
+        check("lidar", self.lidar.validate())?;
+        check("dynamics", self.dynamics.validate())?;
+        check("walkers", self.walkers.validate())
+    }
+}
+
+fn check(table: &'static str, checked: Result<(), impl Display>) -> Result<(), SimError> {
+    checked.map_err(|error| SimError::BadConfig {
+        table,
+        reason: error.to_string(),
+    })
 }

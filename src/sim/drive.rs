@@ -30,6 +30,35 @@ impl Default for DriveDynamics {
     }
 }
 
+impl DriveDynamics {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] names the first that is out of range.
+    pub fn validate(&self) -> Result<(), SimError> {
+        let Self {
+            motor_lag_s,
+            command_timeout_s,
+        } = *self;
+        let (name, value, expected) = if !(motor_lag_s.is_finite() && motor_lag_s >= 0.0) {
+            ("motor_lag_s", motor_lag_s, "finite and at least zero")
+        } else if !(command_timeout_s.is_finite() && command_timeout_s > 0.0) {
+            (
+                "command_timeout_s",
+                command_timeout_s,
+                "finite and above zero",
+            )
+        } else {
+            return Ok(());
+        };
+        Err(SimError::BadSetting {
+            name,
+            value,
+            expected,
+        })
+    }
+}
+
 /// A simulated tracked base: the same to a caller as a real one, but its time passes only in [`SimBase::step`].
 ///
 /// A command, brought within the speed limits, is approached by a ramp within the acceleration limits; each track's
@@ -61,25 +90,13 @@ impl SimBase {
         pose: Pose,
     ) -> Result<Self, SimError> {
         limits.validate()?;
-        let above_zero = "finite and above zero";
+        dynamics.validate()?;
         let checks = [
             (
                 "track_width_m",
                 drive.track_width_m,
                 drive.track_width_m > 0.0,
-                above_zero,
-            ),
-            (
-                "motor_lag_s",
-                dynamics.motor_lag_s,
-                dynamics.motor_lag_s >= 0.0,
-                "finite and at least zero",
-            ),
-            (
-                "command_timeout_s",
-                dynamics.command_timeout_s,
-                dynamics.command_timeout_s > 0.0,
-                above_zero,
+                "finite and above zero",
             ),
             ("start x", pose.x, true, "finite"),
             ("start y", pose.y, true, "finite"),

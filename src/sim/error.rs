@@ -20,6 +20,14 @@ pub enum SimError {
         /// What would be accepted.
         expected: &'static str,
     },
+    /// A table of a configuration that no run can have.
+    #[error("[{table}] {reason}")]
+    BadConfig {
+        /// Name of the table.
+        table: &'static str,
+        /// What is wrong in it.
+        reason: String,
+    },
     /// A file that could not be read.
     #[error("{file}: cannot be read ({reason}): check the name and your right to read it")]
     Unreadable {

@@ -11,11 +11,14 @@ use super::{SimError, World};
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::{MovingDisc, Scan};
 
+/// Most beams of one scan; a scan is made at every tick.
+const MAX_BEAMS: usize = 65_536;
+
 /// A lidar at the robot's own origin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lidar {
-    /// Beams of one scan, at least one. Default 360.
+    /// Beams of one scan, 1 to 65,536. Default 360.
     pub beams: usize,
     /// Angle the beams spread over, centred ahead, radians, above zero to a full turn. Default a full turn.
     pub field_of_view_rad: f64,
@@ -58,8 +61,8 @@ impl Lidar {
                 expected,
             })
         };
-        if self.beams == 0 {
-            return bad("beams", 0.0, "at least 1");
+        if !(1..=MAX_BEAMS).contains(&self.beams) {
+            return bad("beams", self.beams as f64, "1 to 65536");
         }
         if !(self.field_of_view_rad > 0.0 && self.field_of_view_rad <= TAU) {
             return bad(

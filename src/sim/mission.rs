@@ -112,7 +112,7 @@ impl<'a> Simulation<'a> {
         engine: Box<dyn Engine>,
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
-        config.lidar.validate()?;
+        config.validate()?;
         let known = mission.map.obstacles(config.unknown);
         let truth = mission.truth.clone().unwrap_or_else(|| known.clone());
         let robot = config.robot.model();
@@ -250,7 +250,10 @@ impl<'a> Simulation<'a> {
             reached: last.is_some_and(|row| row.mode == Mode::Arrived),
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
-            travelled_m: rows.windows(2).map(step).sum(),
+            travelled_m: rows
+                .windows(2)
+                .map(step)
+                .fold(0.0, |sum, step_m| sum + step_m),
             min_clearance_m: rows
                 .iter()
                 .map(|row| row.gap_m)

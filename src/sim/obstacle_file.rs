@@ -67,7 +67,11 @@ impl Walkers {
         let entries = if is_toml {
             toml::from_str::<Document>(text)
                 .map(|document| document.obstacles)
-                .map_err(|error| error.to_string())
+                .map_err(|error| {
+                    let before = error.span().map_or("", |span| &text[..span.start]);
+                    let line = before.matches('\n').count() + 1;
+                    format!("{} at line {line}", error.message())
+                })
         } else {
             serde_json::from_str::<Vec<Entry>>(text).map_err(|error| error.to_string())
         };

@@ -29,17 +29,12 @@ pub fn field(side: i32, resolution_m: f64, blocked: &[[i32; 2]]) -> Arc<Clearanc
 
 /// One disc, nine samples, five steps, in the middle of a grid of 40 by 40 cells, one of them blocked.
 pub fn plain() -> Problem {
-    let axis = |low, high| Axis {
-        low,
-        high,
-        count: 3,
-    };
     Problem {
         field: field(40, RESOLUTION_M, &[[39, 0]]),
         pose: Pose::new(2.5, 2.5, 0.0),
         window: Window {
-            linear: axis(0.0, 0.5),
-            angular: axis(-0.5, 0.5),
+            linear: axis(0.0, 0.5, 3),
+            angular: axis(-0.5, 0.5, 3),
         },
         braking_x: 1.0,
         braking_theta: 2.0,
@@ -63,22 +58,28 @@ pub fn footprint(discs: &[[f64; 3]]) -> Footprint {
     Footprint::new(discs.iter().map(disc).collect()).expect("at least one disc with a radius")
 }
 
+/// A problem with a name.
+type Named = (&'static str, Problem);
+
 /// Problems at the limits, each with a name.
-pub fn extremes() -> Vec<(&'static str, Problem)> {
-    let unit_m = plain().field.unit_m();
-    let far = 32_767.0 * unit_m;
-    let fast = |metres_a_step: f64, steps: u32, step_s: f64| Problem {
+pub fn extremes() -> Vec<Named> {
+    let mut all = long_ways();
+    all.extend(crowds());
+    all.extend(standstills());
+    all
+}
+
+fn axis(low: f64, high: f64, count: u32) -> Axis {
+    Axis { low, high, count }
+}
+
+/// Forwards and backwards by this much in a step, turning as fast as allowed, whatever is in the way.
+fn fast(metres_a_step: f64, steps: u32, step_s: f64) -> Problem {
+    let (speed, rate) = (metres_a_step / step_s, 1.5 / step_s);
+    Problem {
         window: Window {
-            linear: Axis {
-                low: -metres_a_step / step_s,
-                high: metres_a_step / step_s,
-                count: 7,
-            },
-            angular: Axis {
-                low: -1.5 / step_s,
-                high: 1.5 / step_s,
-                count: 9,
-            },
+            linear: axis(-speed, speed, 7),
+            angular: axis(-rate, rate, 9),
         },
         steps,
         step_s,
@@ -87,41 +88,28 @@ pub fn extremes() -> Vec<(&'static str, Problem)> {
         braking_x: 1e3,
         braking_theta: 1e3,
         ..plain()
-    };
-    let widest = footprint(&[
-        [far, far, 0.1],
-        [-far, far, 0.1],
-        [far, -far, 0.1],
-        [-far, -far, 0.1],
-        [far, 0.0, 0.1],
-        [0.0, far, 0.1],
-        [0.0, 0.0, 0.1],
-        [-0.5, 0.0, 0.1],
-    ]);
+    }
+}
+
+fn long_ways() -> Vec<Named> {
+    let unit_m = plain().field.unit_m();
     let longest_m = 262_143.9 * unit_m;
-    // From up to 480 m away, they meet at the robot just after the last step.
-    let crowd = |index: i32| {
-        let from_middle = |place: i32| f64::from(place) - 15.5;
-        let (across, along) = (from_middle(index % 32), from_middle(index / 32));
-        MovingDisc {
-            x: 2.5 + across * 21.0,
-            y: 2.5 + along * 21.0,
-            radius: 0.3,
-            vx: -across * 4.0,
-            vy: -along * 4.0,
-        }
-    };
-    let crowded = Problem {
-        obstacles: (0..1024).map(crowd).collect(),
-        ..fast(0.3, 50, 0.1)
-    };
+    let far = 32_767.0 * unit_m;
+    let corners = [[far, far], [-far, far], [far, -far], [-far, -far]];
+    let sides = [[far, 0.0], [0.0, far], [0.0, 0.0], [-0.5, 0.0]];
+    let discs: Vec<[f64; 3]> = corners
+        .iter()
+        .chain(&sides)
+        .map(|&[x, y]| [x, y, 0.1])
+        .collect();
+    let away = Point::new(-536_870_000.0 * unit_m, 536_870_000.0 * unit_m);
     vec![
         ("longest steps", fast(16_383.9 * unit_m, 16, 0.3)),
         ("farthest reach", fast(longest_m / 1023.0, 1023, 0.1)),
         (
             "widest footprint",
             Problem {
-                footprint: widest,
+                footprint: footprint(&discs),
                 ..fast(0.01, 200, 0.1)
             },
         ),
@@ -137,76 +125,80 @@ pub fn extremes() -> Vec<(&'static str, Problem)> {
         (
             "far from the field",
             Problem {
-                pose: Pose::new(-536_870_000.0 * unit_m, 536_870_000.0 * unit_m, 2.0),
-                target: Point::new(-536_870_000.0 * unit_m, 536_870_000.0 * unit_m),
-                key_node: Point::new(-536_870_000.0 * unit_m, 536_870_000.0 * unit_m),
+                pose: Pose::new(away.x, away.y, 2.0),
+                target: away,
+                key_node: away,
                 ..fast(longest_m / 100.0, 100, 0.3)
             },
         ),
+    ]
+}
+
+fn crowds() -> Vec<Named> {
+    let unit_m = plain().field.unit_m();
+    // From up to 480 m away, they meet at the robot just after the last step.
+    let body = |index: i32| {
+        let from_middle = |place: i32| f64::from(place) - 15.5;
+        let (across, along) = (from_middle(index % 32), from_middle(index / 32));
+        MovingDisc {
+            x: 2.5 + across * 21.0,
+            y: 2.5 + along * 21.0,
+            radius: 0.3,
+            vx: -across * 4.0,
+            vy: -along * 4.0,
+        }
+    };
+    let crowd = |bodies: core::ops::Range<i32>| Problem {
+        obstacles: bodies.map(body).collect(),
+        ..fast(0.3, 50, 0.1)
+    };
+    let lone = MovingDisc {
+        x: 9.0,
+        y: 2.5,
+        radius: 0.3,
+        vx: -0.5,
+        vy: 0.0,
+    };
+    vec![
+        (
+            "as many moving obstacles as any adapter takes",
+            crowd(300..627),
+        ),
+        ("a thousand moving obstacles", crowd(0..1024)),
         (
             "greatest clearance",
             Problem {
+                // The plain robot's radius and the obstacle's make up the rest.
                 max_clearance_m: 46_329.9 * unit_m - 0.5,
-                footprint: footprint(&[[0.0, 0.0, 0.2]]),
-                obstacles: vec![MovingDisc {
-                    x: 9.0,
-                    y: 2.5,
-                    radius: 0.3,
-                    vx: -0.5,
-                    vy: 0.0,
-                }],
+                obstacles: vec![lone],
                 ..fast(0.05, 40, 0.1)
             },
         ),
-        (
-            "as many moving obstacles as any adapter takes",
-            Problem {
-                obstacles: crowded.obstacles[300..627].to_vec(),
-                ..crowded.clone()
-            },
-        ),
-        ("a thousand moving obstacles", crowded),
+    ]
+}
+
+fn standstills() -> Vec<Named> {
+    let with = |rate: f64| Problem {
+        window: Window {
+            linear: axis(-rate, rate, 5),
+            angular: axis(-rate, rate, 5),
+        },
+        ..plain()
+    };
+    let weights = Weights {
+        heading: 0.0,
+        clearance: 0.0,
+        velocity: 0.0,
+        path: 0.0,
+    };
+    vec![
         (
             "standing still without weights",
             Problem {
-                window: Window {
-                    linear: Axis {
-                        low: 0.0,
-                        high: 0.0,
-                        count: 4,
-                    },
-                    angular: Axis {
-                        low: 0.0,
-                        high: 0.0,
-                        count: 4,
-                    },
-                },
-                weights: Weights {
-                    heading: 0.0,
-                    clearance: 0.0,
-                    velocity: 0.0,
-                    path: 0.0,
-                },
-                ..plain()
+                weights,
+                ..with(0.0)
             },
         ),
-        (
-            "a crawl",
-            Problem {
-                window: Window {
-                    linear: Axis {
-                        low: -1e-12,
-                        high: 1e-12,
-                        count: 5,
-                    },
-                    angular: Axis {
-                        low: -1e-12,
-                        high: 1e-12,
-                        count: 5,
-                    },
-                },
-                ..plain()
-            },
-        ),
+        ("a crawl", with(1e-12)),
     ]
 }

@@ -297,17 +297,17 @@ impl<'a> Oracle<'a> {
 
     /// Distance from a sample's end to the target.
     pub fn to_target(&self, trajectory: &Trajectory) -> f64 {
-        let [x, y] = self.from_end(trajectory, self.problem.target.x, self.problem.target.y);
+        let [x, y] = self.seen_from_end(trajectory, self.problem.target.x, self.problem.target.y);
         libm::hypot(x, y)
     }
 
     /// The terms of a sample with this clearance (eqs. 32 and 34). Reverse earns no velocity.
     pub fn terms(&self, trajectory: &Trajectory, clearance: f64) -> Terms {
-        let [x, y] = self.from_end(trajectory, self.problem.target.x, self.problem.target.y);
+        let [x, y] = self.seen_from_end(trajectory, self.problem.target.x, self.problem.target.y);
         let off = libm::atan2(y, x) - trajectory.end[2];
         let off = (off - (off / TAU).round() * TAU).abs();
         let key_node = &self.problem.key_node;
-        let [key_x, key_y] = self.from_end(trajectory, key_node.x, key_node.y);
+        let [key_x, key_y] = self.seen_from_end(trajectory, key_node.x, key_node.y);
         Terms {
             heading: if x == 0.0 && y == 0.0 { PI } else { PI - off },
             clearance,
@@ -316,7 +316,7 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    fn from_end(&self, trajectory: &Trajectory, x: f64, y: f64) -> [f64; 2] {
+    fn seen_from_end(&self, trajectory: &Trajectory, x: f64, y: f64) -> [f64; 2] {
         let [x, y] = to_grid(self.problem, x, y);
         [
             x - self.start[0] - trajectory.end[0],

@@ -218,7 +218,7 @@ pub const OPERATIONS: [Operation; 20] = [
             if a[2] & 1 == 0 {
                 a[4] = a[1];
             }
-            if a[2] & 3 == 0 {
+            if a[2].trailing_zeros() >= 2 {
                 a[3] = a[0];
             }
             a
@@ -292,8 +292,9 @@ pub fn differences(
     }
     let first: Vec<&str> = differing.iter().take(4).map(String::as_str).collect();
     let (name, count, all) = (operation.name, differing.len(), cases.len());
+    let wgsl = operation.wgsl;
     Some(format!(
-        "{name}: {count} of {all} differ, {missing} missing: {}",
+        "{name}: {count} of {all} differ, {missing} missing, by {wgsl}: {}",
         first.join("; ")
     ))
 }

@@ -187,7 +187,7 @@ fn footprints_and_clearances() {
         problem.obstacles = vec![body(4.0, 0.5, 0.0)];
     });
     limit("clearance cap", 0.001, 0.000_9, |problem, metres| {
-        problem.max_clearance_m = metres
+        problem.max_clearance_m = metres;
     });
     limit("number of discs", 8.0, 9.0, |problem, count| {
         problem.footprint = footprint(&vec![[0.0, 0.0, 0.1]; count as usize]);
@@ -258,14 +258,14 @@ fn numbers_that_must_be_above_zero_or_not_negative() {
     type Set = fn(&mut Problem, f64);
     let above_zero: [(&str, Set); 4] = [
         ("braking along the path", |problem, value| {
-            problem.braking_x = value
+            problem.braking_x = value;
         }),
         ("braking of the turn", |problem, value| {
-            problem.braking_theta = value
+            problem.braking_theta = value;
         }),
         ("length of a step", |problem, value| problem.step_s = value),
         ("clearance cap", |problem, value| {
-            problem.max_clearance_m = value
+            problem.max_clearance_m = value;
         }),
     ];
     for (what, set) in above_zero {
@@ -275,13 +275,13 @@ fn numbers_that_must_be_above_zero_or_not_negative() {
     }
     let weights: [(&str, Set); 4] = [
         ("weight heading", |problem, value| {
-            problem.weights.heading = value
+            problem.weights.heading = value;
         }),
         ("weight clearance", |problem, value| {
-            problem.weights.clearance = value
+            problem.weights.clearance = value;
         }),
         ("weight velocity", |problem, value| {
-            problem.weights.velocity = value
+            problem.weights.velocity = value;
         }),
         ("weight path", |problem, value| problem.weights.path = value),
     ];
@@ -298,10 +298,10 @@ fn numbers_that_must_be_finite() {
     let sets: [(&str, Set); 5] = [
         ("pose", |problem, value| problem.pose.yaw = value),
         ("forward speed window", |problem, value| {
-            problem.window.linear.high = value
+            problem.window.linear.high = value;
         }),
         ("turn rate window", |problem, value| {
-            problem.window.angular.low = value
+            problem.window.angular.low = value;
         }),
         ("target", |problem, value| problem.target.y = value),
         ("key node", |problem, value| problem.key_node.x = value),

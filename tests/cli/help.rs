@@ -1,0 +1,73 @@
+//! Help, and the examples in it.
+
+use crate::program::Workplace;
+
+const COMMANDS: [&str; 8] = [
+    "",
+    "plan",
+    "drive",
+    "evaluate",
+    "verify",
+    "devices",
+    "bench",
+    "bench density",
+];
+
+/// The examples in a command's help: commands without the program's name.
+fn examples(place: &Workplace, command: &str) -> Vec<String> {
+    let run = place.run(&format!("{command} --help"));
+    assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
+    let (_, after) = run
+        .stdout
+        .split_once("Example:\n")
+        .expect("every help has an example");
+    after
+        .lines()
+        .map_while(|line| line.strip_prefix("  inbye"))
+        .map(|line| line.trim().to_owned())
+        .collect()
+}
+
+#[test]
+fn every_example_works() {
+    let place = Workplace::new();
+    let help = place.run("evaluate --help").stdout;
+    let (_, after) = help
+        .split_once("problem.json:\n")
+        .expect("the file is documented");
+    let (problem, _) = after.split_once("\nRows run").expect("the example ends");
+    place.write("problem.json", problem);
+    let mut tried = 0;
+    for command in COMMANDS {
+        let examples = examples(&place, command);
+        assert!(!examples.is_empty(), "{command}");
+        // The main job takes its time, and has a test of its own.
+        for example in examples
+            .iter()
+            .filter(|example| !example.contains("main job"))
+        {
+            let run = place.run(example);
+            assert_eq!(
+                (run.status, run.errors.len()),
+                (0, usize::from(example.contains("--report"))),
+                "{example}: {run:?}"
+            );
+            tried += 1;
+        }
+    }
+    assert!(tried >= COMMANDS.len());
+}
+
+#[test]
+fn help_and_version_are_results() {
+    let place = Workplace::new();
+    for arguments in ["--help", "--version", "plan -h", "help drive"] {
+        let run = place.run(arguments);
+        assert_eq!(
+            (run.status, run.errors.len()),
+            (0, 0),
+            "{arguments}: {run:?}"
+        );
+        assert!(run.stdout.contains("inbye"), "{arguments}: {run:?}");
+    }
+}

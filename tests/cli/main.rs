@@ -1,0 +1,9 @@
+//! The program as users and scripts meet it: what goes in, what comes out, and the exit status.
+
+mod drive;
+mod evaluate;
+mod help;
+mod plan;
+mod program;
+mod refusals;
+mod tools;

@@ -1,0 +1,139 @@
+//! Running the program in a folder of its own, and the scenes that lie there.
+
+use std::fs;
+use std::path::PathBuf;
+
+use assert_cmd::Command;
+use image::{GrayImage, Luma};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// An open room of 100 by 60 m with a wall across it that leaves 10 m free at its upper end, as `mine.yaml`.
+const MINE_YAML: &str = "image: mine.png\nresolution: 0.25\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n\
+    occupied_thresh: 0.65\nfree_thresh: 0.196\n";
+
+/// A folder with a map, in which the program is run; gone when this is dropped.
+pub struct Workplace(TempDir);
+
+/// What the program did.
+#[derive(Debug)]
+pub struct Run {
+    pub status: i32,
+    pub stdout: String,
+    /// Standard error without the note that names the engine.
+    pub errors: Vec<String>,
+    /// The note that names the engine.
+    pub engine_note: Option<String>,
+}
+
+impl Workplace {
+    pub fn new() -> Self {
+        let place = Self(tempfile::tempdir().expect("a place for temporary files"));
+        place.write("mine.yaml", MINE_YAML);
+        let wall = |x: u32, y: u32| {
+            let border = x == 0 || y == 0 || x == 399 || y == 239;
+            border || ((198..202).contains(&x) && y >= 40)
+        };
+        let image = GrayImage::from_fn(400, 240, |x, y| Luma([if wall(x, y) { 0 } else { 254 }]));
+        image
+            .save(place.path("mine.png"))
+            .expect("the folder can be written to");
+        place
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("as below");
+        fs::write(path, bytes).expect("the folder can be written to");
+    }
+
+    /// The program, to be run here, where it finds no graphics adapter.
+    pub fn command(&self) -> Command {
+        let mut command = Command::cargo_bin("inbye").expect("cargo builds the program first");
+        command
+            .current_dir(self.0.path())
+            .env("XDG_RUNTIME_DIR", self.0.path())
+            .env("VK_DRIVER_FILES", "/nonexistent")
+            .env("VK_ICD_FILENAMES", "/nonexistent");
+        command
+    }
+
+    /// Runs the program with arguments parted by spaces.
+    pub fn run(&self, arguments: &str) -> Run {
+        self.run_words(&arguments.split_whitespace().collect::<Vec<_>>())
+    }
+
+    /// Runs the program with these arguments.
+    pub fn run_words(&self, arguments: &[&str]) -> Run {
+        let output = self
+            .command()
+            .args(arguments)
+            .output()
+            .expect("the program starts");
+        let stderr = String::from_utf8(output.stderr).expect("messages are text");
+        let (notes, errors): (Vec<String>, Vec<String>) = stderr
+            .lines()
+            .map(str::to_owned)
+            .partition(|line| line.starts_with("engine: "));
+        assert!(notes.len() <= 1, "the engine is named once: {notes:?}");
+        Run {
+            status: output.status.code().expect("the program ends by itself"),
+            stdout: String::from_utf8(output.stdout).expect("results are text"),
+            errors,
+            engine_note: notes.into_iter().next(),
+        }
+    }
+
+    /// Runs the program with `--json`: its exit status and its one object.
+    #[track_caller]
+    pub fn json(&self, arguments: &str) -> (i32, Value) {
+        let run = self.run(&format!("{arguments} --json"));
+        assert!(run.errors.is_empty(), "{run:?}");
+        assert_eq!(run.stdout.lines().count(), 1, "{run:?}");
+        let object: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
+        assert!(object.is_object(), "{run:?}");
+        (run.status, object)
+    }
+
+    /// Runs the program on input that it must refuse, and says how it did: no result, one line, exit status 2.
+    #[track_caller]
+    pub fn refusal(&self, arguments: &str) -> String {
+        let mut run = self.run(arguments);
+        assert_eq!(run.status, 2, "{arguments}: {run:?}");
+        assert_eq!(run.stdout, "", "{arguments}");
+        assert_eq!(run.errors.len(), 1, "{arguments}: {run:?}");
+        let line = run.errors.remove(0);
+        assert!(line.starts_with("error: "), "{arguments}: {line}");
+        assert!(!line.contains("panicked"), "{arguments}: {line}");
+        line
+    }
+}
+
+/// Checks the type of every field: `name type` or `outer.inner type`, parted by commas; `name[]` looks at the first
+/// entry of a list.
+#[track_caller]
+pub fn assert_fields(object: &Value, fields: &str) {
+    for field in fields.split(',') {
+        let (path, expected) = field.trim().split_once(' ').expect("a field has a type");
+        let value = path
+            .split('.')
+            .fold(object, |value, name| match name.strip_suffix("[]") {
+                Some(list) => &value[list][0],
+                None => &value[name],
+            });
+        let found = match value {
+            Value::Null => "null",
+            Value::Bool(_) => "bool",
+            Value::Number(number) if number.is_f64() => "real",
+            Value::Number(_) => "whole",
+            Value::String(_) => "text",
+            Value::Array(_) => "list",
+            Value::Object(_) => "object",
+        };
+        assert_eq!(found, expected, "{path} in {object}");
+    }
+}
