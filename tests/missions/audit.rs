@@ -112,12 +112,15 @@ fn contact_ends_a_run() {
     );
 }
 
+/// A way to change one number of a row.
+type Change = fn(&mut Trace, usize, &dyn Fn(&mut f64));
+
 fn one_bit() {
     let trace = with_somebody().trace;
     let digest = trace.digest();
     let flip = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ 1);
     let middle = trace.rows.len() / 2;
-    let changes: [fn(&mut Trace, usize, &dyn Fn(&mut f64)); 12] = [
+    let changes: [Change; 12] = [
         |trace, row, flip| flip(&mut trace.rows[row].time_s),
         |trace, row, flip| flip(&mut trace.rows[row].pose.x),
         |trace, row, flip| flip(&mut trace.rows[row].pose.yaw),

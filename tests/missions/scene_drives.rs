@@ -17,7 +17,7 @@ pub const TESTS: &[Test] = &[
         || drives(&crossing()),
     ),
     ("the dead end is passed by, among people", || {
-        drives(&dead_end())
+        drives(&dead_end());
     }),
     (
         "a scene driven twice leaves the same trace, another seed another",

@@ -53,13 +53,13 @@ fn not_finite() {
             seen.moving.push(MovingDisc {
                 x: f64::NAN,
                 ..body
-            })
+            });
         },
         |seen, body| {
             seen.moving.push(MovingDisc {
                 radius: -1.0,
                 ..body
-            })
+            });
         },
         |seen, _| seen.scan.angle_min = f64::NAN,
         |seen, _| seen.scan.angle_increment = 0.0,
