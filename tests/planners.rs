@@ -304,7 +304,7 @@ fn ends_that_are_no_numbers_and_maps_without_room_are_refused() {
         assert_eq!(error.code(), "START_OCCUPIED");
         let message = error.to_string();
         assert!(
-            message.contains("there is no free point on the map"),
+            message.contains("the map has no free point at all"),
             "{message}"
         );
     }
@@ -320,7 +320,8 @@ fn a_goal_in_a_closed_chamber_has_no_path() {
         error.to_string(),
         format!(
             "NO_VALID_PATH: no way from (-8.70, 21.30) to (0.80, 23.40) that keeps 0.000 m from every obstacle \
-             ({} cells searched): choose a goal on the same side, or a smaller radius",
+             ({} cells searched): choose a goal on the same side, a smaller radius \
+             (that of the footprint and its margins) or a finer map",
             open_cells(&space) - 6
         )
     );
@@ -347,7 +348,7 @@ fn settings_out_of_range_are_named() {
     };
     for degree in [0, 10, usize::MAX] {
         let message = with(Heuristic::Octile, degree).expect_err("a bad degree");
-        assert!(message.starts_with("global.spline_degree is "), "{message}");
+        assert!(message.starts_with("spline_degree is "), "{message}");
     }
     for k in [-1e-9, 1.1e6, f64::NAN, f64::INFINITY] {
         for (name, heuristic) in [
@@ -358,14 +359,14 @@ fn settings_out_of_range_are_named() {
             let message = with(heuristic, 3).expect_err("a bad weight");
             assert_eq!(
                 message,
-                format!("global.heuristic.{name}.k is {k}: it must be 0 to 1e6")
+                format!("heuristic.{name}.k is {k}: it must be 0 to 1e6")
             );
         }
     }
     for degrees in [0.0, -30.0, 90.1, f64::NAN] {
         let message = with(Heuristic::Theta { degrees }, 3).expect_err("a bad angle");
         assert!(
-            message.starts_with("global.heuristic.theta.degrees is "),
+            message.starts_with("heuristic.theta.degrees is "),
             "{message}"
         );
     }

@@ -166,7 +166,7 @@ fn nearest_free(space: &FreeSpace, point: &Point) -> String {
     space.nearest_free(point).map_or_else(
         || {
             format!(
-                "there is no free point on the map for a radius of {:.3} m",
+                "the map has no free point at all for a radius of {:.3} m; a smaller radius may find one",
                 space.radius_m()
             )
         },

@@ -10,3 +10,12 @@ pub struct Goal {
     /// Yaw, radians.
     pub yaw: Option<f64>,
 }
+
+/// A mission's two ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Journey {
+    /// Where the robot stands.
+    pub start: Point,
+    /// Where it shall go.
+    pub goal: Goal,
+}

@@ -6,10 +6,10 @@
 
 mod fault;
 mod goal;
+mod hybrid;
 mod kept_clear;
 mod local_map;
 mod mode;
-mod navigator;
 mod observation;
 mod planning;
 mod recovery;
@@ -19,10 +19,10 @@ mod trail;
 mod watch;
 
 pub use fault::Fault;
-pub use goal::Goal;
+pub use goal::{Goal, Journey};
+pub use hybrid::{Decision, Navigator, RobotModel};
 pub use local_map::LocalMap;
 pub use mode::Mode;
-pub use navigator::{Decision, Navigator, RobotModel};
 pub use observation::Observation;
 pub use planning::RoutePlanner;
 pub use route::Route;

@@ -10,7 +10,7 @@ use crate::base::Base;
 use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local::{Engine, LocalPlanner};
 use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{Fault, Goal, Mode, Navigator, Observation, RoutePlanner};
+use crate::navigator::{Fault, Goal, Journey, Mode, Navigator, Observation, RoutePlanner};
 
 /// What to do, and in which world.
 #[derive(Clone, Debug)]
@@ -127,8 +127,10 @@ impl<'a> Simulation<'a> {
         let engine = planner.engine_name();
         let navigator = Navigator::new(
             known,
-            mission.start.position(),
-            mission.goal,
+            Journey {
+                start: mission.start.position(),
+                goal: mission.goal,
+            },
             robot,
             planner,
             route_planner,

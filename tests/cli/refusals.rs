@@ -204,7 +204,7 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [robot]|footprint = [{x = 0, y = 0, radius = -1}] -> line 2; radius above zero
 [robot]|track_width_m = 0.0 -> [robot] track_width_m is 0; above zero
 [global]|spline_degree = 0 -> [global] spline_degree is 0; 1 to 9
-[global.heuristic.normalized]|k = nan -> [global] heuristic.k; 0 to 1e6
+[global.heuristic.normalized]|k = nan -> [global] heuristic.normalized.k; 0 to 1e6
 [navigator]|lookahead_m = nan -> [navigator] lookahead_m; above zero
 [navigator]|safety_margin_m = -1.0 -> [navigator] safety_margin_m is -1; 0 to
 [navigator]|key_node_spacing_m = 0.0 -> [navigator] key_node_spacing_m is 0; 0.01 to

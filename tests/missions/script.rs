@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use inbye::geometry::{Point, Pose, Twist, wrap_angle};
 use inbye::local::{CpuEngine, LocalPlanner};
 use inbye::map::{MovingDisc, Scan};
-use inbye::navigator::{Decision, Goal, Mode, Navigator, Observation, RoutePlanner};
+use inbye::navigator::{Decision, Goal, Journey, Mode, Navigator, Observation, RoutePlanner};
 use inbye::sim::Config;
 
 use crate::Test;
@@ -65,8 +65,10 @@ impl Script {
         };
         let navigator = Navigator::new(
             ground.obstacles(),
-            start.position(),
-            goal,
+            Journey {
+                start: start.position(),
+                goal,
+            },
             config.robot.model(),
             LocalPlanner::new(engine, config.local.clone()),
             planner,

@@ -6,7 +6,7 @@ use super::kept_clear::KeptClear;
 use super::local_map::LocalMap;
 use super::recovery::{BACKING_WEIGHTS, Recovery};
 use super::watch::ProgressWatch;
-use super::{Fault, Goal, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
+use super::{Fault, Goal, Journey, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
 use crate::geometry::{Point, Twist, bearing, wrap_angle};
 use crate::global::Plan;
 use crate::local::{ClearanceField, Counts, LocalPlanner, Situation};
@@ -68,8 +68,7 @@ impl Navigator {
     /// When there is no path.
     pub fn new(
         known: ObstacleGrid,
-        start: Point,
-        goal: Goal,
+        Journey { start, goal }: Journey,
         robot: RobotModel,
         planner: LocalPlanner,
         route_planner: RoutePlanner,
