@@ -12,12 +12,13 @@ const LONGEST_BACKING: u32 = 3;
 /// A robot slower than this that does not turn is held up, m/s.
 const CREEPING: f64 = 0.05;
 
-/// Getting back to where it came from counts most, then clearance.
+/// Getting back to where it came from counts. Little for clearance, which differs from sample to sample by far more than
+/// the distance does where everything is near: with more the robot would stay where it is clearest.
 pub const BACKING_WEIGHTS: Weights = Weights {
     heading: 0.0,
-    clearance: 0.3,
+    clearance: 0.05,
     velocity: 0.0,
-    path: 0.7,
+    path: 0.95,
 };
 
 /// Attempts to back out, one longer than the other until there is progress.
