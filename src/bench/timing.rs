@@ -100,9 +100,11 @@ mod tests {
         // Out of order, each once: 7 and 1000 have no common factor.
         for index in 0..1000 {
             let microseconds = f64::from(index * 7 % 1000 + 1);
-            latencies.record(microseconds * 1e-6).unwrap();
+            latencies
+                .record(microseconds * 1e-6)
+                .expect("finite and in range");
         }
-        let summary = latencies.summary().unwrap();
+        let summary = latencies.summary().expect("finite and in range");
         assert_eq!(summary.count, 1000);
         for (measured, expected) in [
             (summary.p50_ms, 0.500),
@@ -135,8 +137,8 @@ mod tests {
     #[test]
     fn the_summary_has_the_field_names_of_the_command_line() {
         let mut latencies = Latencies::default();
-        latencies.record(0.001).unwrap();
-        let json = serde_json::to_value(latencies.summary()).unwrap();
+        latencies.record(0.001).expect("finite and in range");
+        let json = serde_json::to_value(latencies.summary()).expect("finite and in range");
         for field in ["count", "p50", "p95", "p99", "max"] {
             assert!(json.get(field).is_some(), "{field}");
         }

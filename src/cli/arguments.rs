@@ -23,9 +23,9 @@ pub struct Arguments {
     /// Print one JSON object on standard output instead of text.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Folder for the main job's report.
-    #[arg(long, default_value = "inbye-report")]
-    pub report: PathBuf,
+    /// Folder for the main job's report [default: inbye-report].
+    #[arg(long)]
+    pub report: Option<PathBuf>,
     /// The command.
     #[command(subcommand)]
     pub command: Option<Command>,

@@ -1,5 +1,6 @@
 //! No command at all: the main job on built-in scenes.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use inbye::bench::{DensityPlan, verify};
@@ -13,6 +14,8 @@ use super::arguments::Arguments;
 use super::report_file::{self, MissionPage};
 use super::{bench, drive, engines, output};
 
+/// Where the report goes when nothing else is said.
+const FOLDER: &str = "inbye-report";
 /// Problems put to every engine.
 const CASES: u64 = 100;
 /// Their seed: the one that `inbye verify` uses by default.
@@ -29,6 +32,9 @@ const INTRO: &str = "Three scenes made by the program itself: a global path, sea
 
 /// Plans, drives, compares engines, measures, writes the report. False when a goal was missed or bits differ.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
+    let unnamed = || PathBuf::from(FOLDER);
+    let folder = arguments.report.clone().unwrap_or_else(unnamed);
+    report_file::make_folder(&folder)?;
     let config = Config::default();
     let mut drives = Vec::new();
     for scene in scenes() {
@@ -72,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         density: &density,
         density_command: "inbye bench density",
     });
-    report_file::write(&arguments.report, &page)?;
+    report_file::write(&folder, &page)?;
     let reached = drives
         .iter()
         .all(|(_, _, result, _)| result.reached && !result.collided);
@@ -90,7 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             "cases": verification.cases,
             "agree": agree,
             "rows": density,
-            "report": arguments.report.join("index.html"),
+            "report": folder.join("index.html"),
         }))?;
     } else {
         let (count, cases) = (all.len(), verification.cases);

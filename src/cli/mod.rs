@@ -26,6 +26,10 @@ use arguments::{BenchCommand, Command};
 /// When the input cannot be used.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let json = arguments.json;
+    anyhow::ensure!(
+        arguments.command.is_none() || arguments.report.is_none(),
+        "--report before a command: it is the main job's: give it after the command, where that command writes a report"
+    );
     match &arguments.command {
         None => main_job::run(arguments),
         Some(Command::Plan(command)) => plan::run(command, json),

@@ -154,6 +154,8 @@ fn flags_that_mean_nothing() {
     );
     let table = "
 nonsense -> nonsense; --help
+--report away devices -> --report; after the command
+--report mine.png -> --report mine.png; another name
 plan -> --map; --start; --goal
 evaluate -> --problem
 bench -> command; bench
