@@ -82,6 +82,8 @@ impl NavigatorSettings {
             ("xy_goal_tolerance", self.xy_goal_tolerance, above_zero),
             ("safety_margin_m", self.safety_margin_m, at_least_zero),
             ("moving_margin_m", self.moving_margin_m, at_least_zero),
+            ("passing_margin_m", self.passing_margin_m, at_least_zero),
+            ("passing_speed", self.passing_speed, above_zero),
             ("comfort_margin_m", self.comfort_margin_m, at_least_zero),
             ("lookahead_m", self.lookahead_m, above_zero),
             ("check_ahead_m", self.check_ahead_m, at_least_zero),
