@@ -25,6 +25,7 @@ pub struct GpuEngine {
     device: Device,
     pipelines: [wgpu::ComputePipeline; 5],
     layout: wgpu::BindGroupLayout,
+    /// Those of the last answer.
     buffers: Option<Buffers>,
     stamp: u32,
 }
@@ -52,16 +53,14 @@ impl GpuEngine {
         self.device.inner.destroy();
     }
 
-    /// Buffers that hold this problem; those of the last one when they are large enough.
-    fn fit_buffers(&mut self, problem: &Prepared) -> Result<(), EngineError> {
+    /// Takes out buffers that hold this problem: those of the last one when they are large enough.
+    fn take_buffers(&mut self, problem: &Prepared) -> Result<Buffers, EngineError> {
         let sizes = Sizes::of(problem);
-        if self
-            .buffers
-            .as_ref()
-            .is_some_and(|buffers| buffers.sizes().hold(&sizes))
-        {
-            return Ok(());
-        }
+        let grown = match self.buffers.take() {
+            Some(buffers) if buffers.sizes().hold(&sizes) => return Ok(buffers),
+            Some(buffers) => buffers.sizes().union(&sizes),
+            None => sizes,
+        };
         let limit = self.device.inner.limits().max_storage_buffer_binding_size;
         if sizes.largest() > limit {
             return Err(EngineError::Setup {
@@ -74,12 +73,7 @@ impl GpuEngine {
                 ),
             });
         }
-        let grown = match &self.buffers {
-            None => sizes,
-            Some(buffers) => buffers.sizes().union(&sizes),
-        };
-        self.buffers = Some(Buffers::new(&self.device.inner, &self.layout, grown));
-        Ok(())
+        Ok(Buffers::new(&self.device.inner, &self.layout, grown))
     }
 
     /// Refuses a problem that the adapter's driver would leave unfinished.
@@ -183,18 +177,14 @@ impl Engine for GpuEngine {
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
         self.device.check()?;
         self.check_loops(problem)?;
-        self.fit_buffers(problem)?;
+        // Put back only after an answer: those of a failed attempt may still be mapped, or be written late.
+        let mut buffers = self.take_buffers(problem)?;
         self.stamp = self.stamp.wrapping_add(1);
-        if let Some(buffers) = &mut self.buffers {
-            buffers.upload(&self.device.queue, problem, self.stamp);
-        }
-        let Some(buffers) = &self.buffers else {
-            return Err(self.device.lost("no buffers"));
-        };
-        let submission = self.submit(buffers, problem, detail);
+        buffers.upload(&self.device.queue, problem, self.stamp);
+        let submission = self.submit(&buffers, problem, detail);
         let bytes = Buffers::readback_bytes(problem.len(), detail);
         let answer_bytes = size_of::<Answer>();
-        let (answer, samples) = self.read_back(buffers, bytes, submission, |bytes| {
+        let (answer, samples) = self.read_back(&buffers, bytes, submission, |bytes| {
             let answer: Answer = bytemuck::pod_read_unaligned(&bytes[..answer_bytes]);
             let samples = (detail == Detail::Samples)
                 .then(|| sample_records(problem, &bytes[answer_bytes..]));
@@ -203,6 +193,7 @@ impl Engine for GpuEngine {
         if answer.stamp != self.stamp {
             return Err(self.device.lost("a stale answer came back"));
         }
+        self.buffers = Some(buffers);
         Ok(answer.evaluation(samples))
     }
 }
