@@ -4,29 +4,15 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use inbye::bench::{roadway_field, roadway_problem};
-use inbye::local::{ClearanceField, CpuEngine, Detail, Engine, Prepared};
+use inbye::local::{ClearanceField, Detail, Prepared, open_all};
 use inbye::map::{GridFrame, ObstacleGrid};
 
 /// Steps of the horizon.
 const STEPS: u32 = 30;
 
-fn engines() -> Vec<Box<dyn Engine>> {
-    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
-    if let Ok(engine) = CpuEngine::with_threads(2) {
-        engines.push(Box::new(engine));
-    }
-    #[cfg(feature = "gpu")]
-    for adapter in inbye::local::gpu::adapters() {
-        if let Ok(engine) = inbye::local::gpu::GpuEngine::new(&adapter) {
-            engines.push(Box::new(engine));
-        }
-    }
-    engines
-}
-
 fn decisions(criterion: &mut Criterion) {
     let field = roadway_field().into();
-    let mut engines = engines();
+    let mut engines = open_all(2, |_| ()).expect("two threads");
     for (speeds, turns) in [(20, 40), (70, 72), (128, 128)] {
         let mut group = criterion.benchmark_group(format!("decision of {speeds} x {turns}"));
         group.throughput(Throughput::Elements(u64::from(speeds * turns * STEPS)));

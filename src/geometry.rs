@@ -125,6 +125,19 @@ pub fn bearing(from: &Point, to: &Point) -> f64 {
     libm::atan2(to.y - from.y, to.x - from.x)
 }
 
+/// The point of a segment, which may be a single point, that is nearest to another point.
+#[must_use]
+pub fn nearest_on_segment(from: &Point, to: &Point, point: &Point) -> Point {
+    let whole = to - from;
+    let squared = whole.norm_squared();
+    let share = if squared > 0.0 {
+        (whole.dot(&(point - from)) / squared).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    from + whole * share
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

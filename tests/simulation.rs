@@ -81,12 +81,7 @@ fn quiet_lidar(beams: usize) -> Lidar {
 }
 
 fn robot(radius: f64) -> Footprint {
-    Footprint::new(vec![Disc {
-        x: 0.0,
-        y: 0.0,
-        radius,
-    }])
-    .expect("a valid disc")
+    Footprint::round(radius).expect("a valid disc")
 }
 
 #[test]

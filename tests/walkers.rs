@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, UnknownPolicy};
-use inbye::robot::{Disc, Footprint};
+use inbye::robot::Footprint;
 use inbye::sim::{Crowd, Scene, SimError, Walkers, World, YIELD_GAP_M, dead_end, scenes};
 
 /// Radius of the robot that must pass everywhere, metres.
@@ -12,12 +12,7 @@ const ROBOT_RADIUS_M: f64 = 0.45;
 const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);
 
 fn robot(radius: f64) -> Footprint {
-    Footprint::new(vec![Disc {
-        x: 0.0,
-        y: 0.0,
-        radius,
-    }])
-    .expect("a valid disc")
+    Footprint::round(radius).expect("a valid disc")
 }
 
 fn ground(scene: &Scene) -> ObstacleGrid {

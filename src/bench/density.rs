@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::{BenchError, DensityRow, EvaluationDigest, Latencies, LatencySummary};
 use crate::geometry::{Point, Pose, Twist};
-use crate::local::{ClearanceField, Detail, Engine, LocalSettings, Prepared, Problem, Window};
+use crate::local::{ClearanceField, Detail, Engine, LocalSettings, Prepared, Problem, Situation};
 use crate::map::{GridFrame, ObstacleGrid};
-use crate::robot::{Disc, Footprint, Limits};
+use crate::robot::{Footprint, Limits};
 
 /// What to measure.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,41 +169,28 @@ pub fn roadway_problem(
     steps: u32,
     tick: usize,
 ) -> Problem {
-    let settings = LocalSettings::default();
-    let limits = Limits::default();
     let along = (tick % 100) as f64 / 100.0;
-    let twist = Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15);
-    let horizon = LocalSettings {
+    // A window as wide as a second makes it, so that the samples spread over the drift.
+    let settings = LocalSettings {
+        vx_samples,
+        vtheta_samples,
         control_period_s: 1.0,
-        ..settings
+        ..LocalSettings::default()
     };
-    let footprint = Footprint::new(vec![Disc {
-        x: 0.0,
-        y: 0.0,
-        radius: 0.3,
-    }]);
-    Problem {
-        field: Arc::clone(field),
+    let ahead = Point::new(7.0, 6.5);
+    let situation = Situation {
+        field,
         pose: Pose::new(3.0 + along, 6.0, 0.1 * along),
-        window: Window::new(
-            &limits,
-            &twist,
-            horizon.control_period_s,
-            vx_samples,
-            vtheta_samples,
-        ),
-        braking_x: -limits.decel_lim_x,
-        braking_theta: -limits.decel_lim_theta,
-        step_s: horizon.sim_step_s,
+        twist: Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15),
+        obstacles: &[],
+        target: ahead,
+        key_node: ahead,
+        limits: Limits::default(),
+        footprint: &Footprint::round(0.3).expect("a sound radius"),
+        weights: settings.weights,
+    };
+    Problem {
         steps,
-        footprint: footprint.expect("one disc with a radius"),
-        max_clearance_m: horizon.max_clearance_m,
-        outside: horizon.outside,
-        obstacles: Vec::new(),
-        target: Point::new(7.0, 6.5),
-        key_node: Point::new(7.0, 6.5),
-        weights: horizon.weights,
-        normalization: horizon.normalization,
-        stopping: horizon.stopping,
+        ..situation.problem(&settings)
     }
 }

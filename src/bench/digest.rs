@@ -10,13 +10,7 @@ pub struct EvaluationDigest(BitDigest);
 impl EvaluationDigest {
     /// Adds an evaluation; its samples count too, where it has them.
     pub fn add(&mut self, evaluation: &Evaluation) {
-        let counts = &evaluation.counts;
-        self.words(&[
-            counts.admissible,
-            counts.collision,
-            counts.cannot_stop,
-            counts.outside,
-        ]);
+        self.words(&evaluation.counts.to_array());
         for sum in evaluation.totals.sums {
             self.0.wide(sum);
         }

@@ -117,22 +117,11 @@ pub fn compare(
             note(what, format!("{expected:#x}"), format!("{found:#x}"));
         }
     };
-    let counts = |evaluation: &Evaluation| {
-        let counts = evaluation.counts;
-        [
-            counts.admissible,
-            counts.collision,
-            counts.cannot_stop,
-            counts.outside,
-        ]
-    };
     let names = ["admissible", "collision", "cannot_stop", "outside"];
-    for (name, (one, other)) in names.iter().zip(counts(expected).iter().zip(counts(found))) {
-        check(
-            format!("count of {name}"),
-            u64::from(*one),
-            u64::from(other),
-        );
+    let (one, other) = (expected.counts.to_array(), found.counts.to_array());
+    for (place, name) in names.iter().enumerate() {
+        let (one, other) = (one[place].into(), other[place].into());
+        check(format!("count of {name}"), one, other);
     }
     for (term, name) in TERMS.iter().enumerate() {
         let (one, other) = (&expected.totals, &found.totals);
@@ -167,14 +156,14 @@ pub fn compare(
             other.2[term].into(),
         );
     }
-    let samples = |evaluation: &Evaluation| evaluation.samples.clone().unwrap_or_default();
-    let (one, other) = (samples(expected), samples(found));
+    let one = expected.samples.as_deref().unwrap_or_default();
+    let other = found.samples.as_deref().unwrap_or_default();
     check(
         "number of samples".to_owned(),
         one.len() as u64,
         other.len() as u64,
     );
-    for (index, (one, other)) in one.iter().zip(&other).enumerate() {
+    for (index, (one, other)) in one.iter().zip(other).enumerate() {
         check(
             format!("sample {index} reason"),
             one.reason as u64,

@@ -9,7 +9,7 @@ use inbye::bench::Latencies;
 use inbye::global::PlanError;
 use inbye::local::ChooseError;
 use inbye::map::OccupancyGrid;
-use inbye::navigator::{Fault, Goal, RoutePlanner};
+use inbye::navigator::{Fault, Goal};
 use inbye::sim::{
     Config, Mission, MissionError, MissionResult, Observer, TraceRow, Walkers, run_mission,
 };
@@ -164,12 +164,7 @@ pub fn seeded_walkers(
         return Ok(Walkers::default());
     }
     let obstacles = map.obstacles(config.unknown);
-    let planner = RoutePlanner::new(
-        &config.robot.footprint,
-        &config.navigator,
-        config.global.clone(),
-        map.frame().resolution_m,
-    );
+    let planner = config.route_planner(map.frame().resolution_m);
     let plan = planner
         .plan(&obstacles, start, goal, &mut || 0.0)
         .map_err(Fault::Plan)?;

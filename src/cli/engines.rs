@@ -2,7 +2,7 @@
 
 use std::thread::available_parallelism;
 
-use inbye::local::{CpuEngine, Engine, Opened, Preference, open};
+use inbye::local::{Engine, Opened, Preference, open, open_all};
 
 use super::output;
 
@@ -31,29 +31,8 @@ pub fn choose(preference: &Preference, threads: Option<usize>) -> anyhow::Result
     Ok(engine)
 }
 
-/// Every engine: the CPU on one thread and on all cores, then each adapter. An adapter that cannot be opened is told
-/// and left out.
+/// Every engine. An adapter that cannot be opened is told and left out.
 pub fn all() -> anyhow::Result<Vec<Box<dyn Engine>>> {
-    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
-    if cores() > 1 {
-        engines.push(Box::new(CpuEngine::with_threads(cores())?));
-    }
-    add_adapters(&mut engines);
-    Ok(engines)
-}
-
-#[cfg(feature = "gpu")]
-fn add_adapters(engines: &mut Vec<Box<dyn Engine>>) {
-    use inbye::local::gpu::{GpuEngine, adapters};
-    for adapter in adapters() {
-        match GpuEngine::new(&adapter) {
-            Ok(engine) => engines.push(Box::new(engine)),
-            Err(error) => output::note(format!("left out: {error}")),
-        }
-    }
-}
-
-#[cfg(not(feature = "gpu"))]
-fn add_adapters(_engines: &mut Vec<Box<dyn Engine>>) {
-    output::note("this build has no GPU engine");
+    let tell = |error| output::note(format!("left out: {error}"));
+    Ok(open_all(cores(), tell)?)
 }

@@ -4,7 +4,6 @@ use anyhow::anyhow;
 use inbye::geometry::Point;
 use inbye::global::{self, Ground, Path, Plan, PlanError, min_clearance_m};
 use inbye::map::{FreeSpace, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
-use inbye::navigator::RoutePlanner;
 use inbye::sim::Config;
 use serde_json::{Value, json};
 
@@ -98,13 +97,9 @@ fn search(
         return global::plan(&ground, start, goal, &config.global, &mut clock);
     }
     let resolution_m = obstacles.frame().resolution_m;
-    RoutePlanner::new(
-        &config.robot.footprint,
-        &config.navigator,
-        config.global.clone(),
-        resolution_m,
-    )
-    .plan(obstacles, start, goal, &mut clock)
+    config
+        .route_planner(resolution_m)
+        .plan(obstacles, start, goal, &mut clock)
 }
 
 fn object(plan: &Plan, clearance_m: f64) -> Value {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context, anyhow, bail};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
-    ClearanceField, LocalSettings, Normalization, Outside, Problem, Stopping, Weights, Window,
+    ClearanceField, LocalSettings, Normalization, Outside, Problem, Situation, Stopping, Weights,
 };
 use inbye::map::{LoadOptions, MovingDisc, OccupancyGrid, UnknownPolicy, load};
 use inbye::robot::{Footprint, Limits};
@@ -121,7 +121,10 @@ fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
         sim_time_s: file.sim_time_s.unwrap_or(defaults.sim_time_s),
         sim_step_s: file.sim_step_s.unwrap_or(defaults.sim_step_s),
         max_clearance_m: file.max_clearance_m.unwrap_or(defaults.max_clearance_m),
-        ..defaults
+        outside: file.outside,
+        weights: file.weights,
+        normalization: file.normalization,
+        stopping: file.stopping,
     };
     settings.validate()?;
     let [linear, angular] = file.robot.velocity;
@@ -134,30 +137,18 @@ fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
         None => inbye::sim::RobotConfig::default().footprint,
     };
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
-    Ok(Problem {
-        field: Arc::new(field),
+    let situation = Situation {
+        field: &Arc::new(field),
         pose: Pose::from(file.robot.pose),
-        window: Window::new(
-            &file.limits,
-            &twist,
-            settings.control_period_s,
-            settings.vx_samples,
-            settings.vtheta_samples,
-        ),
-        braking_x: -file.limits.decel_lim_x,
-        braking_theta: -file.limits.decel_lim_theta,
-        step_s: settings.sim_step_s,
-        steps: settings.steps(),
-        footprint,
-        max_clearance_m: settings.max_clearance_m,
-        outside: file.outside,
-        obstacles: file.obstacles,
+        twist,
+        obstacles: &file.obstacles,
         target: point(file.target),
         key_node: point(file.key_node.unwrap_or(file.target)),
-        weights: file.weights,
-        normalization: file.normalization,
-        stopping: file.stopping,
-    })
+        limits: file.limits,
+        footprint: &footprint,
+        weights: settings.weights,
+    };
+    Ok(situation.problem(&settings))
 }
 
 fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid> {

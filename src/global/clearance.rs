@@ -3,7 +3,7 @@
 use core::f64::consts::SQRT_2;
 
 use super::Path;
-use crate::geometry::Point;
+use crate::geometry::{Point, nearest_on_segment};
 use crate::map::{Cell, DistanceField, GridFrame, ObstacleGrid};
 
 /// The smallest distance from a path to any obstacle cell's square, metres, zero where it touches one; infinite on a map
@@ -70,7 +70,6 @@ impl Piece {
             inside(middle.x, frame.width),
             inside(middle.y, frame.height),
         );
-        let center = Point::new(f64::from(cell.column) + 0.5, f64::from(cell.row) + 0.5);
         let between_centers = field.distance_m(cell) / frame.resolution_m;
         let half_length = (to - from).norm() / 2.0;
         Self {
@@ -78,7 +77,7 @@ impl Piece {
             to,
             // Half a diagonal at most from the middle to its cell's centre, and from the obstacle's to its corner.
             at_least: between_centers - SQRT_2 - half_length,
-            at_most: (between_centers + (middle - center).norm() - 0.5).max(0.0),
+            at_most: (between_centers + (middle - cell.center()).norm() - 0.5).max(0.0),
         }
     }
 
@@ -140,13 +139,6 @@ impl Piece {
     }
 
     fn distance_to_point(&self, point: &Point) -> f64 {
-        let whole = self.to - self.from;
-        let squared = whole.norm_squared();
-        let share = if squared > 0.0 {
-            (whole.dot(&(point - self.from)) / squared).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        (point - (self.from + whole * share)).norm()
+        (point - nearest_on_segment(&self.from, &self.to, point)).norm()
     }
 }

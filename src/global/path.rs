@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use crate::geometry::{Point, bearing, wrap_angle};
+use crate::geometry::{Point, Vector, bearing, wrap_angle};
 
 /// A change of heading larger than this is a turn, radians: 5 degrees.
 const TURN_FROM_RAD: f64 = 0.087_266_462_599_716_48;
@@ -84,6 +84,22 @@ impl Path {
         self.points[after - 1] + (next - self.points[after - 1]) * share
     }
 
+    /// Unit vector along the path at an arc length, that of the segment before where two meet; zero on a path of one point.
+    #[must_use]
+    pub fn direction_at(&self, arc_m: f64) -> Vector {
+        let last = self.points.len() - 1;
+        let end = self.arcs_m.partition_point(|&arc| arc < arc_m);
+        let end = end.clamp(1.min(last), last);
+        let segment = self.points[end] - self.points[end.saturating_sub(1)];
+        segment.try_normalize(0.0).unwrap_or_else(Vector::zeros)
+    }
+
+    /// Points at equal arc lengths of at most `spacing_m`, both ends included.
+    pub fn samples(&self, spacing_m: f64) -> impl Iterator<Item = Point> + '_ {
+        let count = (self.length_m() / spacing_m).ceil().max(1.0);
+        (0..=count as usize).map(move |index| self.point_at(self.length_m() * index as f64 / count))
+    }
+
     /// The nearest point of the whole path; of equally near ones, the earliest.
     #[must_use]
     pub fn project(&self, point: &Point) -> Projection {
@@ -149,6 +165,17 @@ mod tests {
         assert_eq!(path.point_at(-1.0), Point::new(0.0, 0.0));
         assert_eq!(path.point_at(9.0), Point::new(2.0, 3.0));
         assert_eq!(path.turns(), 1);
+    }
+
+    #[test]
+    fn directions_and_samples_follow_the_corner() {
+        let path = corner();
+        assert_eq!(path.direction_at(1.0), Vector::new(1.0, 0.0));
+        assert_eq!(path.direction_at(4.0), Vector::new(0.0, 1.0));
+        assert_eq!(path.samples(1.0).count(), 6);
+        let place = Path::new(vec![Point::new(1.0, 1.0)]);
+        assert_eq!(place.point_at(0.5), Point::new(1.0, 1.0));
+        assert_eq!(place.direction_at(0.5), Vector::zeros());
     }
 
     #[test]

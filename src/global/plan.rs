@@ -145,9 +145,7 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, Refusal> {
 
 /// The corners of the smallest upright rectangle around a grid.
 fn extent(frame: &GridFrame) -> String {
-    let (width, height) = (f64::from(frame.width), f64::from(frame.height));
-    let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
-        .map(|(x, y)| frame.from_cell_units(&Point::new(x, y)));
+    let corners = frame.corners();
     let low = corners
         .iter()
         .fold(corners[0], |low, corner| low.inf(corner));

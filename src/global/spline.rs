@@ -11,7 +11,7 @@ use super::basis::Segment;
 use super::line_of_sight::{is_clear, sees};
 use super::path::Path;
 use super::prune::merge_collinear;
-use crate::geometry::Point;
+use crate::geometry::{Point, nearest_on_segment};
 use crate::map::FreeSpace;
 
 /// By how much control points move towards a vertex whose curve does not fit.
@@ -22,6 +22,7 @@ const SHARP_CELLS: f64 = 0.25;
 const SAME_M: f64 = 1e-6;
 /// A point this near to an edge is on it, metres: rounding, and less than the distance kept from walls is promised to.
 const ON_EDGE_M: f64 = 1e-10;
+
 /// The curve of a degree over a path that is clear in `space`: same ends exactly, and every chord clear in `space` or
 /// part of an edge of the path. Never longer than the path, up to rounding. A degree below two, or a path without inner
 /// points, leaves the path as it is.
@@ -49,11 +50,9 @@ pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
 
 /// Whether both ends of a chord lie on an edge, up to rounding.
 fn is_part(edge: &[Point], chord: &[Point]) -> bool {
-    let whole = edge[1] - edge[0];
-    chord.iter().all(|point| {
-        let share = whole.dot(&(point - edge[0])) / whole.norm_squared();
-        (point - (edge[0] + whole * share.clamp(0.0, 1.0))).norm() <= ON_EDGE_M
-    })
+    chord
+        .iter()
+        .all(|point| (point - nearest_on_segment(&edge[0], &edge[1], point)).norm() <= ON_EDGE_M)
 }
 
 /// A B-spline about the vertices of a path.

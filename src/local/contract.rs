@@ -97,6 +97,19 @@ pub struct Counts {
     pub outside: u32,
 }
 
+impl Counts {
+    /// The counts as a list: admissible, collision, cannot stop, outside.
+    #[must_use]
+    pub const fn to_array(self) -> [u32; 4] {
+        [
+            self.admissible,
+            self.collision,
+            self.cannot_stop,
+            self.outside,
+        ]
+    }
+}
+
 /// Sum, least and greatest of each term over the admissible samples; heading, clearance, velocity, path.
 ///
 /// Without any admissible sample the sums and greatest are zero and the least are `u32::MAX`.

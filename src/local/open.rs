@@ -53,6 +53,38 @@ pub fn open(preference: &Preference, threads: usize) -> Result<Opened, EngineErr
     }
 }
 
+/// Every engine of this machine: the CPU on one thread and, where there are more, on all of them; then each adapter,
+/// hardware first. `left_out` hears why an adapter could not be opened.
+///
+/// # Errors
+/// When the system does not give the threads.
+pub fn open_all(
+    threads: usize,
+    left_out: impl FnMut(EngineError),
+) -> Result<Vec<Box<dyn Engine>>, EngineError> {
+    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
+    if threads > 1 {
+        engines.push(Box::new(CpuEngine::with_threads(threads)?));
+    }
+    add_adapters(&mut engines, left_out);
+    Ok(engines)
+}
+
+#[cfg(feature = "gpu")]
+fn add_adapters(engines: &mut Vec<Box<dyn Engine>>, mut left_out: impl FnMut(EngineError)) {
+    for adapter in super::gpu::adapters() {
+        match super::gpu::GpuEngine::new(&adapter) {
+            Ok(engine) => engines.push(Box::new(engine)),
+            Err(error) => left_out(error),
+        }
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn add_adapters(_engines: &mut Vec<Box<dyn Engine>>, mut left_out: impl FnMut(EngineError)) {
+    left_out(EngineError::NotBuilt);
+}
+
 fn open_cpu(threads: usize, why: &str) -> Result<Opened, EngineError> {
     let engine = CpuEngine::with_threads(threads)?;
     Ok(Opened {

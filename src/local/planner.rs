@@ -33,6 +33,37 @@ pub struct Situation<'a> {
     pub weights: Weights,
 }
 
+impl Situation<'_> {
+    /// The problem that it poses to a planner with these settings, whose weights it replaces by its own.
+    #[must_use]
+    pub fn problem(&self, settings: &LocalSettings) -> Problem {
+        Problem {
+            field: Arc::clone(self.field),
+            pose: self.pose,
+            window: Window::new(
+                &self.limits,
+                &self.twist,
+                settings.control_period_s,
+                settings.vx_samples,
+                settings.vtheta_samples,
+            ),
+            braking_x: -self.limits.decel_lim_x,
+            braking_theta: -self.limits.decel_lim_theta,
+            step_s: settings.sim_step_s,
+            steps: settings.steps(),
+            footprint: self.footprint.clone(),
+            max_clearance_m: settings.max_clearance_m,
+            outside: settings.outside,
+            obstacles: self.obstacles.to_vec(),
+            target: self.target,
+            key_node: self.key_node,
+            weights: self.weights,
+            normalization: settings.normalization,
+            stopping: settings.stopping,
+        }
+    }
+}
+
 /// A decision that could not be taken.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ChooseError {
@@ -69,36 +100,6 @@ impl LocalPlanner {
         &self.settings
     }
 
-    /// The problem that a situation poses.
-    #[must_use]
-    pub fn problem(&self, situation: &Situation<'_>) -> Problem {
-        let settings = &self.settings;
-        Problem {
-            field: Arc::clone(situation.field),
-            pose: situation.pose,
-            window: Window::new(
-                &situation.limits,
-                &situation.twist,
-                settings.control_period_s,
-                settings.vx_samples,
-                settings.vtheta_samples,
-            ),
-            braking_x: -situation.limits.decel_lim_x,
-            braking_theta: -situation.limits.decel_lim_theta,
-            step_s: settings.sim_step_s,
-            steps: settings.steps(),
-            footprint: situation.footprint.clone(),
-            max_clearance_m: settings.max_clearance_m,
-            outside: settings.outside,
-            obstacles: situation.obstacles.to_vec(),
-            target: situation.target,
-            key_node: situation.key_node,
-            weights: situation.weights,
-            normalization: settings.normalization,
-            stopping: settings.stopping,
-        }
-    }
-
     /// Evaluates the window; the command is the winner's velocity, none when no sample is admissible.
     ///
     /// # Errors
@@ -107,7 +108,7 @@ impl LocalPlanner {
         &mut self,
         situation: &Situation<'_>,
     ) -> Result<(Option<Twist>, Evaluation), ChooseError> {
-        let problem = self.problem(situation);
+        let problem = situation.problem(&self.settings);
         let evaluation = self
             .engine
             .evaluate(&Prepared::new(&problem)?, Detail::Answer)?;

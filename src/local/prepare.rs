@@ -218,12 +218,7 @@ fn obstacles(problem: &Problem, reach_units: f64) -> Result<Vec<MovingBody>, Pro
     let start = origin.inverse_transform(&problem.pose.position());
     let turn_back = origin.isometry().rotation.inverse();
     let time_s = f64::from(problem.steps) * problem.step_s;
-    let largest_disc = problem
-        .footprint
-        .discs()
-        .iter()
-        .map(|disc| disc.radius)
-        .fold(0.0, f64::max);
+    let largest_disc = problem.footprint.largest_disc_m();
     let reach_m = reach_units * unit_m + problem.footprint.circumscribed_radius_m();
     let mut bodies = Vec::with_capacity(problem.obstacles.len());
     for (index, disc) in problem.obstacles.iter().enumerate() {

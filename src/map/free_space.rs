@@ -69,8 +69,7 @@ impl FreeSpace {
         for row in span(at.y, frame.height) {
             for column in span(at.x, frame.width) {
                 let cell = Cell::new(column, row);
-                let center = Point::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
-                if (center - at).norm() <= reach {
+                if (cell.center() - at).norm() <= reach {
                     self.free[frame.index(cell)] |= other.is_free(cell);
                 }
             }
@@ -106,10 +105,7 @@ impl FreeSpace {
     #[must_use]
     pub fn nearest_free(&self, point: &Point) -> Option<Cell> {
         let at = self.frame.to_cell_units(point);
-        let squared = |cell: Cell| {
-            let center = Point::new(f64::from(cell.column) + 0.5, f64::from(cell.row) + 0.5);
-            (center - at).norm_squared()
-        };
+        let squared = |cell: Cell| (cell.center() - at).norm_squared();
         (0..self.free.len())
             .filter(|&index| self.free[index])
             .map(|index| self.frame.cell_at(index))

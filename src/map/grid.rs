@@ -20,6 +20,12 @@ impl Cell {
     pub const fn new(column: i32, row: i32) -> Self {
         Self { column, row }
     }
+
+    /// The centre of its square, in cells from the grid's corner.
+    #[must_use]
+    pub fn center(self) -> Point {
+        Point::new(f64::from(self.column) + 0.5, f64::from(self.row) + 0.5)
+    }
 }
 
 /// Size and placement of a grid: every grid of this crate carries one, and two grids may be combined when
@@ -111,6 +117,14 @@ impl GridFrame {
         self.origin.transform(&(units * self.resolution_m))
     }
 
+    /// The four corners of the grid in the map frame, counter-clockwise from that of cell (0, 0).
+    #[must_use]
+    pub fn corners(&self) -> [Point; 4] {
+        let (width, height) = (f64::from(self.width), f64::from(self.height));
+        [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
+            .map(|(x, y)| self.from_cell_units(&Point::new(x, y)))
+    }
+
     /// The cell that covers a point, or none outside the grid or for a point that is not finite.
     #[must_use]
     pub fn cell_of(&self, point: &Point) -> Option<Cell> {
@@ -130,10 +144,7 @@ impl GridFrame {
     /// The centre of a cell in the map frame; the cell may lie outside the grid.
     #[must_use]
     pub fn center_of(&self, cell: Cell) -> Point {
-        self.from_cell_units(&Point::new(
-            f64::from(cell.column) + 0.5,
-            f64::from(cell.row) + 0.5,
-        ))
+        self.from_cell_units(&cell.center())
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use serde_saphyr::options::NonFiniteFloatPolicy;
 use serde_saphyr::{Error, Options, Spanned, budget, options};
+use strsim::levenshtein;
 
 use super::MapError;
 use crate::geometry::Pose;
@@ -141,7 +142,13 @@ impl Entries {
             .iter()
             .filter(|(found, _)| !KEYS.contains(&found.as_str()));
         strangers
-            .map(|(found, entry)| (edits(found, key), entry.referenced.line() as usize, found))
+            .map(|(found, entry)| {
+                (
+                    levenshtein(found, key),
+                    entry.referenced.line() as usize,
+                    found,
+                )
+            })
             .filter(|(edits, ..)| 2 * edits <= key.len())
             .min()
             .map(|(_, line, found)| (line, found.clone()))
@@ -213,19 +220,4 @@ fn shown(value: &Value) -> String {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text,
     }
-}
-
-/// Characters to insert, remove or replace to make one word into the other.
-fn edits(one: &str, other: &str) -> usize {
-    let mut row: Vec<usize> = (0..=other.chars().count()).collect();
-    for (index, a) in one.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = index + 1;
-        for (column, b) in other.chars().enumerate() {
-            let replaced = diagonal + usize::from(a != b);
-            diagonal = row[column + 1];
-            row[column + 1] = replaced.min(diagonal + 1).min(row[column] + 1);
-        }
-    }
-    row[other.chars().count()]
 }

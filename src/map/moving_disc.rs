@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Point, Vector};
+use crate::geometry::Point;
 
 /// A disc on the ground that moves with constant velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,12 +27,6 @@ impl MovingDisc {
     #[must_use]
     pub const fn center(&self) -> Point {
         Point::new(self.x, self.y)
-    }
-
-    /// The centre after a time in seconds.
-    #[must_use]
-    pub fn center_at(&self, time_s: f64) -> Point {
-        self.center() + Vector::new(self.vx, self.vy) * time_s
     }
 
     /// Whether every number is finite and the radius above zero.

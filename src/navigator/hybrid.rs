@@ -60,6 +60,9 @@ const TURNS_BELOW: f64 = 0.2;
 const APPROACH: f64 = 0.6;
 /// Beyond this distance from its path the robot plans anew, metres.
 const OFF_PATH_M: f64 = 2.5;
+/// Clearance that the local window shows beyond the ends of the longest trajectories, metres: a window's distance field
+/// is made anew at each tick, and its cost grows with the square of the side.
+const CLEARANCE_SEEN_M: f64 = 1.5;
 
 impl Navigator {
     /// A navigator with a path from start to goal.
@@ -211,7 +214,7 @@ impl Navigator {
         })
     }
 
-    /// Moves slowly back to where it came from, away from whatever is nearest, even from within a margin.
+    /// Moves slowly back to where it came from, even from within a margin.
     fn back_out(
         &mut self,
         observation: &Observation,
@@ -318,7 +321,7 @@ impl Navigator {
         }
     }
 
-    /// Half the side of the local window: as far as a trajectory and the clearance along it can reach.
+    /// Half the side of the local window: as far as a trajectory can reach, and some clearance beyond.
     fn window_half_m(&self) -> f64 {
         let settings = self.planner.settings();
         let limits = &self.robot.limits;
@@ -327,7 +330,7 @@ impl Navigator {
             .max(-limits.min_vel_x)
             .max(self.settings.backing_speed);
         fastest * settings.sim_time_s
-            + settings.max_clearance_m.min(1.5)
+            + settings.max_clearance_m.min(CLEARANCE_SEEN_M)
             + self.robot.footprint.circumscribed_radius_m()
     }
 
@@ -336,16 +339,18 @@ impl Navigator {
     /// A way round people may be as much longer as the robot could have driven while it waited for them: so waiting
     /// and the detour together never cost more than twice the better of the two.
     fn replan_if_needed(&mut self, observation: &Observation, off_path_m: f64, stuck_s: f64) {
+        if observation.time_s < self.next_replan_s {
+            return;
+        }
         let radius_m = self.route_planner.least_radius_m();
         let ahead_m = self.settings.check_ahead_m;
-        let blocked = self.map.has_marks()
-            && self
-                .map
-                .marks()
-                .any(|mark| self.route.is_near_ahead(&mark, radius_m, ahead_m));
+        let blocked = self
+            .map
+            .marks()
+            .any(|mark| self.route.is_near_ahead(&mark, radius_m, ahead_m));
+        let strayed = off_path_m > OFF_PATH_M;
         let waited = self.mode == Mode::BackingUp;
-        let wanted = blocked || off_path_m > OFF_PATH_M || waited;
-        if !wanted || observation.time_s < self.next_replan_s {
+        if !(blocked || strayed || waited) {
             return;
         }
         self.next_replan_s = observation.time_s + self.settings.replan_period_s;
@@ -366,7 +371,7 @@ impl Navigator {
             .plan(&obstacles, start, self.goal.position, &mut || 0.0);
         let Ok(plan) = planned else { return };
         let longer_m = plan.smoothed.length_m() - self.route.left_m();
-        let only_waited = !blocked && off_path_m <= OFF_PATH_M;
+        let only_waited = !(blocked || strayed);
         if only_waited && longer_m > stuck_s * self.robot.limits.max_vel_x {
             return;
         }

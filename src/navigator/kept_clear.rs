@@ -5,7 +5,7 @@ use super::{NavigatorSettings, Observation};
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;
-use crate::robot::{Disc, Footprint};
+use crate::robot::Footprint;
 
 /// Footprint and moving obstacles, grown so that touching in the planner's eyes leaves the margins in truth.
 pub(super) struct KeptClear {
@@ -39,7 +39,7 @@ impl KeptClear {
             wanted_m
         };
         let grow = |disc: &MovingDisc| {
-            let gap_m = gap_m(footprint, pose, disc);
+            let gap_m = footprint.gap_to_disc_m(pose, &disc.center(), disc.radius);
             let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
             within_a_margin |= came_close;
             let kept_m = if came_close {
@@ -70,7 +70,7 @@ impl KeptClear {
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
         let margin_m = left_of(coarseness_m, wall_m);
         let grow = |disc: &MovingDisc| {
-            let gap_m = gap_m(footprint, pose, disc);
+            let gap_m = footprint.gap_to_disc_m(pose, &disc.center(), disc.radius);
             let kept_m = left_of(settings.passing_margin_m / 2.0, gap_m);
             let mut kept = grown(disc, kept_m - margin_m);
             if gap_m < settings.moving_margin_m {
@@ -87,21 +87,15 @@ impl KeptClear {
 
     /// Whether the robot can turn on the spot: the circle that its discs sweep is clear.
     pub fn may_turn(&self, field: &ClearanceField, pose: &Pose) -> bool {
-        let radius = self.footprint.circumscribed_radius_m();
-        let Ok(swept) = Footprint::new(vec![Disc {
-            x: 0.0,
-            y: 0.0,
-            radius,
-        }]) else {
+        let Ok(swept) = Footprint::round(self.footprint.circumscribed_radius_m()) else {
             return false;
         };
+        let is_clear =
+            |disc: &MovingDisc| swept.gap_to_disc_m(pose, &disc.center(), disc.radius) > 0.0;
         field
             .clearance_m(&swept, pose)
             .is_some_and(|clearance| clearance > 0.0)
-            && self
-                .moving
-                .iter()
-                .all(|disc| gap_m(&swept, pose, disc) > 0.0)
+            && self.moving.iter().all(is_clear)
     }
 }
 
@@ -116,12 +110,4 @@ fn grown(disc: &MovingDisc, margin_m: f64) -> MovingDisc {
         radius: (disc.radius + margin_m).max(SLACK_M),
         ..*disc
     }
-}
-
-/// Gap between a footprint and a moving obstacle, metres.
-fn gap_m(footprint: &Footprint, pose: &Pose, disc: &MovingDisc) -> f64 {
-    footprint
-        .at(pose)
-        .map(|(center, radius)| (disc.center() - center).norm() - radius - disc.radius)
-        .fold(f64::INFINITY, f64::min)
 }

@@ -83,12 +83,6 @@ impl LocalMap {
         });
     }
 
-    /// Whether there is any mark.
-    #[must_use]
-    pub fn has_marks(&self) -> bool {
-        !self.marks.is_empty()
-    }
-
     /// Centres of the marked cells.
     pub fn marks(&self) -> impl Iterator<Item = Point> + '_ {
         let frame = self.known.frame();

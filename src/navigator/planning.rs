@@ -34,10 +34,9 @@ impl RoutePlanner {
             + local_margin_m(navigator, resolution_m)
             - resolution_m / 2.0;
         let comfortable_radius_m = least_radius_m + navigator.comfort_margin_m;
-        let radii = footprint.discs().iter().map(|disc| disc.radius);
         Self {
             settings,
-            body_radius_m: radii.fold(0.0, f64::max),
+            body_radius_m: footprint.largest_disc_m(),
             least_radius_m,
             comfortable_radius_m,
         }
@@ -117,7 +116,6 @@ mod tests {
     use crate::geometry::Pose;
     use crate::global::{Path, min_clearance_m};
     use crate::map::{Cell, GridFrame};
-    use crate::robot::Disc;
 
     #[test]
     fn a_start_close_to_a_wall_does_not_cost_the_whole_path_its_comfort() {
@@ -143,12 +141,7 @@ mod tests {
             comfort_margin_m: 0.25,
             ..NavigatorSettings::default()
         };
-        let disc = Disc {
-            x: 0.0,
-            y: 0.0,
-            radius: 0.3,
-        };
-        let footprint = Footprint::new(vec![disc]).expect("one sound disc");
+        let footprint = Footprint::round(0.3).expect("a sound radius");
         let planner = RoutePlanner::new(&footprint, &navigator, global::Settings::default(), 0.05);
         let close_m = 0.5 + planner.least_radius_m() + 0.06;
         let ends = [Point::new(2.0, close_m), Point::new(18.0, close_m)];

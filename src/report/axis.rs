@@ -135,7 +135,7 @@ fn round_step(step: f64) -> f64 {
 }
 
 /// The greatest of 1, 2 and 5 times a power of ten that is not above a value above zero.
-fn round_number_below(value: f64) -> f64 {
+pub(super) fn round_number_below(value: f64) -> f64 {
     let power = libm::exp10(libm::floor(libm::log10(value)));
     [5.0, 2.0]
         .into_iter()

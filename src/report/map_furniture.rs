@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::axis::round_number_below;
 use super::map_picture::STRIP;
 use super::number::coordinate;
 use super::viewport::{MAP_WIDTH, Viewport};
@@ -64,7 +65,7 @@ fn label(view: &Viewport, place: &Point, word: &str, above: bool) -> Markup {
 
 /// The strip below the map: the scale bar, and which way the axes point.
 pub(super) fn strip(view: &Viewport, top: f64) -> Markup {
-    let metres = round_length(SCALE_BAR / view.scale());
+    let metres = round_number_below(SCALE_BAR / view.scale());
     let end = 12.0 + metres * view.scale();
     let y = top + STRIP / 2.0 + 2.0;
     let (x, foot) = (MAP_WIDTH - 70.0, top + STRIP - 9.0);
@@ -80,14 +81,4 @@ pub(super) fn strip(view: &Viewport, top: f64) -> Markup {
         text x=(coordinate(x + 33.0)) y=(coordinate(foot)) dy=".3em" { "x" }
         text class="end" x=(coordinate(x - 8.0)) y=(coordinate(foot - 20.0)) dy=".35em" { "y" }
     }
-}
-
-/// The greatest of 1, 2 and 5 times a power of ten that is not above a length.
-fn round_length(length: f64) -> f64 {
-    let power = libm::exp10(libm::floor(libm::log10(length)));
-    [5.0, 2.0]
-        .into_iter()
-        .map(|digit| digit * power)
-        .find(|&round| round <= length)
-        .unwrap_or(power)
 }

@@ -83,12 +83,7 @@ fn ground(map: &OccupancyGrid, view: &Viewport) -> Markup {
     let at = |column: i32, row: i32| {
         view.at(&frame.from_cell_units(&Point::new(f64::from(column), f64::from(row))))
     };
-    let area = [
-        at(0, 0),
-        at(frame.width, 0),
-        at(frame.width, frame.height),
-        at(0, frame.height),
-    ];
+    let area = frame.corners().map(|corner| view.at(&corner));
     let (columns, rows) = cells_in_view(frame, view);
     html! {
         polygon class="free" points=(points_attribute(&area)) {}

@@ -30,13 +30,7 @@ impl Viewport {
     /// Around points of interest on a map: the whole map where it is not much larger, else their neighbourhood.
     /// Points that are not finite do not count.
     pub(super) fn around(points: impl IntoIterator<Item = Point>, frame: &GridFrame) -> Self {
-        let corners = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(column, row)| {
-            frame.from_cell_units(&Point::new(
-                f64::from(column * frame.width),
-                f64::from(row * frame.height),
-            ))
-        });
-        let whole = bounds(corners);
+        let whole = bounds(frame.corners());
         let view = match bounds(points) {
             Some(part) => {
                 let room = (part.longer_side() * ROOM_SHARE).max(ROOM_M);

@@ -46,6 +46,15 @@ impl Footprint {
         Ok(Self { discs })
     }
 
+    /// A round robot: one disc about its origin.
+    ///
+    /// # Errors
+    /// When the radius, in metres, is not finite and above zero.
+    pub fn round(radius: f64) -> Result<Self, RobotError> {
+        let (x, y) = (0.0, 0.0);
+        Self::new(vec![Disc { x, y, radius }])
+    }
+
     /// The discs, at least one.
     #[must_use]
     pub fn discs(&self) -> &[Disc] {
@@ -57,6 +66,21 @@ impl Footprint {
     pub fn circumscribed_radius_m(&self) -> f64 {
         let reach = |disc: &Disc| libm::hypot(disc.x, disc.y) + disc.radius;
         self.discs.iter().map(reach).fold(0.0, f64::max)
+    }
+
+    /// Radius of the largest disc, metres.
+    #[must_use]
+    pub fn largest_disc_m(&self) -> f64 {
+        let radii = self.discs.iter().map(|disc| disc.radius);
+        radii.fold(0.0, f64::max)
+    }
+
+    /// Gap between a robot at this pose and another disc, metres; not above zero is contact.
+    #[must_use]
+    pub fn gap_to_disc_m(&self, pose: &Pose, center: &Point, radius_m: f64) -> f64 {
+        self.at(pose)
+            .map(|(own, own_radius)| (center - own).norm() - own_radius - radius_m)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The same discs with a margin, metres, added to each radius. A negative margin shrinks, down to 1 mm.

@@ -4,11 +4,12 @@ use core::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::{above_zero, require};
 use super::{Crowd, DriveDynamics, Lidar, SimError};
 use crate::global;
 use crate::local::{LocalSettings, MAX_DISCS};
 use crate::map::UnknownPolicy;
-use crate::navigator::{NavigatorSettings, RobotModel};
+use crate::navigator::{NavigatorSettings, RobotModel, RoutePlanner};
 use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
 
 /// The robot as a configuration describes it.
@@ -57,22 +58,14 @@ impl RobotConfig {
     /// # Errors
     /// [`SimError::BadSetting`] names the first number out of range.
     pub fn validate(&self) -> Result<(), SimError> {
-        let bad = |name, value, expected| {
-            Err(SimError::BadSetting {
-                name,
-                value,
-                expected,
-            })
-        };
         let discs = self.footprint.discs().len();
-        if discs > MAX_DISCS {
-            return bad("number of footprint discs", discs as f64, "1 to 8");
-        }
-        let width_m = self.track_width_m;
-        if !(width_m.is_finite() && width_m > 0.0) {
-            return bad("track_width_m", width_m, "finite and above zero");
-        }
-        Ok(())
+        require(
+            discs <= MAX_DISCS,
+            "number of footprint discs",
+            discs as f64,
+            "1 to 8",
+        )?;
+        above_zero("track_width_m", self.track_width_m)
     }
 
     /// The kinematics of its tracks.
@@ -136,13 +129,7 @@ impl WalkerSettings {
                 "at least slowest and at most 1000",
             ),
         ] {
-            if !(value > least && value <= 1000.0) {
-                return Err(SimError::BadSetting {
-                    name,
-                    value,
-                    expected,
-                });
-            }
+            require(value > least && value <= 1000.0, name, value, expected)?;
         }
         Ok(())
     }
@@ -184,6 +171,17 @@ pub struct Config {
 }
 
 impl Config {
+    /// The planner of global paths for this robot, on maps of a resolution in metres.
+    #[must_use]
+    pub fn route_planner(&self, resolution_m: f64) -> RoutePlanner {
+        RoutePlanner::new(
+            &self.robot.footprint,
+            &self.navigator,
+            self.global.clone(),
+            resolution_m,
+        )
+    }
+
     /// Checks every number, so that no run begins with one that it cannot have.
     ///
     /// # Errors

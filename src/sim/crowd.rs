@@ -5,11 +5,12 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use super::error::above_zero;
 use super::obstacles::Walker;
-use super::route::Route;
 use super::walk::{straight_walk, winding_walk};
 use super::{SimError, Walkers};
 use crate::geometry::{Point, bearing};
+use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid};
 
 /// Shortest and longest walk, metres.
@@ -75,13 +76,7 @@ impl Walkers {
             ("slowest obstacle speed", slowest),
             ("fastest obstacle speed", fastest),
         ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(SimError::BadSetting {
-                    name,
-                    value,
-                    expected: "finite and above zero",
-                });
-            }
+            above_zero(name, value)?;
         }
         if crowd.count == 0 {
             return Ok(Self::default());
@@ -134,7 +129,7 @@ impl<'a> Places<'a> {
         };
         for leg in path.windows(2) {
             let direction = bearing(&leg[0], &leg[1]);
-            for point in Route::new(leg.to_vec()).samples(0.1) {
+            for point in Path::new(leg.to_vec()).samples(0.1) {
                 let cell = places.free.frame().cell_of(&point);
                 if places.may_walk(&point) && cell.is_some_and(|cell| places.free.is_free(cell)) {
                     places.spots.push((point, direction));
@@ -151,7 +146,7 @@ impl<'a> Places<'a> {
     }
 
     /// A walk through the part of the path that belongs to one walker of several, or elsewhere if none is there.
-    fn walk(&self, index: usize, count: usize, rng: &mut Pcg64Mcg) -> Option<Route> {
+    fn walk(&self, index: usize, count: usize, rng: &mut Pcg64Mcg) -> Option<Path> {
         let spots = self.spots.len();
         let own = index * spots / count..(index + 1) * spots / count;
         for attempt in 0..ATTEMPTS {
@@ -171,7 +166,7 @@ impl<'a> Places<'a> {
                 winding_walk(&self.free, &spot, &WALK_M, rng)
             };
             let route = points
-                .map(Route::new)
+                .map(Path::new)
                 .filter(|route| WALK_M.contains(&route.length_m()))
                 .filter(|route| route.samples(0.1).all(|point| self.may_walk(&point)));
             if route.is_some() {

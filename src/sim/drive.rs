@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::SimError;
+use super::error::{above_zero, at_least_zero, require};
 use crate::base::{Base, BaseError, Feedback, finite};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
@@ -36,26 +37,8 @@ impl DriveDynamics {
     /// # Errors
     /// [`SimError::BadSetting`] names the first that is out of range.
     pub fn validate(&self) -> Result<(), SimError> {
-        let Self {
-            motor_lag_s,
-            command_timeout_s,
-        } = *self;
-        let (name, value, expected) = if !(motor_lag_s.is_finite() && motor_lag_s >= 0.0) {
-            ("motor_lag_s", motor_lag_s, "finite and at least zero")
-        } else if !(command_timeout_s.is_finite() && command_timeout_s > 0.0) {
-            (
-                "command_timeout_s",
-                command_timeout_s,
-                "finite and above zero",
-            )
-        } else {
-            return Ok(());
-        };
-        Err(SimError::BadSetting {
-            name,
-            value,
-            expected,
-        })
+        at_least_zero("motor_lag_s", self.motor_lag_s)?;
+        above_zero("command_timeout_s", self.command_timeout_s)
     }
 }
 
@@ -91,25 +74,13 @@ impl SimBase {
     ) -> Result<Self, SimError> {
         limits.validate()?;
         dynamics.validate()?;
-        let checks = [
-            (
-                "track_width_m",
-                drive.track_width_m,
-                drive.track_width_m > 0.0,
-                "finite and above zero",
-            ),
-            ("start x", pose.x, true, "finite"),
-            ("start y", pose.y, true, "finite"),
-            ("start yaw", pose.yaw, true, "finite"),
-        ];
-        for (name, value, in_range, expected) in checks {
-            if !(value.is_finite() && in_range) {
-                return Err(SimError::BadSetting {
-                    name,
-                    value,
-                    expected,
-                });
-            }
+        above_zero("track_width_m", drive.track_width_m)?;
+        for (name, value) in [
+            ("start x", pose.x),
+            ("start y", pose.y),
+            ("start yaw", pose.yaw),
+        ] {
+            require(value.is_finite(), name, value, "finite")?;
         }
         Ok(Self {
             drive,

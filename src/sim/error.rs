@@ -4,6 +4,36 @@ use thiserror::Error;
 
 use crate::robot::RobotError;
 
+/// Refuses a setting that is not good.
+pub(super) const fn require(
+    good: bool,
+    name: &'static str,
+    value: f64,
+    expected: &'static str,
+) -> Result<(), SimError> {
+    if good {
+        Ok(())
+    } else {
+        Err(SimError::BadSetting {
+            name,
+            value,
+            expected,
+        })
+    }
+}
+
+/// Refuses a setting that is not finite and above zero.
+pub(super) const fn above_zero(name: &'static str, value: f64) -> Result<(), SimError> {
+    let good = value.is_finite() && value > 0.0;
+    require(good, name, value, "finite and above zero")
+}
+
+/// Refuses a setting that is not finite and at least zero.
+pub(super) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), SimError> {
+    let good = value.is_finite() && value >= 0.0;
+    require(good, name, value, "finite and at least zero")
+}
+
 /// A description of a simulation that cannot be run.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SimError {

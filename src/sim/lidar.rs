@@ -6,6 +6,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
+use super::error::{above_zero, at_least_zero, require};
 use super::ray::GridRay;
 use super::{SimError, World};
 use crate::geometry::{Point, Pose, Vector};
@@ -54,34 +55,17 @@ impl Lidar {
     /// # Errors
     /// [`SimError::BadSetting`] names the first that is out of range.
     pub fn validate(&self) -> Result<(), SimError> {
-        let bad = |name, value, expected| {
-            Err(SimError::BadSetting {
-                name,
-                value,
-                expected,
-            })
-        };
-        if !(1..=MAX_BEAMS).contains(&self.beams) {
-            return bad("beams", self.beams as f64, "1 to 65536");
-        }
-        if !(self.field_of_view_rad > 0.0 && self.field_of_view_rad <= TAU) {
-            return bad(
-                "field_of_view_rad",
-                self.field_of_view_rad,
-                "above zero and at most a full turn, 6.283185307179586",
-            );
-        }
-        if !(self.range_max_m.is_finite() && self.range_max_m > 0.0) {
-            return bad("range_max_m", self.range_max_m, "finite and above zero");
-        }
-        if !(self.range_sigma_m.is_finite() && self.range_sigma_m >= 0.0) {
-            return bad(
-                "range_sigma_m",
-                self.range_sigma_m,
-                "finite and at least zero",
-            );
-        }
-        Ok(())
+        let beams_fit = (1..=MAX_BEAMS).contains(&self.beams);
+        require(beams_fit, "beams", self.beams as f64, "1 to 65536")?;
+        let view = self.field_of_view_rad;
+        require(
+            view > 0.0 && view <= TAU,
+            "field_of_view_rad",
+            view,
+            "above zero and at most a full turn, 6.283185307179586",
+        )?;
+        above_zero("range_max_m", self.range_max_m)?;
+        at_least_zero("range_sigma_m", self.range_sigma_m)
     }
 
     /// One scan by a robot at this pose, which must be finite. Each beam ends at the first wall or body it meets;

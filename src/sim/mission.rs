@@ -10,7 +10,7 @@ use crate::base::Base;
 use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local::{Engine, LocalPlanner};
 use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{Fault, Goal, Journey, Mode, Navigator, Observation, RoutePlanner};
+use crate::navigator::{Fault, Goal, Journey, Mode, Navigator, Observation};
 
 /// What to do, and in which world.
 #[derive(Clone, Debug)]
@@ -116,13 +116,7 @@ impl<'a> Simulation<'a> {
         let known = mission.map.obstacles(config.unknown);
         let truth = mission.truth.clone().unwrap_or_else(|| known.clone());
         let robot = config.robot.model();
-        let resolution_m = known.frame().resolution_m;
-        let route_planner = RoutePlanner::new(
-            &robot.footprint,
-            &config.navigator,
-            config.global.clone(),
-            resolution_m,
-        );
+        let route_planner = config.route_planner(known.frame().resolution_m);
         let planner = LocalPlanner::new(engine, config.local.clone());
         let engine = planner.engine_name();
         let navigator = Navigator::new(
@@ -197,7 +191,7 @@ impl<'a> Simulation<'a> {
             local_target: decision.local_target,
             gap_m: self.world.gap_m(footprint, self.base.pose()),
             admissible: counts.admissible,
-            samples: counts.admissible + counts.collision + counts.cannot_stop + counts.outside,
+            samples: counts.to_array().iter().sum(),
             mode: decision.mode,
             path: self.navigator.plans().len() - 1,
             moving: self

@@ -10,7 +10,6 @@ mod obstacle_file;
 mod obstacles;
 mod ray;
 mod rock;
-mod route;
 mod scenes;
 mod trace;
 mod walk;

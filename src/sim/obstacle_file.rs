@@ -5,9 +5,9 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::obstacles::Walker;
-use super::route::Route;
 use super::{SimError, Walkers};
 use crate::geometry::Point;
+use crate::global;
 use crate::map::GridFrame;
 
 /// One moving obstacle as a file has it.
@@ -120,7 +120,7 @@ impl Entry {
         Ok(Walker::new(
             self.radius,
             self.speed,
-            Route::new(points),
+            global::Path::new(points),
             self.yields,
         ))
     }

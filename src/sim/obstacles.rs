@@ -1,8 +1,7 @@
 //! People on foot: discs that walk back and forth along routes and mind the robot, or not.
 
-use super::route::Route;
-use super::world::gap_to_disc_m;
 use crate::geometry::{Point, Pose, Vector};
+use crate::global::Path;
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 
@@ -21,7 +20,7 @@ const SUB_STEP_S: f64 = 0.02;
 pub(super) struct Walker {
     pub(super) radius_m: f64,
     pub(super) speed_m_s: f64,
-    pub(super) route: Route,
+    pub(super) route: Path,
     pub(super) yields: bool,
     /// Distance along the route.
     pub(super) along_m: f64,
@@ -41,7 +40,7 @@ pub struct Walkers {
 }
 
 impl Walker {
-    pub(super) fn new(radius_m: f64, speed_m_s: f64, route: Route, yields: bool) -> Self {
+    pub(super) fn new(radius_m: f64, speed_m_s: f64, route: Path, yields: bool) -> Self {
         Self {
             radius_m,
             speed_m_s,
@@ -54,7 +53,7 @@ impl Walker {
     }
 
     fn center(&self) -> Point {
-        self.route.at(self.along_m)
+        self.route.point_at(self.along_m)
     }
 
     /// Zero while it holds.
@@ -62,15 +61,15 @@ impl Walker {
         if self.held_s > 0.0 {
             return Vector::zeros();
         }
-        let along = self.route.direction(self.along_m) * self.speed_m_s;
+        let along = self.route.direction_at(self.along_m) * self.speed_m_s;
         if self.forward { along } else { -along }
     }
 
     fn step(&mut self, time_s: f64, pose: &Pose, footprint: &Footprint) {
         let (along_m, forward) = self.next_place(time_s);
         if self.yields {
-            let gap = |center| gap_to_disc_m(footprint, pose, &center, self.radius_m);
-            let ahead = gap(self.route.at(along_m));
+            let gap = |center| footprint.gap_to_disc_m(pose, &center, self.radius_m);
+            let ahead = gap(self.route.point_at(along_m));
             if ahead < YIELD_GAP_M && ahead < gap(self.center()) {
                 self.hold(time_s);
                 return;

@@ -1,6 +1,6 @@
 //! Mine workings cut out of solid rock: what a map of them looks like.
 
-use crate::geometry::{Point, Pose, Vector, bearing};
+use crate::geometry::{Point, Pose, bearing, nearest_on_segment};
 use crate::map::{Cell, GridFrame, OccupancyGrid};
 
 /// Side of a cell, metres.
@@ -43,7 +43,7 @@ impl Rock {
             for index in 0..self.cells.len() {
                 let center = self.frame.center_of(self.frame.cell_at(index));
                 let reach = width_m / 2.0 + self.roughness(&center);
-                if distance_to_leg(&center, &from, &to) < reach {
+                if (center - nearest_on_segment(&from, &to, &center)).norm() < reach {
                     self.cells[index] = FREE;
                 }
             }
@@ -106,12 +106,6 @@ impl Rock {
             .map(|(&(size, height), seed)| height * noise(point, size, seed))
             .sum()
     }
-}
-
-fn distance_to_leg(point: &Point, from: &Point, to: &Point) -> f64 {
-    let leg: Vector = to - from;
-    let share = (point - from).dot(&leg) / leg.norm_squared();
-    (point - (from + leg * share.clamp(0.0, 1.0))).norm()
 }
 
 /// Smooth noise from -1 to 1 with bumps of a size in metres: random values on a lattice, blended between.

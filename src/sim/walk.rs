@@ -130,10 +130,9 @@ fn pull_straight(free: &FreeSpace, cells: &[Cell]) -> Vec<Cell> {
 }
 
 fn is_straight_free(free: &FreeSpace, from: Cell, to: Cell) -> bool {
-    let center = |cell: Cell| Point::new(f64::from(cell.column) + 0.5, f64::from(cell.row) + 0.5);
-    let leg = center(to) - center(from);
+    let leg = to.center() - from.center();
     let length = leg.norm();
-    free_length(free, &center(from), &(leg / length), length) >= length
+    free_length(free, &from.center(), &(leg / length), length) >= length
 }
 
 /// How far, in cells, a ray runs over free cells only, at most `most`. It stops a hair short of a cell that is not

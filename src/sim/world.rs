@@ -58,7 +58,7 @@ impl World {
     pub fn gap_to_moving_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
         self.moving
             .iter()
-            .map(|disc| gap_to_disc_m(footprint, pose, &disc.center(), disc.radius))
+            .map(|disc| footprint.gap_to_disc_m(pose, &disc.center(), disc.radius))
             .fold(f64::INFINITY, f64::min)
     }
 
@@ -104,19 +104,6 @@ impl World {
         }
         best.sqrt()
     }
-}
-
-/// The gap between the footprint and a disc, metres; not above zero is contact.
-pub(super) fn gap_to_disc_m(
-    footprint: &Footprint,
-    pose: &Pose,
-    center: &Point,
-    radius: f64,
-) -> f64 {
-    footprint
-        .at(pose)
-        .map(|(own, own_radius)| (center - own).norm() - own_radius - radius)
-        .fold(f64::INFINITY, f64::min)
 }
 
 /// Squared distance from a point in cell units to a cell's closed square; zero inside.

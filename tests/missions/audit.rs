@@ -2,12 +2,11 @@
 
 use inbye::geometry::Twist;
 use inbye::local::CpuEngine;
-use inbye::map::MovingDisc;
-use inbye::robot::{Disc, Footprint};
+use inbye::robot::Footprint;
 use inbye::sim::{Config, MissionResult, Trace, World};
 
 use crate::Test;
-use crate::driving::{arrive, drive, is_lawful, mission, people, story, try_drive};
+use crate::driving::{arrive, drive, everybody, is_lawful, mission, people, story, try_drive};
 use crate::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
@@ -36,16 +35,7 @@ fn least_gap_m(trace: &Trace, ground: &Ground, footprint: &Footprint) -> f64 {
     let mut world = World::new(ground.obstacles());
     let mut least = f64::INFINITY;
     for row in &trace.rows {
-        let discs = row.moving.iter().zip(&trace.moving_radii);
-        world.moving = discs
-            .map(|(center, &radius)| MovingDisc {
-                x: center.x,
-                y: center.y,
-                radius,
-                vx: 0.0,
-                vy: 0.0,
-            })
-            .collect();
+        world.moving = everybody(trace, row);
         least = least.min(world.gap_m(footprint, &row.pose));
     }
     least
@@ -73,11 +63,7 @@ fn gaps_are_true() {
 
 fn too_small() {
     let task = mission(&gate(), [2.0, 3.0, 0.0], [9.0, 3.0]);
-    let small = Footprint::new(vec![Disc {
-        x: 0.0,
-        y: 0.0,
-        radius: 0.15,
-    }]);
+    let small = Footprint::round(0.15);
     let mut config = Config::default();
     config.robot.footprint = small.expect("one disc");
     let engine = Box::new(CpuEngine::single_threaded());
@@ -86,11 +72,7 @@ fn too_small() {
     let own = least_gap_m(&result.trace, &gate(), &config.robot.footprint);
     assert!(own > 0.0);
     // A body 0.9 m wide went through a gate of 0.8 m.
-    let wide = Footprint::new(vec![Disc {
-        x: 0.0,
-        y: 0.0,
-        radius: 0.45,
-    }]);
+    let wide = Footprint::round(0.45);
     let true_gap = least_gap_m(&result.trace, &gate(), &wide.expect("one disc"));
     assert!(true_gap < 0.0, "contact went unseen: {true_gap}");
 }

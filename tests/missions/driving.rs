@@ -2,10 +2,11 @@
 
 use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Engine};
+use inbye::map::MovingDisc;
 use inbye::navigator::{Goal, Mode};
 use inbye::robot::Limits;
 use inbye::sim::{
-    Config, Mission, MissionError, MissionResult, Observer, TraceRow, Walkers, run_mission,
+    Config, Mission, MissionError, MissionResult, Observer, Trace, TraceRow, Walkers, run_mission,
 };
 
 use crate::ground::Ground;
@@ -29,6 +30,20 @@ pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2
 /// People from JSON, as a file would have them.
 pub fn people(mission: &Mission, json: &str) -> Walkers {
     Walkers::parse(json, "people.json", mission.map.frame()).expect("people on the map")
+}
+
+/// Everybody as they were at a row of a trace, taken to stand.
+pub fn everybody(trace: &Trace, row: &TraceRow) -> Vec<MovingDisc> {
+    let discs = row.moving.iter().zip(&trace.moving_radii);
+    discs
+        .map(|(center, &radius)| MovingDisc {
+            x: center.x,
+            y: center.y,
+            radius,
+            vx: 0.0,
+            vy: 0.0,
+        })
+        .collect()
 }
 
 pub fn try_drive(

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose};
 use inbye::map::{LoadOptions, UnknownPolicy, load};
-use inbye::navigator::{Goal, RoutePlanner};
+use inbye::navigator::Goal;
 use inbye::sim::{Config, Crowd, Mission, Walkers};
 use libtest_mimic::{Completion, Failed, Trial};
 
@@ -33,12 +33,7 @@ fn crosses() -> Result<(), Failed> {
     let config = Config::default();
     let (start, goal) = (Pose::new(57.37, 93.86, 0.0), Point::new(210.86, 169.48));
     let obstacles = map.obstacles(UnknownPolicy::Blocked);
-    let planner = RoutePlanner::new(
-        &config.robot.footprint,
-        &config.navigator,
-        config.global.clone(),
-        map.frame().resolution_m,
-    );
+    let planner = config.route_planner(map.frame().resolution_m);
     let path = planner
         .plan(&obstacles, start.position(), goal, &mut || 0.0)?
         .smoothed;

@@ -4,7 +4,7 @@ use inbye::geometry::{Pose, wrap_angle};
 use inbye::sim::{Config, Mission, MissionResult, World};
 
 use crate::Test;
-use crate::driving::{arrive, drive, mission, people, story, try_drive};
+use crate::driving::{arrive, drive, everybody, mission, people, story, try_drive};
 use crate::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
@@ -63,18 +63,7 @@ fn is_to_blame(result: &MissionResult) -> bool {
         return false;
     };
     let mut world = World::new(hall(24.0, 6.0).obstacles());
-    world.moving = last
-        .moving
-        .iter()
-        .zip(&result.trace.moving_radii)
-        .map(|(center, &radius)| inbye::map::MovingDisc {
-            x: center.x,
-            y: center.y,
-            radius,
-            vx: 0.0,
-            vy: 0.0,
-        })
-        .collect();
+    world.moving = everybody(&result.trace, last);
     let step = last.twist.linear * 0.05;
     let ahead = Pose {
         x: last.pose.x + step * libm::cos(last.pose.yaw),

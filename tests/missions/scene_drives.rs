@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use inbye::local::CpuEngine;
 use inbye::map::UnknownPolicy;
-use inbye::navigator::{Goal, RoutePlanner};
+use inbye::navigator::Goal;
 use inbye::sim::{Config, Crowd, Mission, Scene, Walkers, crossing, dead_end, roadway};
 
 use crate::Test;
@@ -29,12 +29,7 @@ pub const TESTS: &[Test] = &[
 fn task(scene: &Scene, other: u64) -> Mission {
     let config = Config::default();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
-    let planner = RoutePlanner::new(
-        &config.robot.footprint,
-        &config.navigator,
-        config.global.clone(),
-        scene.map.frame().resolution_m,
-    );
+    let planner = config.route_planner(scene.map.frame().resolution_m);
     let start = scene.start.position();
     let plan = planner.plan(&obstacles, start, scene.goal, &mut || 0.0);
     let path = plan.expect("a scene has a way").smoothed;

@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use inbye::geometry::{Point, Pose, Twist, wrap_angle};
 use inbye::local::{CpuEngine, LocalPlanner};
 use inbye::map::{MovingDisc, Scan};
-use inbye::navigator::{Decision, Goal, Journey, Mode, Navigator, Observation, RoutePlanner};
+use inbye::navigator::{Decision, Goal, Journey, Mode, Navigator, Observation};
 use inbye::sim::Config;
 
 use crate::Test;
@@ -52,12 +52,7 @@ pub fn empty_scan() -> Scan {
 impl Script {
     pub fn new(ground: &Ground, start: Pose, goal: Point) -> Self {
         let config = Config::default();
-        let planner = RoutePlanner::new(
-            &config.robot.footprint,
-            &config.navigator,
-            config.global.clone(),
-            RESOLUTION_M,
-        );
+        let planner = config.route_planner(RESOLUTION_M);
         let engine = Box::new(CpuEngine::single_threaded());
         let goal = Goal {
             position: goal,
