@@ -1,6 +1,7 @@
 //! Every engine returns the same bits: operation by operation, sample by sample, in its totals and in its winner.
 //!
-//! Runs on each adapter present; see `support/adapters.rs` for what happens where there is none.
+//! Runs on each adapter present, and in Chromium, whose WGSL compiler is another; see `support/adapters.rs` for what
+//! happens where there is none.
 
 use std::process::ExitCode;
 
@@ -9,6 +10,9 @@ use libtest_mimic::Arguments;
 #[cfg(feature = "gpu")]
 #[path = "support/adapters.rs"]
 mod adapters;
+#[cfg(feature = "gpu")]
+#[path = "support/browser.rs"]
+mod browser;
 #[path = "support/cpu_trials.rs"]
 mod cpu_trials;
 #[cfg(feature = "gpu")]
@@ -32,7 +36,9 @@ fn main() -> ExitCode {
 
 #[cfg(feature = "gpu")]
 fn gpu_trials() -> Vec<libtest_mimic::Trial> {
-    adapters::trials(&gpu_trials::TRIALS)
+    let mut trials = adapters::trials(&gpu_trials::TRIALS);
+    trials.extend(browser::trials());
+    trials
 }
 
 #[cfg(not(feature = "gpu"))]

@@ -17,8 +17,18 @@ pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
 
 const VARIABLE: &str = "INBYE_REQUIRE";
 
-/// Not an adapter: the test of the map loaders reads the same variable for its own requirement.
-const REFERENCE_READER: &str = "python";
+/// Not adapters: the tests of the map loaders and in a browser read the same variable for what they require.
+const OTHERS: [&str; 2] = ["python", "chromium"];
+
+/// The words of the variable, in lower case.
+pub fn required() -> Vec<String> {
+    let required = std::env::var(VARIABLE).unwrap_or_default().to_lowercase();
+    let words = required.split(',').map(str::trim);
+    words
+        .filter(|word| !word.is_empty())
+        .map(str::to_owned)
+        .collect()
+}
 
 /// What an adapter's name contains when it is the one required. Any other word stands for itself.
 fn part_of_name(required: &str) -> &str {
@@ -64,19 +74,17 @@ fn missing(adapters: &[Arc<Adapter>]) -> Vec<(String, String)> {
     } else {
         names.join("; ")
     };
-    let required = std::env::var(VARIABLE).unwrap_or_default().to_lowercase();
     let mut missing = Vec::new();
-    for word in required
-        .split(',')
-        .map(str::trim)
-        .filter(|word| !word.is_empty() && *word != REFERENCE_READER)
-    {
-        let part = part_of_name(word);
+    for word in required() {
+        if OTHERS.contains(&word.as_str()) {
+            continue;
+        }
+        let part = part_of_name(&word);
         if !names.iter().any(|name| name.to_lowercase().contains(part)) {
             let why = format!(
                 "{VARIABLE} names {word}, but no adapter's name contains `{part}`; found: {found}"
             );
-            missing.push((word.to_owned(), why));
+            missing.push((word, why));
         }
     }
     missing

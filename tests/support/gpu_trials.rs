@@ -8,14 +8,11 @@ use inbye::local::{
 };
 use inbye::map::MovingDisc;
 use libtest_mimic::Failed;
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
 
 use crate::adapters::GpuTest;
 use crate::cpu_trials::{agree, golden};
 use crate::extremes::{extremes, field, footprint, plain};
-use crate::kernel::Kernel;
-use crate::operations::{OPERATIONS, cases, differences};
+use crate::kernel::{Kernel, every_difference};
 
 pub const TRIALS: [(&str, GpuTest); 7] = [
     ("operations_return_the_bits_of_rust", operations),
@@ -32,17 +29,11 @@ pub const TRIALS: [(&str, GpuTest); 7] = [
 
 fn operations(adapter: &Adapter) -> Result<(), Failed> {
     let kernel = Kernel::new(adapter)?;
-    let rng = &mut Pcg64Mcg::seed_from_u64(41);
-    let mut all = Vec::new();
-    for operation in &OPERATIONS {
-        let cases = cases(operation, rng);
-        let found = kernel.run(operation, &cases)?;
-        all.extend(differences(operation, &cases, &found));
-    }
-    if all.is_empty() {
+    let differences = every_difference(|operation, cases| kernel.run(operation, cases))?;
+    if differences.is_empty() {
         Ok(())
     } else {
-        Err(all.join("\n").into())
+        Err(differences.join("\n").into())
     }
 }
 

@@ -2,11 +2,16 @@
 
 use inbye::local::gpu::{Adapter, shaders};
 use libtest_mimic::Failed;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
 
-use crate::operations::{Arguments, OPERATIONS, Operation, Outcome};
+use crate::operations::{Arguments, OPERATIONS, Operation, Outcome, cases, differences};
+
+/// Numbers of the bindings: cases in, outcomes out.
+pub const BINDINGS: [u32; 2] = [20, 21];
 
 /// The parts of the shaders under test, and an entry point for each operation.
-fn source() -> String {
+pub fn source() -> String {
     let parts = shaders::PARTS
         .iter()
         .filter(|(name, _)| *name != "evaluate.wgsl");
@@ -36,6 +41,32 @@ fn operation_{number}(@builtin(global_invocation_id) id: vec3<u32>) {{
         ));
     }
     source.join("\n")
+}
+
+/// The operation's entry point.
+pub fn entry_point(operation: &Operation) -> Result<String, Failed> {
+    let number = OPERATIONS.iter().position(|one| one.name == operation.name);
+    let number = number.ok_or("not an operation of the kernel")?;
+    Ok(format!("operation_{number}"))
+}
+
+/// Workgroups for all cases.
+pub fn workgroups(cases: &[Arguments]) -> u32 {
+    (cases.len() as u32).div_ceil(64)
+}
+
+/// What every operation's outcomes differ in when `run` computes them.
+pub fn every_difference(
+    mut run: impl FnMut(&Operation, &[Arguments]) -> Result<Vec<Outcome>, Failed>,
+) -> Result<Vec<String>, Failed> {
+    let rng = &mut Pcg64Mcg::seed_from_u64(41);
+    let mut all = Vec::new();
+    for operation in &OPERATIONS {
+        let cases = cases(operation, rng);
+        let found = run(operation, &cases)?;
+        all.extend(differences(operation, &cases, &found));
+    }
+    Ok(all)
 }
 
 /// The kernel on a device of its own.
@@ -74,15 +105,13 @@ impl Kernel {
     /// Runs one operation over all cases.
     pub fn run(&self, operation: &Operation, cases: &[Arguments]) -> Result<Vec<Outcome>, Failed> {
         use wgpu::BufferUsages as Usage;
-        let number = OPERATIONS.iter().position(|one| one.name == operation.name);
-        let number = number.ok_or("not an operation of the kernel")?;
         let pipeline = self
             .device
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(operation.name),
                 layout: None,
                 module: &self.module,
-                entry_point: Some(&format!("operation_{number}")),
+                entry_point: Some(&entry_point(operation)?),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
@@ -100,10 +129,12 @@ impl Kernel {
         let readback = make(outcome_bytes, Usage::MAP_READ | Usage::COPY_DST);
         self.queue
             .write_buffer(&input, 0, bytemuck::cast_slice(cases));
-        let buffers = [(20, &input), (21, &output)];
-        let entries = buffers.map(|(binding, buffer)| wgpu::BindGroupEntry {
-            binding,
-            resource: buffer.as_entire_binding(),
+        let [input_at, output_at] = BINDINGS;
+        let entries = [(input_at, &input), (output_at, &output)].map(|(binding, buffer)| {
+            wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            }
         });
         let bind_group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
@@ -117,7 +148,7 @@ impl Kernel {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &bind_group, &[]);
-            pass.dispatch_workgroups((cases.len() as u32).div_ceil(64), 1, 1);
+            pass.dispatch_workgroups(workgroups(cases), 1, 1);
         }
         encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, outcome_bytes);
         self.queue.submit([encoder.finish()]);

@@ -1,8 +1,9 @@
 //! The device's memory for one problem: made once, grown when a larger problem comes, written in one piece.
 
+use super::bindings::{ACCESS, Access, BINDINGS, contents};
 use super::layout::{Answer, PARTIAL_BYTES, Record, SAMPLES_PER_GROUP};
 use crate::local::contract::Detail;
-use crate::local::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
+use crate::local::inputs::Header;
 use crate::local::{Prepared, rollout};
 
 /// Offsets of bindings within a buffer are multiples of this (WebGPU's default limit).
@@ -57,6 +58,22 @@ impl Sizes {
         self.records().max(self.table).max(self.field)
     }
 
+    /// Bytes of each binding.
+    pub fn bindings(&self) -> [u64; BINDINGS] {
+        let bytes = [
+            size_of::<Header>() as u64,
+            self.speeds,
+            self.turns,
+            self.bodies,
+            self.field,
+            self.table,
+            self.records(),
+            self.partials(),
+            size_of::<Answer>() as u64,
+        ];
+        bytes.map(|bytes| bytes.max(16))
+    }
+
     fn records(&self) -> u64 {
         self.samples * size_of::<Record>() as u64
     }
@@ -95,38 +112,48 @@ impl Buffers {
         let make = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: size.max(16),
+                size,
                 usage,
                 mapped_at_creation: false,
             })
         };
+        let [
+            header,
+            speeds,
+            turns,
+            bodies,
+            field,
+            table,
+            records,
+            partials,
+            answer,
+        ] = sizes.bindings();
         let [speeds_at, turns_at, bodies_at, input_bytes] = sizes.input_offsets();
+        let readback_bytes = answer + records;
         let input_usage = Usage::UNIFORM | Usage::STORAGE | Usage::COPY_DST;
         let input = make("input", input_bytes, input_usage);
-        let field = make("field", sizes.field, Usage::STORAGE | Usage::COPY_DST);
-        let table = make("table", sizes.table, Usage::STORAGE);
-        let records = make("records", sizes.records(), Usage::STORAGE | Usage::COPY_SRC);
-        let partials = make("partials", sizes.partials(), Usage::STORAGE);
-        let answer_bytes = size_of::<Answer>() as u64;
-        let answer = make("answer", answer_bytes, Usage::STORAGE | Usage::COPY_SRC);
-        let readback_bytes = answer_bytes + sizes.records();
+        let field = make("field", field, Usage::STORAGE | Usage::COPY_DST);
+        let table = make("table", table, Usage::STORAGE);
+        let records = make("records", records, Usage::STORAGE | Usage::COPY_SRC);
+        let partials = make("partials", partials, Usage::STORAGE);
+        let answer = make("answer", answer, Usage::STORAGE | Usage::COPY_SRC);
         let readback = make(
             "readback",
             readback_bytes,
             Usage::MAP_READ | Usage::COPY_DST,
         );
-        let part = |offset, bytes: u64| {
+        let part = |offset, bytes| {
             wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer: &input,
                 offset,
-                size: wgpu::BufferSize::new(bytes.max(16)),
+                size: wgpu::BufferSize::new(bytes),
             })
         };
         let resources = [
-            part(0, size_of::<Header>() as u64),
-            part(speeds_at, turns_at - speeds_at),
-            part(turns_at, bodies_at - turns_at),
-            part(bodies_at, input_bytes - bodies_at),
+            part(0, header),
+            part(speeds_at, speeds),
+            part(turns_at, turns),
+            part(bodies_at, bodies),
             field.as_entire_binding(),
             table.as_entire_binding(),
             records.as_entire_binding(),
@@ -173,36 +200,24 @@ impl Buffers {
             stamp,
             ..problem.header
         };
+        let [inputs @ .., field] = contents(&header, problem);
         let [speeds_at, turns_at, bodies_at, _] = self.sizes.input_offsets();
-        let moving_at = bodies_at + size_of_val::<[BodyDisc]>(&problem.discs) as u64;
-        for (at, bytes) in [
-            (0, bytemuck::bytes_of(&header)),
-            (
-                speeds_at,
-                bytemuck::cast_slice::<Speed, u8>(&problem.speeds),
-            ),
-            (turns_at, bytemuck::cast_slice::<Turn, u8>(&problem.turns)),
-            (
-                bodies_at,
-                bytemuck::cast_slice::<BodyDisc, u8>(&problem.discs),
-            ),
-            (
-                moving_at,
-                bytemuck::cast_slice::<MovingBody, u8>(&problem.obstacles),
-            ),
-        ] {
-            self.staging[at as usize..at as usize + bytes.len()].copy_from_slice(bytes);
+        for (pieces, at) in inputs.iter().zip([0, speeds_at, turns_at, bodies_at]) {
+            let mut at = at as usize;
+            for piece in pieces {
+                self.staging[at..at + piece.len()].copy_from_slice(piece);
+                at += piece.len();
+            }
         }
         queue.write_buffer(&self.input, 0, &self.staging);
         if self.field_id != problem.field.id() {
             self.field_id = problem.field.id();
-            let units = problem.field.units();
-            let (pairs, last) = units.split_at(units.len() / 2 * 2);
-            queue.write_buffer(&self.field, 0, bytemuck::cast_slice(pairs));
-            if let [last] = last {
+            let [units, _] = field;
+            let (words, last) = units.split_at(units.len() / 4 * 4);
+            queue.write_buffer(&self.field, 0, words);
+            if let [low, high] = *last {
                 // Copies are whole words; the upper half of the last is read by nobody.
-                let word = u32::from(*last).to_le_bytes();
-                queue.write_buffer(&self.field, pairs.len() as u64 * 2, &word);
+                queue.write_buffer(&self.field, words.len() as u64, &[low, high, 0, 0]);
             }
         }
     }
@@ -229,19 +244,12 @@ impl Buffers {
 
 /// The bindings of `shaders/layout.wgsl`.
 pub(super) fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let read_only = wgpu::BufferBindingType::Storage { read_only: true };
-    let read_write = wgpu::BufferBindingType::Storage { read_only: false };
-    let kinds = [
-        wgpu::BufferBindingType::Uniform,
-        read_only,
-        read_only,
-        read_only,
-        read_only,
-        read_write,
-        read_write,
-        read_write,
-        read_write,
-    ];
+    let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
+    let kinds = ACCESS.map(|access| match access {
+        Access::Uniform => wgpu::BufferBindingType::Uniform,
+        Access::Read => storage(true),
+        Access::ReadWrite => storage(false),
+    });
     let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..)
         .zip(kinds)
         .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {

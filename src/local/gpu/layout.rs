@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::local::Prepared;
 use crate::local::contract::{Counts, Evaluation, Reason, SampleRecord, Terms, Totals, Winner};
 use crate::local::inputs::Speed;
 
@@ -40,6 +41,17 @@ impl Record {
         };
         SampleRecord { reason, terms }
     }
+}
+
+/// All samples of a problem, from the bytes of their [`Record`]s.
+#[must_use]
+pub fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
+    bytes
+        .chunks_exact(size_of::<Record>())
+        .map(bytemuck::pod_read_unaligned::<Record>)
+        .zip(problem.speeds.iter().cycle())
+        .map(|(record, speed)| record.sample(speed))
+        .collect()
 }
 
 /// What a decision returns.

@@ -1,5 +1,6 @@
 //! The GPU engine: transport only. One upload, one submission of five dispatches, one small answer back.
 
+pub mod bindings;
 mod buffers;
 mod device;
 pub mod layout;
@@ -10,11 +11,11 @@ use std::time::Duration;
 
 use buffers::{Buffers, Sizes};
 use device::Device;
-use layout::{Answer, Record, SAMPLES_PER_GROUP, TURNS_PER_GROUP};
+use layout::{Answer, sample_records};
 
 pub use device::{Adapter, AdapterSummary, adapters};
 
-use super::contract::{Detail, Engine, Evaluation, SampleRecord};
+use super::contract::{Detail, Engine, Evaluation};
 use super::{EngineError, Prepared};
 
 /// A decision that takes longer than this has hung.
@@ -107,9 +108,7 @@ impl GpuEngine {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, buffers.bind_group(), &[]);
-            let samples = (problem.len() as u32).div_ceil(SAMPLES_PER_GROUP);
-            let turns = problem.header.omega_count.div_ceil(TURNS_PER_GROUP);
-            for (pipeline, groups) in self.pipelines.iter().zip([turns, samples, 1, samples, 1]) {
+            for (pipeline, groups) in self.pipelines.iter().zip(bindings::workgroups(problem)) {
                 pass.set_pipeline(pipeline);
                 pass.dispatch_workgroups(groups, 1, 1);
             }
@@ -196,15 +195,6 @@ impl Engine for GpuEngine {
         self.buffers = Some(buffers);
         Ok(answer.evaluation(samples))
     }
-}
-
-fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
-    bytes
-        .chunks_exact(size_of::<Record>())
-        .map(bytemuck::pod_read_unaligned::<Record>)
-        .zip(problem.speeds.iter().cycle())
-        .map(|(record, speed)| record.sample(speed))
-        .collect()
 }
 
 fn make_pipelines(

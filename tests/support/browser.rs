@@ -1,0 +1,210 @@
+//! The same shaders in Chromium: neither its WGSL compiler nor its WebGPU is the engine's.
+//!
+//! Without Chromium the trials are ignored, with the reason; `INBYE_REQUIRE` with the word `chromium` makes that a
+//! failure, and `INBYE_CHROMIUM` names the program where it has another name.
+
+use inbye::bench::verify;
+use inbye::local::gpu::layout::{Answer, sample_records};
+use inbye::local::gpu::shaders::source;
+use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Header, Prepared};
+use libtest_mimic::{Completion, Failed, Trial};
+
+use crate::adapters::required;
+use crate::cpu_trials::{agree, golden};
+use crate::kernel::{every_difference, source as kernel_source};
+use crate::operations::{OPERATIONS, Outcome};
+
+#[path = "browser/chromium.rs"]
+mod chromium;
+#[path = "browser/plan.rs"]
+mod plan;
+
+use chromium::{Browser, Program};
+use plan::Plan;
+
+type BrowserTest = fn(&Program) -> Result<(), Failed>;
+
+const TRIALS: [(&str, BrowserTest); 6] = [
+    ("operations_return_the_bits_of_rust", operations),
+    ("a_slip_in_an_operation_is_reported", slip_in_an_operation),
+    (
+        "random_problems_return_the_bits_of_the_cpu",
+        random_problems,
+    ),
+    ("a_slip_in_a_shader_is_reported", slip_in_a_shader),
+    ("the_digest_is_the_pinned_one", the_digest),
+    ("what_goes_wrong_is_an_error", what_goes_wrong),
+];
+
+pub fn trials() -> Vec<Trial> {
+    let found = Program::find();
+    let trial = |(name, test): (&str, BrowserTest)| match found.clone() {
+        Ok(program) => {
+            let version = program.version.clone();
+            Trial::test(name, move || test(&program)).with_kind(version)
+        }
+        Err(why) => {
+            let missing = move || {
+                if required().iter().any(|word| word == "chromium") {
+                    Err(why.into())
+                } else {
+                    Ok(Completion::ignored_with(why))
+                }
+            };
+            Trial::ignorable_test(name, missing).with_kind("no Chromium")
+        }
+    };
+    TRIALS.into_iter().map(trial).collect()
+}
+
+/// Evaluates in a page of Chromium.
+struct ChromiumEngine {
+    browser: Browser,
+    wgsl: String,
+    stamp: u32,
+}
+
+impl ChromiumEngine {
+    /// An engine in a browser of its own. The page asks for no limits above WebGPU's default ones: shaders that need
+    /// more are refused.
+    fn new(program: &Program, wgsl: String) -> Result<Self, Failed> {
+        Ok(Self {
+            browser: Browser::start(program)?,
+            wgsl,
+            stamp: 0,
+        })
+    }
+
+    fn lost(&self, what: impl Into<String>) -> EngineError {
+        EngineError::Lost {
+            adapter: self.name(),
+            what: what.into(),
+        }
+    }
+}
+
+impl Engine for ChromiumEngine {
+    fn name(&self) -> String {
+        "Chromium".to_owned()
+    }
+
+    fn kind(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn threads(&self) -> usize {
+        0
+    }
+
+    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+        self.stamp += 1;
+        let header = Header {
+            stamp: self.stamp,
+            ..problem.header
+        };
+        let plan = Plan::evaluation(&self.wgsl, &header, problem, detail);
+        let outcome = self.browser.run(&plan);
+        let bytes = outcome.map_err(|failed| self.lost(failed.message().unwrap_or_default()))?;
+        let (answer, records) = bytes.split_at(size_of::<Answer>());
+        let answer: Answer = bytemuck::pod_read_unaligned(answer);
+        if answer.stamp != self.stamp {
+            return Err(self.lost("a stale answer came back"));
+        }
+        let samples = (detail == Detail::Samples).then(|| sample_records(problem, records));
+        Ok(answer.evaluation(samples))
+    }
+}
+
+/// The text with the lowest bit of one constant flipped, that of the sine's largest coefficient.
+fn with_a_slip(wgsl: &str) -> Result<String, Failed> {
+    let (constant, slip) = ("+ 843314837;", "+ 843314836;");
+    match wgsl.matches(constant).count() {
+        1 => Ok(wgsl.replace(constant, slip)),
+        count => Err(format!("`{constant}` stands {count} times in the shaders").into()),
+    }
+}
+
+/// What the operations of a kernel differ in from Rust.
+fn differences(program: &Program, wgsl: &str) -> Result<Vec<String>, Failed> {
+    let mut browser = Browser::start(program)?;
+    every_difference(|operation, cases| {
+        let bytes = browser.run(&Plan::operation(wgsl, operation, cases)?)?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    })
+}
+
+fn operations(program: &Program) -> Result<(), Failed> {
+    let differences = differences(program, &kernel_source())?;
+    if differences.is_empty() {
+        Ok(())
+    } else {
+        Err(differences.join("\n").into())
+    }
+}
+
+fn slip_in_an_operation(program: &Program) -> Result<(), Failed> {
+    let differences = differences(program, &with_a_slip(&kernel_source())?)?;
+    match differences.as_slice() {
+        [sine, cosine] if sine.starts_with("sin_q20: ") && cosine.starts_with("cos_q20: ") => {
+            Ok(())
+        }
+        other => Err(format!("a slip in the sine was reported as {other:#?}").into()),
+    }
+}
+
+fn random_problems(program: &Program) -> Result<(), Failed> {
+    let mut engines: [Box<dyn Engine>; 2] = [
+        Box::new(CpuEngine::single_threaded()),
+        Box::new(ChromiumEngine::new(program, source())?),
+    ];
+    agree(&mut engines, 100, 43)
+}
+
+fn slip_in_a_shader(program: &Program) -> Result<(), Failed> {
+    let mut engines: [Box<dyn Engine>; 2] = [
+        Box::new(CpuEngine::single_threaded()),
+        Box::new(ChromiumEngine::new(program, with_a_slip(&source())?)?),
+    ];
+    let verification = verify(&mut engines, 20, 43, |_| {})?;
+    if verification.agree() || verification.digests[0] == verification.digests[1] {
+        return Err("a slip in the sine changed nothing that is compared".into());
+    }
+    Ok(())
+}
+
+fn the_digest(program: &Program) -> Result<(), Failed> {
+    golden(Box::new(ChromiumEngine::new(program, source())?))
+}
+
+fn what_goes_wrong(program: &Program) -> Result<(), Failed> {
+    let (browser, wgsl) = (&mut Browser::start(program)?, kernel_source());
+    let operation = &OPERATIONS[0];
+    let cases = [[7, 6, 0, 0, 0, 0]; 3];
+    let run =
+        |browser: &mut Browser, wgsl: &str| browser.run(&Plan::operation(wgsl, operation, &cases)?);
+    let altered = |from, to| -> Result<String, Failed> {
+        if wgsl.contains(from) {
+            Ok(wgsl.replace(from, to))
+        } else {
+            Err(format!("the kernel has no `{from}`").into())
+        }
+    };
+    let refused = |outcome: Result<Vec<u8>, Failed>, what: &str| match outcome {
+        Err(failed) if failed.message().unwrap_or_default().contains(what) => Ok(()),
+        other => Err(Failed::from(format!(
+            "not an error with `{what}`: {other:?}"
+        ))),
+    };
+    let misspelt = altered("header.steps", "header.step")?;
+    refused(run(browser, &misspelt), "member step not found")?;
+    // More than a device allows that was asked for no more than the default limits.
+    let too_large = altered("@workgroup_size(64)", "@workgroup_size(512)")?;
+    refused(run(browser, &too_large), "exceeds the maximum allowed")?;
+    let expected = [[42, 0, 0, 0]; 3];
+    let found: Vec<Outcome> = bytemuck::pod_collect_to_vec(&run(browser, &wgsl)?);
+    if found != expected {
+        return Err(format!("after two refusals: {found:?}, not {expected:?}").into());
+    }
+    browser.crash()?;
+    refused(run(browser, &wgsl), "Chromium is gone")
+}
