@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use inbye::bench::{roadway_field, roadway_problem};
+use inbye::bench::{Roadway, roadway_field};
 use inbye::local::{ClearanceField, Detail, Prepared, open_all};
 use inbye::map::{GridFrame, ObstacleGrid};
 
@@ -11,17 +11,23 @@ use inbye::map::{GridFrame, ObstacleGrid};
 const STEPS: u32 = 30;
 
 fn decisions(criterion: &mut Criterion) {
-    let field = roadway_field().into();
+    let field = roadway_field();
     let mut engines = open_all(2, |_| ()).expect("two threads");
     for (speeds, turns) in [(20, 40), (70, 72), (128, 128)] {
+        let roadway = Roadway {
+            vx_samples: speeds,
+            vtheta_samples: turns,
+            steps: STEPS,
+            ..Roadway::default()
+        };
         let mut group = criterion.benchmark_group(format!("decision of {speeds} x {turns}"));
         group.throughput(Throughput::Elements(u64::from(speeds * turns * STEPS)));
         group.sample_size(20);
         for engine in &mut engines {
             group.bench_function(BenchmarkId::from_parameter(engine.name()), |bencher| {
                 bencher.iter(|| {
-                    let problem = roadway_problem(&field, (speeds, turns), STEPS, 0);
-                    let prepared = Prepared::new(&problem).expect("within the ranges");
+                    let prepared =
+                        Prepared::new(&roadway.problem(&field, 0)).expect("within the ranges");
                     black_box(
                         engine
                             .evaluate(&prepared, Detail::Answer)
