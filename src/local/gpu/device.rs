@@ -113,6 +113,15 @@ impl Device {
         }
     }
 
+    /// Bytes of the largest buffer that the shaders can see whole; never more than words of 32 bits can count.
+    pub fn largest_buffer(&self) -> u64 {
+        let limits = self.inner.limits();
+        let largest = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
+        largest.min(u64::from(u32::MAX))
+    }
+
     /// The error for a device that gave no answer.
     pub fn lost(&self, what: impl Into<String>) -> EngineError {
         EngineError::Lost {
