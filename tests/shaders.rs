@@ -286,7 +286,10 @@ fn structs_are_laid_out_alike_on_both_sides() {
         assert_eq!(bytes, size, "{name}");
     }
     assert_eq!(struct_of(&module, "Partial").0 as u64, PARTIAL_BYTES);
-    let batch = vec![("count".to_owned(), 0), ("problems".to_owned(), BATCH_HEAD_BYTES)];
+    let batch = vec![
+        ("count".to_owned(), 0),
+        ("problems".to_owned(), BATCH_HEAD_BYTES),
+    ];
     assert_eq!(struct_of(&module, "Batch"), (BATCH_BYTES, batch));
 }
 

@@ -219,14 +219,8 @@ impl<'a> Batch<'a> {
         first_field: impl Fn(&ClearanceField) -> u32,
     ) -> usize {
         let [speeds_at, turns_at, bodies_at, end] = self.amount.input_offsets();
-        let mut writer = [
-            0,
-            BATCH_HEAD_BYTES as u64,
-            speeds_at,
-            turns_at,
-            bodies_at,
-        ]
-        .map(|at| at as usize);
+        let mut writer =
+            [0, BATCH_HEAD_BYTES as u64, speeds_at, turns_at, bodies_at].map(|at| at as usize);
         let mut put = |part: usize, bytes: &[u8]| {
             let at = &mut writer[part];
             input[*at..*at + bytes.len()].copy_from_slice(bytes);
@@ -250,7 +244,10 @@ impl<'a> Batch<'a> {
             put(2, bytemuck::cast_slice::<Speed, u8>(&problem.speeds));
             put(3, bytemuck::cast_slice::<Turn, u8>(&problem.turns));
             put(4, bytemuck::cast_slice::<BodyDisc, u8>(&problem.discs));
-            put(4, bytemuck::cast_slice::<MovingBody, u8>(&problem.obstacles));
+            put(
+                4,
+                bytemuck::cast_slice::<MovingBody, u8>(&problem.obstacles),
+            );
             before = before.and(problem);
         }
         end as usize
