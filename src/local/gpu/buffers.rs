@@ -6,8 +6,8 @@ use super::fields::ResidentFields;
 use crate::local::ClearanceField;
 use crate::local::contract::Detail;
 
-/// No buffer is smaller: the problems of a robot under way fit without growing.
-const LEAST_BYTES: u64 = 64 << 10;
+/// No buffer is smaller: most problems of a robot under way fit into the first ones.
+const LEAST_BYTES: u64 = 1 << 20;
 
 /// Buffers and the bind group over them.
 pub(super) struct Buffers {
