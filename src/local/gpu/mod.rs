@@ -188,24 +188,9 @@ impl GpuEngine {
             // The receiver is gone only when the wait below gave up.
             let _ = sender.send(outcome);
         });
-        let wait = wgpu::PollType::Wait {
-            submission_index: Some(submission),
-            timeout: Some(deadline),
-        };
         self.device
-            .inner
-            .poll(wait)
-            // A complaint of the device says more than that there is nothing to wait for.
-            .map_err(|error| match self.device.check() {
-                Err(complaint) => complaint,
-                Ok(()) => self.device.lost(error.to_string()),
-            })?;
-        self.device.check()?;
-        match receiver.try_recv() {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => return Err(self.device.lost(error.to_string())),
-            Err(_) => return Err(self.device.lost("the answer could not be mapped in time")),
-        }
+            .wait(submission, deadline, || receiver.try_recv().ok())?
+            .map_err(|error| self.device.lost(error.to_string()))?;
         let result = {
             let view = slice
                 .get_mapped_range()
