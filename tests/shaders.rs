@@ -2,7 +2,7 @@
 
 use core::mem::{offset_of, size_of};
 
-use inbye::local::gpu::bindings::{ACCESS, ANSWERS, Access, RECORDS};
+use inbye::local::gpu::bindings::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use inbye::local::gpu::layout::{
     Answer, BATCH_BYTES, BATCH_HEAD_BYTES, MOST_PROBLEMS, PARTIAL_BYTES, Place, Placed, Record,
     SAMPLES_PER_GROUP, TURNS_PER_GROUP,
@@ -151,7 +151,7 @@ fn bindings_are_reached_as_the_shaders_declare() {
         .collect();
     let expected: Vec<_> = ACCESS.into_iter().enumerate().collect();
     assert_eq!(accesses, expected);
-    for (binding, name) in [(RECORDS, "records"), (ANSWERS, "answers")] {
+    for (binding, name) in [(FIELD, "field"), (RECORDS, "records"), (ANSWERS, "answers")] {
         assert_eq!(declared[binding].2, name);
     }
 }

@@ -61,7 +61,7 @@ fn differences(expected: &[Evaluation], found: &[Evaluation]) -> Option<String> 
 }
 
 /// Puts a batch to an engine that has answered others before, with samples and without.
-fn same(engine: &mut GpuEngine, name: &str, problems: &[Prepared]) -> Result<(), Failed> {
+fn same(engine: &mut dyn Engine, name: &str, problems: &[Prepared]) -> Result<(), Failed> {
     for detail in [Detail::Samples, Detail::Answer] {
         let found = engine.evaluate_batch(problems, detail)?;
         if let Some(difference) = differences(&expected(problems, detail)?, &found) {
@@ -72,11 +72,24 @@ fn same(engine: &mut GpuEngine, name: &str, problems: &[Prepared]) -> Result<(),
     Ok(())
 }
 
+/// Batches of random problems one after another, each from a first problem on and so many.
+pub fn random_batches(
+    engine: &mut dyn Engine,
+    seed: u64,
+    batches: &[(usize, usize)],
+) -> Result<(), Failed> {
+    let ends = batches.iter().map(|(first, count)| first + count);
+    let problems = problems(seed, ends.max().unwrap_or_default() as u64)?;
+    for &(first, count) in batches {
+        let what = format!("from problem {first}");
+        same(engine, &what, &problems[first..first + count])?;
+    }
+    Ok(())
+}
+
 /// Batches that grow and shrink, the longest of them more than one submission.
-pub fn random_batches(adapter: &Adapter) -> Result<(), Failed> {
-    let problems = problems(44, 300)?;
-    let engine = &mut GpuEngine::new(adapter)?;
-    for (first, count) in [
+pub fn growth(adapter: &Adapter) -> Result<(), Failed> {
+    let batches = [
         (0, 1),
         (1, 2),
         (3, 7),
@@ -86,11 +99,8 @@ pub fn random_batches(adapter: &Adapter) -> Result<(), Failed> {
         (75, 7),
         (0, 300),
         (82, 2),
-    ] {
-        let what = format!("from problem {first}");
-        same(engine, &what, &problems[first..first + count])?;
-    }
-    Ok(())
+    ];
+    random_batches(&mut GpuEngine::new(adapter)?, 44, &batches)
 }
 
 /// Worlds that come, go and stay, of odd and even numbers of cells, beside one another.

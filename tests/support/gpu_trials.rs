@@ -10,12 +10,10 @@ use inbye::map::MovingDisc;
 use libtest_mimic::Failed;
 
 use crate::adapters::GpuTest;
+use crate::batch_trials;
 use crate::cpu_trials::{agree, golden};
 use crate::extremes::{extremes, field, footprint, plain};
 use crate::kernel::{Kernel, every_difference};
-
-#[path = "batch_trials.rs"]
-mod batch_trials;
 
 pub const TRIALS: [(&str, GpuTest); 11] = [
     ("operations_return_the_bits_of_rust", operations),
@@ -30,7 +28,7 @@ pub const TRIALS: [(&str, GpuTest); 11] = [
     ("a_lost_device_is_an_error", lost_device),
     (
         "batches_return_the_bits_of_one_at_a_time",
-        batch_trials::random_batches,
+        batch_trials::growth,
     ),
     ("batches_share_and_change_fields", batch_trials::fields),
     (

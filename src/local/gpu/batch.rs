@@ -3,8 +3,9 @@
 use super::bindings::BINDINGS;
 use super::layout::{
     Answer, BATCH_BYTES, BATCH_HEAD_BYTES, MOST_PROBLEMS, PARTIAL_BYTES, Place, Placed, Record,
-    SAMPLES_PER_GROUP, TURNS_PER_GROUP,
+    SAMPLES_PER_GROUP, TURNS_PER_GROUP, sample_records,
 };
+use crate::local::contract::{Detail, Evaluation};
 use crate::local::inputs::{BodyDisc, MovingBody, Speed, Turn};
 use crate::local::{ClearanceField, Prepared, rollout};
 
@@ -152,7 +153,7 @@ pub(super) fn field_words(field: &ClearanceField) -> u64 {
     (field.units().len() as u64).div_ceil(2)
 }
 
-/// Problems that are evaluated in one submission.
+/// Problems that are evaluated in one submission, whoever drives the device: the engine, or a test in a browser.
 pub struct Batch<'a> {
     /// The problems.
     pub problems: &'a [Prepared],
@@ -251,5 +252,24 @@ impl<'a> Batch<'a> {
             before = before.and(problem);
         }
         end as usize
+    }
+    /// The evaluations, from the bytes of all answers and, where asked for, of all records behind them. None when an
+    /// answer does not bear its stamp: then it is an older one.
+    #[must_use]
+    pub fn read(&self, bytes: &[u8], first_stamp: u32, detail: Detail) -> Option<Vec<Evaluation>> {
+        let (answers, mut records) = bytes.split_at(self.problems.len() * size_of::<Answer>());
+        let answers = answers.chunks_exact(size_of::<Answer>());
+        let stamped = (0..).zip(self.problems.iter().zip(answers));
+        let evaluations = stamped.map(|(offset, (problem, answer))| {
+            let answer: Answer = bytemuck::pod_read_unaligned(answer);
+            let samples = (detail == Detail::Samples).then(|| {
+                let (own, others) = records.split_at(problem.len() * size_of::<Record>());
+                records = others;
+                sample_records(problem, own)
+            });
+            let is_fresh = answer.stamp == first_stamp.wrapping_add(offset);
+            is_fresh.then(|| answer.evaluation(samples))
+        });
+        evaluations.collect()
     }
 }

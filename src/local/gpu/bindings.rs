@@ -2,6 +2,8 @@
 
 /// Number of bindings.
 pub const BINDINGS: usize = 9;
+/// Number of the binding that holds the fields. Those before it all show the input from its start.
+pub const FIELD: usize = 4;
 /// Number of the binding that holds a [`super::layout::Record`] for each sample of a batch.
 pub const RECORDS: usize = 6;
 /// Number of the binding that holds a [`super::layout::Answer`] for each problem of a batch.

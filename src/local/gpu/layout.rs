@@ -82,8 +82,7 @@ impl Record {
 }
 
 /// All samples of a problem, from the bytes of their [`Record`]s.
-#[must_use]
-pub fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
+pub(super) fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
     bytes
         .chunks_exact(size_of::<Record>())
         .map(bytemuck::pod_read_unaligned::<Record>)

@@ -18,7 +18,6 @@ use std::time::Duration;
 use batch::Batch;
 use buffers::Buffers;
 use device::Device;
-use layout::{Answer, Record, sample_records};
 
 pub use device::{Adapter, AdapterSummary, adapters};
 
@@ -108,13 +107,12 @@ impl GpuEngine {
         }
     }
 
-    /// Evaluates a batch in one submission and adds its answers to the list.
+    /// Evaluates a batch in one submission.
     fn answer(
         &mut self,
         batch: &Batch<'_>,
         detail: Detail,
-        evaluations: &mut Vec<Evaluation>,
-    ) -> Result<(), EngineError> {
+    ) -> Result<Vec<Evaluation>, EngineError> {
         self.device.check()?;
         for problem in batch.problems {
             self.check_loops(problem)?;
@@ -126,28 +124,11 @@ impl GpuEngine {
         buffers.upload(&self.device.queue, batch, first_stamp);
         let (submission, bytes) = self.submit(&buffers, batch, detail);
         let deadline = DEADLINE * batch.problems.len() as u32;
-        let is_fresh = self.read_back(&buffers, bytes, submission, deadline, |bytes| {
-            let answers = batch.problems.len() * size_of::<Answer>();
-            let (answers, mut records) = bytes.split_at(answers);
-            let answers = answers.chunks_exact(size_of::<Answer>());
-            let mut is_fresh = true;
-            for (offset, (problem, answer)) in (0..).zip(batch.problems.iter().zip(answers)) {
-                let answer: Answer = bytemuck::pod_read_unaligned(answer);
-                is_fresh &= answer.stamp == first_stamp.wrapping_add(offset);
-                let samples = (detail == Detail::Samples).then(|| {
-                    let (own, others) = records.split_at(problem.len() * size_of::<Record>());
-                    records = others;
-                    sample_records(problem, own)
-                });
-                evaluations.push(answer.evaluation(samples));
-            }
-            is_fresh
+        let evaluations = self.read_back(&buffers, bytes, submission, deadline, |bytes| {
+            batch.read(bytes, first_stamp, detail)
         })?;
-        if !is_fresh {
-            return Err(self.device.lost("a stale answer came back"));
-        }
         self.buffers = Some(buffers);
-        Ok(())
+        evaluations.ok_or_else(|| self.device.lost("a stale answer came back"))
     }
 
     /// Starts the work; says also how many bytes will come back.
@@ -228,7 +209,7 @@ impl Engine for GpuEngine {
         let mut evaluations = Vec::with_capacity(problems.len());
         while evaluations.len() < problems.len() {
             let batch = Batch::first_of(&problems[evaluations.len()..]);
-            self.answer(&batch, detail, &mut evaluations)?;
+            evaluations.extend(self.answer(&batch, detail)?);
         }
         Ok(evaluations)
     }
