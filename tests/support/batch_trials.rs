@@ -9,7 +9,7 @@ use inbye::local::{
 };
 use libtest_mimic::Failed;
 
-use crate::extremes::{extremes, footprint, plain};
+use crate::extremes::{extremes, field, footprint, plain};
 
 /// Random problems; every third robot is where the one before it is, in the same world.
 fn problems(seed: u64, count: u64) -> Result<Vec<Prepared>, Failed> {
@@ -123,6 +123,36 @@ pub fn fields(adapter: &Adapter) -> Result<(), Failed> {
     ] {
         let batch: Vec<Prepared> = chosen.iter().map(|&index| all[index].clone()).collect();
         same(engine, &format!("problems {chosen:?}"), &batch)?;
+    }
+    Ok(())
+}
+
+/// Worlds of 1.3 MB, of which the device's first memory holds only one: others must give way, and come back.
+pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
+    let beside = |column| {
+        Prepared::new(&Problem {
+            field: field(801, 0.1, &[[column, 25]]),
+            ..plain()
+        })
+    };
+    let all = [beside(29)?, beside(30)?, beside(31)?];
+    let answers = expected(&all, Detail::Answer)?;
+    if answers[0] == answers[1] || answers[1] == answers[2] {
+        return Err("worlds with one answer: a stale one could not show".into());
+    }
+    let engine = &mut GpuEngine::new(adapter)?;
+    for chosen in [
+        &[0][..],
+        &[1],
+        &[0],
+        &[0, 1],
+        &[2],
+        &[1],
+        &[0, 2],
+        &[2, 1, 0],
+    ] {
+        let batch: Vec<Prepared> = chosen.iter().map(|&index| all[index].clone()).collect();
+        same(engine, &format!("worlds {chosen:?}"), &batch)?;
     }
     Ok(())
 }

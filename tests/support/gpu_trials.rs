@@ -15,7 +15,7 @@ use crate::cpu_trials::{agree, golden};
 use crate::extremes::{extremes, field, footprint, plain};
 use crate::kernel::{Kernel, every_difference};
 
-pub const TRIALS: [(&str, GpuTest); 11] = [
+pub const TRIALS: [(&str, GpuTest); 12] = [
     ("operations_return_the_bits_of_rust", operations),
     (
         "random_problems_return_the_bits_of_the_cpu",
@@ -31,6 +31,10 @@ pub const TRIALS: [(&str, GpuTest); 11] = [
         batch_trials::growth,
     ),
     ("batches_share_and_change_fields", batch_trials::fields),
+    (
+        "batches_of_large_fields_make_room",
+        batch_trials::large_fields,
+    ),
     (
         "a_batch_refuses_what_is_refused_alone",
         batch_trials::refusals,
