@@ -43,7 +43,7 @@ fn batches(criterion: &mut Criterion) {
         // All alike, so that only the number of them makes a difference.
         let problem = roadway_problem(&field, (speeds, turns), STEPS, 50);
         let problems = vec![Prepared::new(&problem).expect("within the ranges"); count];
-        let name = format!("batch of {count} problems of {} x {STEPS}", speeds * turns);
+        let name = format!("batch of {count}, {} x {STEPS} each", speeds * turns);
         let mut group = criterion.benchmark_group(name);
         let steps_each = u64::from(speeds * turns * STEPS);
         group.throughput(Throughput::Elements(count as u64 * steps_each));

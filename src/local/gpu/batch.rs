@@ -253,6 +253,7 @@ impl<'a> Batch<'a> {
         }
         end as usize
     }
+
     /// The evaluations, from the bytes of all answers and, where asked for, of all records behind them. None when an
     /// answer does not bear its stamp: then it is an older one.
     #[must_use]

@@ -124,11 +124,13 @@ impl GpuEngine {
         buffers.upload(&self.device.queue, batch, first_stamp);
         let (submission, bytes) = self.submit(&buffers, batch, detail);
         let deadline = DEADLINE * batch.problems.len() as u32;
-        let evaluations = self.read_back(&buffers, bytes, submission, deadline, |bytes| {
-            batch.read(bytes, first_stamp, detail)
-        })?;
+        let evaluations = self
+            .read_back(&buffers, bytes, submission, deadline, |bytes| {
+                batch.read(bytes, first_stamp, detail)
+            })?
+            .ok_or_else(|| self.device.lost("a stale answer came back"))?;
         self.buffers = Some(buffers);
-        evaluations.ok_or_else(|| self.device.lost("a stale answer came back"))
+        Ok(evaluations)
     }
 
     /// Starts the work; says also how many bytes will come back.
