@@ -4,25 +4,35 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use inbye::bench::{roadway_field, roadway_problem};
+use inbye::bench::{Roadway, roadway_field};
 use inbye::local::{ClearanceField, Detail, Preference, Prepared, open, open_all};
 use inbye::map::{GridFrame, ObstacleGrid};
 
 /// Steps of the horizon.
 const STEPS: u32 = 30;
 
+fn roadway(speeds: u32, turns: u32) -> Roadway {
+    Roadway {
+        vx_samples: speeds,
+        vtheta_samples: turns,
+        steps: STEPS,
+        ..Roadway::default()
+    }
+}
+
 fn decisions(criterion: &mut Criterion) {
-    let field = roadway_field().into();
+    let field = roadway_field();
     let mut engines = open_all(2, |_| ()).expect("two threads");
     for (speeds, turns) in [(20, 40), (70, 72), (128, 128)] {
+        let roadway = roadway(speeds, turns);
         let mut group = criterion.benchmark_group(format!("decision of {speeds} x {turns}"));
         group.throughput(Throughput::Elements(u64::from(speeds * turns * STEPS)));
         group.sample_size(20);
         for engine in &mut engines {
             group.bench_function(BenchmarkId::from_parameter(engine.name()), |bencher| {
                 bencher.iter(|| {
-                    let problem = roadway_problem(&field, (speeds, turns), STEPS, 0);
-                    let prepared = Prepared::new(&problem).expect("within the ranges");
+                    let prepared =
+                        Prepared::new(&roadway.problem(&field, 0)).expect("within the ranges");
                     black_box(
                         engine
                             .evaluate(&prepared, Detail::Answer)
@@ -37,11 +47,11 @@ fn decisions(criterion: &mut Criterion) {
 
 fn batches(criterion: &mut Criterion) {
     let (speeds, turns) = (20, 40);
-    let field = roadway_field().into();
+    let field = roadway_field();
     let mut engines = open_all(2, |_| ()).expect("two threads");
     for count in [1, 8, 64, 256] {
         // All alike, so that only the number of them makes a difference.
-        let problem = roadway_problem(&field, (speeds, turns), STEPS, 50);
+        let problem = roadway(speeds, turns).problem(&field, 50);
         let problems = vec![Prepared::new(&problem).expect("within the ranges"); count];
         let name = format!("batch of {count}, {} x {STEPS} each", speeds * turns);
         let mut group = criterion.benchmark_group(name);
@@ -62,8 +72,8 @@ fn batches(criterion: &mut Criterion) {
 
 /// What a program waits for that opens an engine to take one decision. An engine already open is that of `decisions`.
 fn cold_starts(criterion: &mut Criterion) {
-    let field = roadway_field().into();
-    let problem = roadway_problem(&field, (20, 40), STEPS, 0);
+    let field = roadway_field();
+    let problem = roadway(20, 40).problem(&field, 0);
     let prepared = Prepared::new(&problem).expect("within the ranges");
     let mut group = criterion.benchmark_group("opening an engine and one decision of 20 x 40");
     group.sample_size(10);

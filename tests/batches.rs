@@ -3,22 +3,24 @@
 
 use std::sync::Arc;
 
-use inbye::bench::{roadway_field, roadway_problem};
+use inbye::bench::{Roadway, roadway_field};
 use inbye::local::gpu::batch::Batch;
 use inbye::local::{ClearanceField, Prepared, Problem};
 
 const MOST_BYTES: u64 = 128 << 20;
 
 fn problem(field: &Arc<ClearanceField>, speeds: u32, turns: u32, steps: u32) -> Prepared {
+    let roadway = Roadway {
+        vx_samples: speeds,
+        vtheta_samples: turns,
+        steps,
+        ..Roadway::default()
+    };
     let problem = Problem {
         step_s: 0.01,
-        ..roadway_problem(field, (speeds, turns), steps, 0)
+        ..roadway.problem(field, 0)
     };
     Prepared::new(&problem).expect("a problem within the ranges")
-}
-
-fn field() -> Arc<ClearanceField> {
-    Arc::new(roadway_field())
 }
 
 /// How many problems each submission takes.
@@ -42,14 +44,14 @@ fn no_problem_is_no_submission() {
 
 #[test]
 fn a_submission_takes_256_problems() {
-    let easy = problem(&field(), 2, 2, 1);
+    let easy = problem(&roadway_field(), 2, 2, 1);
     assert_eq!(submissions(&vec![easy.clone(); 256]), [256]);
     assert_eq!(submissions(&vec![easy; 600]), [256, 256, 88]);
 }
 
 #[test]
 fn a_submission_takes_as_many_samples_as_one_problem_may_have() {
-    let field = &field();
+    let field = &roadway_field();
     let (easy, half, whole) = (
         problem(field, 2, 2, 1),
         problem(field, 2048, 1024, 1),
@@ -61,7 +63,7 @@ fn a_submission_takes_as_many_samples_as_one_problem_may_have() {
 
 #[test]
 fn several_problems_keep_to_buffers_that_every_adapter_binds() {
-    let field = &field();
+    let field = &roadway_field();
     // 16 kB of table for each turn rate.
     let (most, half) = (problem(field, 1, 9000, 1023), problem(field, 1, 4000, 1023));
     assert!(
@@ -77,7 +79,7 @@ fn several_problems_keep_to_buffers_that_every_adapter_binds() {
 
 #[test]
 fn a_field_that_problems_share_is_held_once() {
-    let (one, other) = (field(), field());
+    let (one, other) = (roadway_field(), roadway_field());
     let problems = [
         problem(&one, 1, 1, 1),
         problem(&other, 2, 1, 1),

@@ -1,12 +1,8 @@
 //! Sampling density against latency: the same decision with more and more samples, on every engine.
 
-use std::sync::Arc;
-
+use super::roadway::{Roadway, roadway_field};
 use super::{BenchError, DensityRow, EvaluationDigest, Latencies, LatencySummary};
-use crate::geometry::{Point, Pose, Twist};
-use crate::local::{ClearanceField, Detail, Engine, LocalSettings, Prepared, Problem, Situation};
-use crate::map::{GridFrame, ObstacleGrid};
-use crate::robot::{Footprint, Limits};
+use crate::local::{Detail, Engine, Prepared};
 
 /// What to measure.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,16 +46,22 @@ pub fn measure_density(
     clock: &mut dyn FnMut() -> f64,
     mut done: impl FnMut(&DensityRow),
 ) -> Result<Vec<DensityRow>, BenchError> {
-    let field = Arc::new(roadway_field());
+    let field = roadway_field();
     let mut rows = Vec::new();
     for &samples in &plan.samples {
         let side = (samples as f64).sqrt().round().max(1.0) as u32;
         let counts = (side, (samples as u32).div_ceil(side));
+        let roadway = Roadway {
+            vx_samples: counts.0,
+            vtheta_samples: counts.1,
+            steps: plan.steps,
+            ..Roadway::default()
+        };
         let which = || format!("{samples} samples");
         let mut expected: Option<(String, String)> = None;
         for engine in engines.iter_mut() {
             let decide = |engine: &mut dyn Engine, tick: usize| {
-                let problem = roadway_problem(&field, counts, plan.steps, tick);
+                let problem = roadway.problem(&field, tick);
                 let prepared = Prepared::new(&problem).map_err(|error| BenchError::Problem {
                     which: which(),
                     error,
@@ -130,67 +132,5 @@ fn row(engine: &dyn Engine, samples: usize, steps: u32, summary: &LatencySummary
         max_ms: summary.max_ms,
         decisions: summary.count as usize,
         steps_per_s: samples as f64 * f64::from(steps) / (summary.p50_ms / 1000.0),
-    }
-}
-
-/// A drift 4 m wide with side drifts and rubble, 12 x 12 m at 5 cm.
-///
-/// # Panics
-/// Never: its resolution is within the range.
-#[must_use]
-pub fn roadway_field() -> ClearanceField {
-    let side = 240;
-    let frame = GridFrame {
-        width: side,
-        height: side,
-        resolution_m: 0.05,
-        origin: Pose::default(),
-    };
-    let blocked = (0..frame.len()).map(|index| {
-        let cell = frame.cell_at(index);
-        let in_drift = (80..160).contains(&cell.row);
-        let in_side_drift = (130..190).contains(&cell.column);
-        let rubble = (cell.column % 53 == 7) && (cell.row % 29 == 5);
-        !(in_drift || in_side_drift) || rubble
-    });
-    ClearanceField::new(&ObstacleGrid::new(frame, blocked.collect()))
-        .expect("5 cm is within the range of resolutions")
-}
-
-/// A robot of one disc under way along the drift of [`roadway_field`]; each tick a little further, so that no two
-/// decisions are the same. Forward speeds and turn rates are counted first.
-///
-/// # Panics
-/// Never: its footprint is sound.
-#[must_use]
-pub fn roadway_problem(
-    field: &Arc<ClearanceField>,
-    (vx_samples, vtheta_samples): (u32, u32),
-    steps: u32,
-    tick: usize,
-) -> Problem {
-    let along = (tick % 100) as f64 / 100.0;
-    // A window as wide as a second makes it, so that the samples spread over the drift.
-    let settings = LocalSettings {
-        vx_samples,
-        vtheta_samples,
-        control_period_s: 1.0,
-        ..LocalSettings::default()
-    };
-    let ahead = Point::new(7.0, 6.5);
-    let situation = Situation {
-        field,
-        pose: Pose::new(3.0 + along, 6.0, 0.1 * along),
-        twist: Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15),
-        obstacles: &[],
-        target: ahead,
-        key_node: ahead,
-        limits: Limits::default(),
-        footprint: &Footprint::round(0.3).expect("a sound radius"),
-        weights: settings.weights,
-    };
-    Problem {
-        steps,
-        ..situation.problem(&settings)
     }
 }

@@ -5,13 +5,15 @@ mod digest;
 mod error;
 mod problems;
 mod record;
+mod roadway;
 mod timing;
 mod verify;
 
-pub use density::{DensityPlan, measure_density, roadway_field, roadway_problem};
+pub use density::{DensityPlan, measure_density};
 pub use digest::EvaluationDigest;
 pub use error::BenchError;
 pub use problems::random_problem;
 pub use record::DensityRow;
+pub use roadway::{Roadway, roadway_field, roadway_obstacles};
 pub use timing::{Latencies, LatencySummary};
 pub use verify::{Difference, Verification, compare, verify};

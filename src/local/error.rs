@@ -95,6 +95,12 @@ pub enum EngineError {
         /// What it said.
         what: String,
     },
+    /// The processor does not have the vector instructions asked for.
+    #[error("this processor does not have {which} instructions")]
+    NoInstructions {
+        /// Their name.
+        which: &'static str,
+    },
     /// A worker pool could not be started.
     #[error("cannot start {threads} CPU threads: {what}")]
     Threads {

@@ -16,6 +16,7 @@ use crate::robot::Footprint;
 pub struct ClearanceField {
     frame: GridFrame,
     cell_bits: u32,
+    /// One entry more than there are cells.
     units: Vec<u16>,
     id: u64,
 }
@@ -55,7 +56,12 @@ impl ClearanceField {
         Ok(Self {
             frame,
             cell_bits,
-            units: field.squared_cells().iter().map(in_units).collect(),
+            units: field
+                .squared_cells()
+                .iter()
+                .map(in_units)
+                .chain([0])
+                .collect(),
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
         })
     }
@@ -81,6 +87,12 @@ impl ClearanceField {
     /// Distances in units, row-major, lowest row first.
     #[must_use]
     pub fn units(&self) -> &[u16] {
+        &self.units[..self.frame.len()]
+    }
+
+    /// [`Self::units`] and one entry more, for vectors that read two entries at a time.
+    #[must_use]
+    pub(super) fn padded_units(&self) -> &[u16] {
         &self.units
     }
 

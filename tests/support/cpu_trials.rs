@@ -1,9 +1,12 @@
 //! What needs no adapter: threads, the pinned digest, and mistakes that the comparison must notice.
 
-use inbye::bench::{Difference, verify};
-use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Prepared};
+use inbye::bench::{Difference, compare, random_problem, verify};
+use inbye::local::{
+    Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared, Problem,
+    Window,
+};
 use libtest_mimic::{Failed, Trial};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::operations::{OPERATIONS, cases, differences};
@@ -19,6 +22,8 @@ pub const GOLDEN: &str = "3015f2d5433f8a8f24842201aa2a2422026759ef9d43cc3c5b991d
 pub fn trials() -> Vec<Trial> {
     vec![
         Trial::test("threads_change_no_bit", threads_change_no_bit),
+        Trial::test("instructions_change_no_bit", instructions_change_no_bit),
+        Trial::test("many_speeds_change_no_bit", many_speeds_change_no_bit),
         Trial::test("the_digest_is_the_pinned_one", the_digest_is_the_pinned_one),
         Trial::test("one_flipped_bit_is_reported", one_flipped_bit_is_reported),
         Trial::test(
@@ -34,6 +39,61 @@ fn threads_change_no_bit() -> Result<(), Failed> {
         engines.push(Box::new(CpuEngine::with_threads(threads)?));
     }
     agree(&mut engines, 200, 31)
+}
+
+/// An engine for each set of instructions that is here, the scalar reference first.
+fn all_instructions() -> Result<Vec<Box<dyn Engine>>, Failed> {
+    let mut engines: Vec<Box<dyn Engine>> = Vec::new();
+    for instructions in Instructions::ALL {
+        if instructions.are_here() {
+            engines.push(Box::new(CpuEngine::with_instructions(instructions, 1)?));
+        }
+    }
+    Ok(engines)
+}
+
+fn instructions_change_no_bit() -> Result<(), Failed> {
+    agree(&mut all_instructions()?, 600, 32)
+}
+
+/// Rows of several chunks and vectors, most of which stay on the field: there steps are left out.
+fn many_speeds_change_no_bit() -> Result<(), Failed> {
+    let mut engines = all_instructions()?;
+    let rng = &mut Pcg64Mcg::seed_from_u64(35);
+    let mut admissible = 0;
+    for case in 0..400 {
+        let random = random_problem(36, case);
+        let slower = rng.random_range(0.05..0.6);
+        let linear = Axis {
+            low: random.window.linear.low * slower,
+            high: random.window.linear.high * slower,
+            count: rng.random_range(1..=400),
+        };
+        let angular = Axis {
+            count: rng.random_range(1..=4),
+            ..random.window.angular
+        };
+        let problem = Prepared::new(&Problem {
+            window: Window { linear, angular },
+            ..random
+        })?;
+        let expected = engines[0].evaluate(&problem, Detail::Samples)?;
+        admissible += expected.counts.admissible;
+        for engine in &mut engines[1..] {
+            let found = engine.evaluate(&problem, Detail::Samples)?;
+            let mut first = None;
+            compare(&expected, &found, |what, expected, found| {
+                first.get_or_insert(format!("{what}: {found}, not {expected}"));
+            });
+            if let Some(first) = first {
+                return Err(format!("{}, case {case}: {first}", engine.name()).into());
+            }
+        }
+    }
+    if admissible < 20_000 {
+        return Err(format!("only {admissible} admissible samples: too few to compare").into());
+    }
+    Ok(())
 }
 
 fn the_digest_is_the_pinned_one() -> Result<(), Failed> {
@@ -149,7 +209,7 @@ fn winner(evaluation: &mut Evaluation) -> &mut inbye::local::Winner {
 /// The first problem of the seed that has a winner and more than three samples.
 fn case_with_a_winner(seed: u64) -> Result<u64, Failed> {
     for case in 0..100 {
-        let problem = Prepared::new(&inbye::bench::random_problem(seed, case))?;
+        let problem = Prepared::new(&random_problem(seed, case))?;
         let evaluation = CpuEngine::single_threaded().evaluate(&problem, Detail::Answer)?;
         if evaluation.winner.is_some() && problem.len() > 3 {
             return Ok(case);

@@ -1,0 +1,140 @@
+//! The scene that decisions are timed in: a robot under way along a drift, with side drifts, rubble and people.
+
+use std::sync::Arc;
+
+use crate::geometry::{Point, Pose, Twist};
+use crate::local::{ClearanceField, LocalSettings, Problem, Situation};
+use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
+use crate::robot::{Disc, Footprint, Limits};
+
+/// Cells along each side.
+const SIDE: i32 = 400;
+/// Side of a cell, metres.
+const CELL_M: f64 = 0.05;
+
+/// What is decided in the drift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roadway {
+    /// Forward speeds tried.
+    pub vx_samples: u32,
+    /// Turn rates tried.
+    pub vtheta_samples: u32,
+    /// Steps of the horizon, 0.1 s each.
+    pub steps: u32,
+    /// Time that the dynamic window looks ahead, seconds: 0.1 s is that of a real control loop, 1 s spreads the samples
+    /// over all speeds and most turn rates.
+    pub window_s: f64,
+    /// Discs of the footprint, one behind the other: 1 to 8.
+    pub discs: usize,
+    /// People walking in the drift.
+    pub people: usize,
+}
+
+impl Default for Roadway {
+    /// 80 x 63 samples over 3 s in the widest window: one disc, nobody about.
+    fn default() -> Self {
+        Self {
+            vx_samples: 80,
+            vtheta_samples: 63,
+            steps: 30,
+            window_s: 1.0,
+            discs: 1,
+            people: 0,
+        }
+    }
+}
+
+/// The obstacles: a drift 4 m wide with rough walls, two side drifts and rubble, 20 x 20 m at 5 cm.
+///
+/// # Panics
+/// Never: it has a place for every cell.
+#[must_use]
+pub fn roadway_obstacles() -> ObstacleGrid {
+    let frame = GridFrame {
+        width: SIDE,
+        height: SIDE,
+        resolution_m: CELL_M,
+        origin: Pose::default(),
+    };
+    // Up to 0.3 m off the wall's line, the same for a few columns.
+    let rough = |column: i32, salt: i32| ((column / 5) * 7919 + salt).rem_euclid(13) / 2;
+    let blocked = (0..frame.len()).map(|index| {
+        let cell = frame.cell_at(index);
+        let (column, row) = (cell.column, cell.row);
+        let in_drift = (160 + rough(column, 3)..240 - rough(column, 8)).contains(&row);
+        let in_side_drift =
+            (190..260).contains(&column) && row > 200 || (40..100).contains(&column) && row < 200;
+        let rubble = column % 61 < 4 && (row - 170).rem_euclid(52) < 3;
+        !(in_drift || in_side_drift) || rubble
+    });
+    ObstacleGrid::new(frame, blocked.collect())
+}
+
+/// The distance field of [`roadway_obstacles`].
+///
+/// # Panics
+/// Never: 5 cm is within the range of resolutions.
+#[must_use]
+pub fn roadway_field() -> Arc<ClearanceField> {
+    let field = ClearanceField::new(&roadway_obstacles());
+    Arc::new(field.expect("5 cm is within the range of resolutions"))
+}
+
+impl Roadway {
+    /// The problem at a tick: the robot each time a little further along, so that no two decisions of a hundred are the
+    /// same.
+    ///
+    /// # Panics
+    /// When there are no discs, or more than 8.
+    #[must_use]
+    pub fn problem(&self, field: &Arc<ClearanceField>, tick: usize) -> Problem {
+        let along = (tick % 100) as f64 / 100.0;
+        let settings = LocalSettings {
+            vx_samples: self.vx_samples,
+            vtheta_samples: self.vtheta_samples,
+            control_period_s: self.window_s,
+            ..LocalSettings::default()
+        };
+        let ahead = Point::new(11.5, 10.2);
+        let footprint = Footprint::new((0..self.discs).map(|disc| self.disc(disc)).collect());
+        let obstacles: Vec<MovingDisc> = (0..self.people).map(person).collect();
+        let situation = Situation {
+            field,
+            pose: Pose::new(6.5 + along, 9.8 + 0.3 * along, 0.1 - 0.2 * along),
+            twist: Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15),
+            obstacles: &obstacles,
+            target: ahead,
+            key_node: ahead,
+            limits: Limits::default(),
+            footprint: &footprint.expect("one to eight discs"),
+            weights: settings.weights,
+        };
+        Problem {
+            steps: self.steps,
+            ..situation.problem(&settings)
+        }
+    }
+
+    /// One behind the other, 0.25 m apart.
+    fn disc(&self, number: usize) -> Disc {
+        let middle = (self.discs as f64 - 1.0) / 2.0;
+        Disc {
+            x: (middle - number as f64) * 0.25,
+            y: 0.0,
+            radius: 0.3,
+        }
+    }
+}
+
+/// Somebody in the drift ahead, walking either way along it.
+fn person(number: usize) -> MovingDisc {
+    let walks_away = number.is_multiple_of(2);
+    let number = number as f64;
+    MovingDisc {
+        x: 9.0 + (number * 1.7) % 6.0,
+        y: if walks_away { 9.2 } else { 11.0 } + 0.3 * libm::sin(number),
+        radius: 0.25,
+        vx: if walks_away { 0.8 } else { -0.8 },
+        vy: 0.1 * libm::cos(number * 1.1),
+    }
+}

@@ -1,0 +1,223 @@
+//! Threads that wait for work and do it together with the caller.
+//!
+//! A decision takes a tenth of a millisecond, so handing it out must cost microseconds and no allocation. A worker
+//! looks out for new work for a short while before it sleeps; the caller works as well, so a worker that wakes late
+//! costs time but never holds up what is left.
+#![expect(
+    unsafe_code,
+    reason = "a pool that takes borrowed work without allocating; the usual one allocates for each decision"
+)]
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use crate::local::EngineError;
+
+type Work<'a> = &'a (dyn Fn() + Sync);
+
+/// Turns of an empty loop before a worker sleeps, or a caller that has finished does: some ten microseconds.
+const PATIENCE: u32 = 4000;
+
+/// Worker threads beside the caller's own.
+pub struct Crew {
+    shared: Arc<Shared>,
+    workers: Vec<JoinHandle<()>>,
+}
+
+struct Shared {
+    order: Mutex<Order>,
+    /// Number of the order given last, as a sleepless look at it.
+    given: AtomicU64,
+    /// Workers still at it.
+    busy: AtomicU64,
+    wake: Condvar,
+    done: Condvar,
+}
+
+struct Order {
+    number: u64,
+    work: Option<Work<'static>>,
+    panicked: bool,
+    dismissed: bool,
+}
+
+impl Crew {
+    /// A crew of this many workers.
+    ///
+    /// # Errors
+    /// When the system does not give the threads.
+    pub fn new(workers: usize) -> Result<Self, EngineError> {
+        let shared = Arc::new(Shared {
+            order: Mutex::new(Order {
+                number: 0,
+                work: None,
+                panicked: false,
+                dismissed: false,
+            }),
+            given: AtomicU64::new(0),
+            busy: AtomicU64::new(0),
+            wake: Condvar::new(),
+            done: Condvar::new(),
+        });
+        let mut crew = Self {
+            shared,
+            workers: Vec::with_capacity(workers),
+        };
+        for _ in 0..workers {
+            let shared = Arc::clone(&crew.shared);
+            let builder = std::thread::Builder::new().name("inbye".to_owned());
+            let worker = builder.spawn(move || shared.serve());
+            crew.workers
+                .push(worker.map_err(|error| EngineError::Threads {
+                    threads: workers + 1,
+                    what: error.to_string(),
+                })?);
+        }
+        Ok(crew)
+    }
+
+    /// Calls `work` once in the caller's thread and once in each worker's; returns when all have returned.
+    ///
+    /// # Panics
+    /// When `work` does, in whichever thread, after all have returned.
+    pub fn run(&mut self, work: Work<'_>) {
+        // SAFETY: only the lifetime changes. Workers use the reference between the order and their report that they
+        // have done with it, and below this waits for all reports, also when `work` panics in this thread.
+        let unbounded = unsafe { core::mem::transmute::<Work<'_>, Work<'static>>(work) };
+        self.shared.give(unbounded, self.workers.len() as u64);
+        let own = catch_unwind(AssertUnwindSafe(work));
+        let panicked = self.shared.wait();
+        if let Err(cause) = own {
+            resume_unwind(cause);
+        }
+        assert!(!panicked, "a worker of the CPU engine panicked");
+    }
+}
+
+impl Drop for Crew {
+    fn drop(&mut self) {
+        self.shared.lock().dismissed = true;
+        self.shared.given.store(u64::MAX, Ordering::Release);
+        self.shared.wake.notify_all();
+        for worker in self.workers.drain(..) {
+            // Workers catch panics, so there is nothing to learn from how they ended.
+            let _ = worker.join();
+        }
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Order> {
+        self.order.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn give(&self, work: Work<'static>, workers: u64) {
+        let mut order = self.lock();
+        order.number += 1;
+        order.work = Some(work);
+        order.panicked = false;
+        self.busy.store(workers, Ordering::Release);
+        self.given.store(order.number, Ordering::Release);
+        drop(order);
+        self.wake.notify_all();
+    }
+
+    /// Waits until no worker is busy; whether one panicked.
+    fn wait(&self) -> bool {
+        look_out(|| self.busy.load(Ordering::Acquire) == 0);
+        let mut order = self.lock();
+        while self.busy.load(Ordering::Acquire) > 0 {
+            order = self
+                .done
+                .wait(order)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+        order.work = None;
+        order.panicked
+    }
+
+    /// A worker's life.
+    fn serve(&self) {
+        let mut last = 0;
+        while let Some((number, work)) = self.next(last) {
+            last = number;
+            let outcome = catch_unwind(AssertUnwindSafe(work));
+            let mut order = self.lock();
+            order.panicked |= outcome.is_err();
+            if self.busy.fetch_sub(1, Ordering::AcqRel) == 1 {
+                drop(order);
+                self.done.notify_one();
+            }
+        }
+    }
+
+    /// The order after this one; none when the crew is dismissed.
+    fn next(&self, last: u64) -> Option<(u64, Work<'static>)> {
+        look_out(|| self.given.load(Ordering::Acquire) != last);
+        let mut order = self.lock();
+        loop {
+            if order.dismissed {
+                return None;
+            }
+            match order.work {
+                Some(work) if order.number != last => return Some((order.number, work)),
+                _ => {
+                    order = self
+                        .wake
+                        .wait(order)
+                        .unwrap_or_else(PoisonError::into_inner);
+                }
+            }
+        }
+    }
+}
+
+/// Looks for a while whether something has come true.
+fn look_out(come_true: impl Fn() -> bool) {
+    for _ in 0..PATIENCE {
+        if come_true() {
+            return;
+        }
+        core::hint::spin_loop();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn every_order_is_done_once_by_each_thread() {
+        let mut crew = Crew::new(3).expect("three threads");
+        let calls = AtomicUsize::new(0);
+        for order in 1..=1000 {
+            crew.run(&|| {
+                calls.fetch_add(1, Ordering::Relaxed);
+            });
+            assert_eq!(calls.load(Ordering::Relaxed), 4 * order);
+        }
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller_and_the_crew_works_on() {
+        let mut crew = Crew::new(2).expect("two threads");
+        let caller = std::thread::current().id();
+        for in_caller in [true, false] {
+            let outcome = catch_unwind(AssertUnwindSafe(|| {
+                crew.run(&|| {
+                    let here = std::thread::current().id() == caller;
+                    assert_ne!(here, in_caller, "as the test wants");
+                });
+            }));
+            assert!(outcome.is_err());
+        }
+        let calls = AtomicUsize::new(0);
+        crew.run(&|| {
+            calls.fetch_add(1, Ordering::Relaxed);
+        });
+        assert_eq!(calls.load(Ordering::Relaxed), 3);
+    }
+}

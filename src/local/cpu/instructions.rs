@@ -1,0 +1,82 @@
+//! Which vector instructions the CPU engine uses: found out when the program runs, never when it is built.
+
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{Avx2, Avx512, Lanes};
+
+/// A way to judge samples on a CPU. All give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instructions {
+    /// One sample after the other, step by step, as the shaders do it: the reference for the others.
+    Scalar,
+    /// Loops over short arrays, which the compiler turns into the vectors that every processor of its kind has.
+    Portable,
+    /// Eight samples at once with AVX2.
+    Avx2,
+    /// Sixteen samples at once with AVX-512.
+    Avx512,
+}
+
+impl Instructions {
+    /// Every way.
+    pub const ALL: [Self; 4] = [Self::Scalar, Self::Portable, Self::Avx2, Self::Avx512];
+
+    /// The best that this processor has.
+    #[must_use]
+    pub fn best() -> Self {
+        let mut best = Self::Portable;
+        for one in Self::ALL {
+            if one.are_here() {
+                best = one;
+            }
+        }
+        best
+    }
+
+    /// Whether this processor has them.
+    #[must_use]
+    pub fn are_here(self) -> bool {
+        Kernel::of(self).is_some()
+    }
+
+    /// The word for people.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Portable => "portable",
+            Self::Avx2 => "AVX2",
+            Self::Avx512 => "AVX-512",
+        }
+    }
+}
+
+/// Instructions that are here, with what shows it.
+#[derive(Clone, Copy, Debug)]
+pub enum Kernel {
+    /// One sample at a time.
+    Scalar,
+    /// Arrays.
+    Portable,
+    /// AVX2.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(<Avx2 as Lanes>::Proof),
+    /// AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(<Avx512 as Lanes>::Proof),
+}
+
+impl Kernel {
+    /// The kernel of these instructions, where the processor has them.
+    pub fn of(instructions: Instructions) -> Option<Self> {
+        match instructions {
+            Instructions::Scalar => Some(Self::Scalar),
+            Instructions::Portable => Some(Self::Portable),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => Avx2::detect().map(Self::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => Avx512::detect().map(Self::Avx512),
+            #[cfg(not(target_arch = "x86_64"))]
+            Instructions::Avx2 | Instructions::Avx512 => None,
+        }
+    }
+}

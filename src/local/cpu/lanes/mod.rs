@@ -1,0 +1,105 @@
+//! Many samples at once: 32-bit lanes of one vector register, or of an array where there is none.
+//!
+//! The kernels are written once over [`Lanes`] and compiled for each set of instructions; which one runs is decided
+//! when the program starts ([`super::Instructions`]). Every operation is exact, so the choice changes no bit.
+
+mod portable;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use portable::Portable;
+#[cfg(target_arch = "x86_64")]
+pub use x86::{Avx2, Avx512};
+
+/// The most lanes that any implementation has.
+pub const MOST_LANES: usize = 16;
+
+/// Lanes of `i32`. Additions, subtractions and products wrap; comparisons are signed.
+///
+/// Methods are `inline(always)`: they must be compiled within the kernel that has the instructions enabled.
+pub trait Lanes: Copy {
+    /// Number of lanes.
+    const COUNT: usize;
+    /// Shows that the processor has the instructions. Vectors are made from it, so none exists without.
+    type Proof: Copy;
+    /// A truth value for each lane.
+    type Mask: Copy;
+
+    /// The same value in each lane.
+    fn splat(proof: Self::Proof, value: i32) -> Self;
+    /// The first values of a list that is at least as long as there are lanes.
+    fn load(proof: Self::Proof, from: &[i32]) -> Self;
+    /// Writes to the front of a list that is at least as long as there are lanes.
+    fn store(self, to: &mut [i32]);
+
+    /// `self + other`.
+    fn add(self, other: Self) -> Self;
+    /// `self - other`.
+    fn sub(self, other: Self) -> Self;
+    /// Lower half of the product.
+    fn mul(self, other: Self) -> Self;
+    /// Upper half of the signed product.
+    fn mul_hi(self, other: Self) -> Self;
+    /// Upper half of the unsigned product.
+    fn mul_hi_unsigned(self, other: Self) -> Self;
+    /// Shifted to the left by 0 to 31 bits.
+    fn shl(self, bits: u32) -> Self;
+    /// Shifted to the right by 0 to 31 bits, keeping the sign.
+    fn sar(self, bits: u32) -> Self;
+    /// Shifted to the right by 0 to 31 bits, filling with zeros.
+    fn shr(self, bits: u32) -> Self;
+    /// Each lane shifted to the left by its own 0 to 31 bits.
+    fn shl_each(self, bits: Self) -> Self;
+    /// Bitwise and.
+    fn and(self, other: Self) -> Self;
+    /// The smaller of two.
+    fn min(self, other: Self) -> Self;
+    /// The greater of two.
+    fn max(self, other: Self) -> Self;
+    /// The size of a value; -2^31 stays as it is.
+    fn abs(self) -> Self;
+    /// Number of leading zeros of a value above zero.
+    fn leading_zeros(self) -> Self;
+
+    /// `floor(self / divisor)` of unsigned values with a quotient below 2^31 and a divisor above zero.
+    fn div_unsigned(self, divisor: Self) -> Self;
+    /// `floor(sqrt(self))` of unsigned values.
+    fn isqrt(self) -> Self;
+    /// `floor(sqrt(self^2 + other^2))` for values below 2^25 in size.
+    fn hypot(self, other: Self) -> Self;
+    /// The entries of a list that has at least one entry more than the greatest index; other indices give one of its
+    /// entries as well.
+    fn gather(self, list: &[u16]) -> Self;
+
+    /// The smallest of all lanes.
+    fn least(self) -> i32;
+    /// The greatest of all lanes.
+    fn greatest(self) -> i32;
+
+    /// `self < other`.
+    fn less(self, other: Self) -> Self::Mask;
+    /// `self < other`, both unsigned.
+    fn less_unsigned(self, other: Self) -> Self::Mask;
+    /// `self == other`.
+    fn equal(self, other: Self) -> Self::Mask;
+    /// Each lane from `yes` where the mask is set, from `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// A mask without a lane set.
+    fn none(proof: Self::Proof) -> Self::Mask;
+    /// Set in both.
+    fn both(one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    /// Set in either.
+    fn either(one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    /// Set in the first and not in the second.
+    fn but_not(one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    /// The lanes set, first lane in the lowest bit.
+    fn bits(mask: Self::Mask) -> u32;
+
+    /// The values as a list; those beyond the number of lanes are zero.
+    #[inline(always)]
+    fn to_array(self) -> [i32; MOST_LANES] {
+        let mut array = [0; MOST_LANES];
+        self.store(&mut array);
+        array
+    }
+}

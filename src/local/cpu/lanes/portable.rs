@@ -1,0 +1,230 @@
+//! Lanes on any processor: loops over a short array, which compilers turn into what vectors there are.
+
+use super::Lanes;
+
+const COUNT: usize = 8;
+
+/// Eight lanes in an array.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable([i32; COUNT]);
+
+/// All bits set where true.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask([i32; COUNT]);
+
+impl Portable {
+    #[inline(always)]
+    fn map(self, function: impl Fn(i32) -> i32) -> Self {
+        Self(self.0.map(function))
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, function: impl Fn(i32, i32) -> i32) -> Self {
+        let mut result = [0; COUNT];
+        for lane in 0..COUNT {
+            result[lane] = function(self.0[lane], other.0[lane]);
+        }
+        Self(result)
+    }
+
+    #[inline(always)]
+    fn test(self, other: Self, function: impl Fn(i32, i32) -> bool) -> Mask {
+        Mask(
+            self.zip(other, |one, other| -i32::from(function(one, other)))
+                .0,
+        )
+    }
+}
+
+impl Mask {
+    #[inline(always)]
+    fn zip(self, other: Self, function: impl Fn(i32, i32) -> i32) -> Self {
+        Self(Portable(self.0).zip(Portable(other.0), function).0)
+    }
+}
+
+impl Lanes for Portable {
+    const COUNT: usize = COUNT;
+    type Proof = ();
+    type Mask = Mask;
+
+    #[inline(always)]
+    fn splat((): (), value: i32) -> Self {
+        Self([value; COUNT])
+    }
+
+    #[inline(always)]
+    fn load((): (), from: &[i32]) -> Self {
+        let mut lanes = [0; COUNT];
+        lanes.copy_from_slice(&from[..COUNT]);
+        Self(lanes)
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [i32]) {
+        to[..COUNT].copy_from_slice(&self.0);
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, i32::wrapping_add)
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, i32::wrapping_sub)
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, i32::wrapping_mul)
+    }
+
+    #[inline(always)]
+    fn mul_hi(self, other: Self) -> Self {
+        self.zip(other, crate::numeric::mul_hi_i32)
+    }
+
+    #[inline(always)]
+    fn mul_hi_unsigned(self, other: Self) -> Self {
+        self.zip(other, |one, other| {
+            crate::numeric::mul_hi_u32(one as u32, other as u32) as i32
+        })
+    }
+
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        self.map(|value| value.wrapping_shl(bits))
+    }
+
+    #[inline(always)]
+    fn sar(self, bits: u32) -> Self {
+        self.map(|value| value.wrapping_shr(bits))
+    }
+
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        self.map(|value| (value as u32).wrapping_shr(bits) as i32)
+    }
+
+    #[inline(always)]
+    fn shl_each(self, bits: Self) -> Self {
+        self.zip(bits, |value, bits| value.wrapping_shl(bits as u32))
+    }
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self.zip(other, |one, other| one & other)
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, Ord::min)
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, Ord::max)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(i32::wrapping_abs)
+    }
+
+    #[inline(always)]
+    fn leading_zeros(self) -> Self {
+        self.map(|value| value.leading_zeros() as i32)
+    }
+
+    #[inline(always)]
+    fn div_unsigned(self, divisor: Self) -> Self {
+        self.zip(divisor, |value, divisor| {
+            (value as u32 / divisor as u32) as i32
+        })
+    }
+
+    #[inline(always)]
+    fn isqrt(self) -> Self {
+        // Exact: the root of an integer below 2^32 is not within half an ulp of an integer that it does not reach.
+        self.map(|value| f64::from(value as u32).sqrt() as i32)
+    }
+
+    #[inline(always)]
+    fn hypot(self, other: Self) -> Self {
+        // Exact: squares and their sum are integers below 2^53; for the root see `isqrt`.
+        self.zip(other, |x, y| {
+            let (x, y) = (f64::from(x), f64::from(y));
+            (x * x + y * y).sqrt() as i32
+        })
+    }
+
+    #[inline(always)]
+    fn gather(self, list: &[u16]) -> Self {
+        let last = list.len() - 1;
+        self.map(|index| i32::from(list[(index as u32 as usize).min(last)]))
+    }
+
+    #[inline(always)]
+    fn least(self) -> i32 {
+        self.0.into_iter().fold(i32::MAX, Ord::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        self.0.into_iter().fold(i32::MIN, Ord::max)
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> Mask {
+        self.test(other, |one, other| one < other)
+    }
+
+    #[inline(always)]
+    fn less_unsigned(self, other: Self) -> Mask {
+        self.test(other, |one, other| (one as u32) < other as u32)
+    }
+
+    #[inline(always)]
+    fn equal(self, other: Self) -> Mask {
+        self.test(other, |one, other| one == other)
+    }
+
+    #[inline(always)]
+    fn select(mask: Mask, yes: Self, no: Self) -> Self {
+        let mut result = [0; COUNT];
+        for lane in 0..COUNT {
+            result[lane] = (yes.0[lane] & mask.0[lane]) | (no.0[lane] & !mask.0[lane]);
+        }
+        Self(result)
+    }
+
+    #[inline(always)]
+    fn none((): ()) -> Mask {
+        Mask([0; COUNT])
+    }
+
+    #[inline(always)]
+    fn both(one: Mask, other: Mask) -> Mask {
+        one.zip(other, |one, other| one & other)
+    }
+
+    #[inline(always)]
+    fn either(one: Mask, other: Mask) -> Mask {
+        one.zip(other, |one, other| one | other)
+    }
+
+    #[inline(always)]
+    fn but_not(one: Mask, other: Mask) -> Mask {
+        one.zip(other, |one, other| one & !other)
+    }
+
+    #[inline(always)]
+    fn bits(mask: Mask) -> u32 {
+        let mut bits = 0;
+        for (lane, value) in mask.0.into_iter().enumerate() {
+            bits |= (value & 1) << lane;
+        }
+        bits as u32
+    }
+}

@@ -1,0 +1,310 @@
+//! Eight lanes with AVX2.
+#![expect(
+    unsafe_code,
+    reason = "vector instructions, several times the speed of the portable lanes"
+)]
+
+#[allow(
+    clippy::wildcard_imports,
+    reason = "every other name in this file is an intrinsic"
+)]
+use core::arch::x86_64::*;
+
+use super::super::Lanes;
+
+const COUNT: usize = 8;
+
+/// Eight lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx2(__m256i);
+
+/// All bits of a lane set where true.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask(__m256i);
+
+/// Shows that the processor has AVX2.
+#[derive(Clone, Copy, Debug)]
+pub struct Proof(());
+
+impl Avx2 {
+    /// A proof, where the processor has the instructions.
+    pub fn detect() -> Option<Proof> {
+        is_x86_feature_detected!("avx2").then_some(Proof(()))
+    }
+}
+
+/// Runs an intrinsic.
+macro_rules! run {
+    ($call:expr) => {{
+        // SAFETY: a vector exists only where its proof does, and that only where the processor has the instructions.
+        // Addresses are those of arrays of the right length.
+        unsafe { $call }
+    }};
+}
+
+#[inline(always)]
+fn halves(lanes: __m256i) -> (__m128i, __m128i) {
+    run!((
+        _mm256_castsi256_si128(lanes),
+        _mm256_extracti128_si256::<1>(lanes)
+    ))
+}
+
+/// Both halves rounded towards zero.
+#[inline(always)]
+fn truncate(low: __m256d, high: __m256d) -> Avx2 {
+    run!(Avx2(_mm256_set_m128i(
+        _mm256_cvttpd_epi32(high),
+        _mm256_cvttpd_epi32(low)
+    )))
+}
+
+/// The upper halves of the even lanes' products and the odd ones'.
+#[inline(always)]
+fn upper_halves(even: __m256i, odd: __m256i) -> Avx2 {
+    run!(Avx2(_mm256_blend_epi32::<0xAA>(
+        _mm256_srli_epi64::<32>(even),
+        odd
+    )))
+}
+
+#[inline(always)]
+fn length(x: __m128i, y: __m128i) -> __m256d {
+    run!({
+        let (x, y) = (_mm256_cvtepi32_pd(x), _mm256_cvtepi32_pd(y));
+        _mm256_sqrt_pd(_mm256_add_pd(_mm256_mul_pd(x, x), _mm256_mul_pd(y, y)))
+    })
+}
+
+#[inline(always)]
+fn odd(lanes: Avx2) -> __m256i {
+    run!(_mm256_srli_epi64::<32>(lanes.0))
+}
+
+#[inline(always)]
+fn count(bits: u32) -> __m128i {
+    run!(_mm_cvtsi32_si128(bits as i32))
+}
+
+/// Turns the order of unsigned values into that of signed ones.
+#[inline(always)]
+fn flip_sign(lanes: __m256i) -> __m256i {
+    run!(_mm256_xor_si256(lanes, _mm256_set1_epi32(i32::MIN)))
+}
+
+/// Unsigned values as floats: flipped to the signed range, then moved back by 2^31.
+#[inline(always)]
+fn floats(lanes: __m256i) -> (__m256d, __m256d) {
+    let (low, high) = halves(flip_sign(lanes));
+    run!({
+        let back = _mm256_set1_pd(2_147_483_648.0);
+        (
+            _mm256_add_pd(_mm256_cvtepi32_pd(low), back),
+            _mm256_add_pd(_mm256_cvtepi32_pd(high), back),
+        )
+    })
+}
+
+impl Lanes for Avx2 {
+    const COUNT: usize = COUNT;
+    type Proof = Proof;
+    type Mask = Mask;
+
+    #[inline(always)]
+    fn splat(_: Proof, value: i32) -> Self {
+        run!(Self(_mm256_set1_epi32(value)))
+    }
+
+    #[inline(always)]
+    fn load(_: Proof, from: &[i32]) -> Self {
+        let from = &from[..COUNT];
+        run!(Self(_mm256_loadu_si256(from.as_ptr().cast())))
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [i32]) {
+        let to = &mut to[..COUNT];
+        run!(_mm256_storeu_si256(to.as_mut_ptr().cast(), self.0));
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        run!(Self(_mm256_add_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        run!(Self(_mm256_sub_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        run!(Self(_mm256_mullo_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul_hi(self, other: Self) -> Self {
+        run!(upper_halves(
+            _mm256_mul_epi32(self.0, other.0),
+            _mm256_mul_epi32(odd(self), odd(other))
+        ))
+    }
+
+    #[inline(always)]
+    fn mul_hi_unsigned(self, other: Self) -> Self {
+        run!(upper_halves(
+            _mm256_mul_epu32(self.0, other.0),
+            _mm256_mul_epu32(odd(self), odd(other))
+        ))
+    }
+
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        run!(Self(_mm256_sll_epi32(self.0, count(bits))))
+    }
+
+    #[inline(always)]
+    fn sar(self, bits: u32) -> Self {
+        run!(Self(_mm256_sra_epi32(self.0, count(bits))))
+    }
+
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        run!(Self(_mm256_srl_epi32(self.0, count(bits))))
+    }
+
+    #[inline(always)]
+    fn shl_each(self, bits: Self) -> Self {
+        run!(Self(_mm256_sllv_epi32(self.0, bits.0)))
+    }
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        run!(Self(_mm256_and_si256(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        run!(Self(_mm256_min_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        run!(Self(_mm256_max_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        run!(Self(_mm256_abs_epi32(self.0)))
+    }
+
+    #[inline(always)]
+    fn leading_zeros(self) -> Self {
+        // The exponent of a float says it. Without the bit below its highest a value cannot be rounded up to the next
+        // power of two.
+        run!({
+            let kept = _mm256_andnot_si256(_mm256_srli_epi32::<1>(self.0), self.0);
+            let float = _mm256_castps_si256(_mm256_cvtepi32_ps(kept));
+            let highest = _mm256_srli_epi32::<23>(float);
+            Self(_mm256_sub_epi32(_mm256_set1_epi32(127 + 31), highest))
+        })
+    }
+
+    #[inline(always)]
+    fn div_unsigned(self, divisor: Self) -> Self {
+        // Exact: a quotient that is no integer is further from the next one than f64 rounds.
+        let ((low, high), (by_low, by_high)) = (floats(self.0), floats(divisor.0));
+        run!(truncate(
+            _mm256_div_pd(low, by_low),
+            _mm256_div_pd(high, by_high)
+        ))
+    }
+
+    #[inline(always)]
+    fn isqrt(self) -> Self {
+        // Exact, as the portable lanes say.
+        let (low, high) = floats(self.0);
+        run!(truncate(_mm256_sqrt_pd(low), _mm256_sqrt_pd(high)))
+    }
+
+    #[inline(always)]
+    fn hypot(self, other: Self) -> Self {
+        // Exact, as the portable lanes say.
+        let ((x_low, x_high), (y_low, y_high)) = (halves(self.0), halves(other.0));
+        truncate(length(x_low, y_low), length(x_high, y_high))
+    }
+
+    #[inline(always)]
+    fn gather(self, list: &[u16]) -> Self {
+        // Each lane reads the entry and the one behind it: the last index is that of the last but one.
+        let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
+        assert!(last >= 0, "a list to gather from has two entries at least");
+        run!({
+            let index = _mm256_min_epu32(self.0, _mm256_set1_epi32(last));
+            let pairs = _mm256_i32gather_epi32::<2>(list.as_ptr().cast(), index);
+            Self(_mm256_and_si256(pairs, _mm256_set1_epi32(0xFFFF)))
+        })
+    }
+
+    #[inline(always)]
+    fn least(self) -> i32 {
+        let mut lanes = [0; COUNT];
+        self.store(&mut lanes);
+        lanes.into_iter().fold(i32::MAX, Ord::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        let mut lanes = [0; COUNT];
+        self.store(&mut lanes);
+        lanes.into_iter().fold(i32::MIN, Ord::max)
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> Mask {
+        run!(Mask(_mm256_cmpgt_epi32(other.0, self.0)))
+    }
+
+    #[inline(always)]
+    fn less_unsigned(self, other: Self) -> Mask {
+        run!(Mask(_mm256_cmpgt_epi32(
+            flip_sign(other.0),
+            flip_sign(self.0)
+        )))
+    }
+
+    #[inline(always)]
+    fn equal(self, other: Self) -> Mask {
+        run!(Mask(_mm256_cmpeq_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn select(mask: Mask, yes: Self, no: Self) -> Self {
+        run!(Self(_mm256_blendv_epi8(no.0, yes.0, mask.0)))
+    }
+
+    #[inline(always)]
+    fn none(_: Proof) -> Mask {
+        run!(Mask(_mm256_setzero_si256()))
+    }
+
+    #[inline(always)]
+    fn both(one: Mask, other: Mask) -> Mask {
+        run!(Mask(_mm256_and_si256(one.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn either(one: Mask, other: Mask) -> Mask {
+        run!(Mask(_mm256_or_si256(one.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn but_not(one: Mask, other: Mask) -> Mask {
+        run!(Mask(_mm256_andnot_si256(other.0, one.0)))
+    }
+
+    #[inline(always)]
+    fn bits(mask: Mask) -> u32 {
+        run!(_mm256_movemask_ps(_mm256_castsi256_ps(mask.0)) as u32)
+    }
+}

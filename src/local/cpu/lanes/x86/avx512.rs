@@ -1,0 +1,278 @@
+//! Sixteen lanes with AVX-512.
+#![expect(
+    unsafe_code,
+    reason = "vector instructions, several times the speed of the portable lanes"
+)]
+
+#[allow(
+    clippy::wildcard_imports,
+    reason = "every other name in this file is an intrinsic"
+)]
+use core::arch::x86_64::*;
+
+use super::super::Lanes;
+
+const COUNT: usize = 16;
+
+/// Sixteen lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx512(__m512i);
+
+/// Shows that the processor has AVX-512 F and CD.
+#[derive(Clone, Copy, Debug)]
+pub struct Proof(());
+
+impl Avx512 {
+    /// A proof, where the processor has the instructions.
+    pub fn detect() -> Option<Proof> {
+        let has = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512cd");
+        has.then_some(Proof(()))
+    }
+}
+
+/// Runs an intrinsic.
+macro_rules! run {
+    ($call:expr) => {{
+        // SAFETY: a vector exists only where its proof does, and that only where the processor has the instructions.
+        // Addresses are those of arrays of the right length.
+        unsafe { $call }
+    }};
+}
+
+#[inline(always)]
+fn halves(lanes: __m512i) -> (__m256i, __m256i) {
+    run!((
+        _mm512_castsi512_si256(lanes),
+        _mm512_extracti64x4_epi64::<1>(lanes)
+    ))
+}
+
+/// Both halves rounded towards zero.
+#[inline(always)]
+fn truncate(low: __m512d, high: __m512d) -> Avx512 {
+    run!(Avx512(_mm512_inserti64x4::<1>(
+        _mm512_castsi256_si512(_mm512_cvttpd_epi32(low)),
+        _mm512_cvttpd_epi32(high)
+    )))
+}
+
+/// The upper halves of the even lanes' products and the odd ones'.
+#[inline(always)]
+fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
+    run!(Avx512(_mm512_mask_blend_epi32(
+        0xAAAA,
+        _mm512_srli_epi64::<32>(even),
+        odd
+    )))
+}
+
+#[inline(always)]
+fn length(x: __m256i, y: __m256i) -> __m512d {
+    run!({
+        let (x, y) = (_mm512_cvtepi32_pd(x), _mm512_cvtepi32_pd(y));
+        _mm512_sqrt_pd(_mm512_fmadd_pd(x, x, _mm512_mul_pd(y, y)))
+    })
+}
+
+#[inline(always)]
+fn odd(lanes: Avx512) -> __m512i {
+    run!(_mm512_srli_epi64::<32>(lanes.0))
+}
+
+#[inline(always)]
+fn count(bits: u32) -> __m128i {
+    run!(_mm_cvtsi32_si128(bits as i32))
+}
+
+impl Lanes for Avx512 {
+    const COUNT: usize = COUNT;
+    type Proof = Proof;
+    type Mask = __mmask16;
+
+    #[inline(always)]
+    fn splat(_: Proof, value: i32) -> Self {
+        run!(Self(_mm512_set1_epi32(value)))
+    }
+
+    #[inline(always)]
+    fn load(_: Proof, from: &[i32]) -> Self {
+        let from = &from[..COUNT];
+        run!(Self(_mm512_loadu_si512(from.as_ptr().cast())))
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [i32]) {
+        let to = &mut to[..COUNT];
+        run!(_mm512_storeu_si512(to.as_mut_ptr().cast(), self.0));
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        run!(Self(_mm512_add_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        run!(Self(_mm512_sub_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        run!(Self(_mm512_mullo_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn mul_hi(self, other: Self) -> Self {
+        run!(upper_halves(
+            _mm512_mul_epi32(self.0, other.0),
+            _mm512_mul_epi32(odd(self), odd(other))
+        ))
+    }
+
+    #[inline(always)]
+    fn mul_hi_unsigned(self, other: Self) -> Self {
+        run!(upper_halves(
+            _mm512_mul_epu32(self.0, other.0),
+            _mm512_mul_epu32(odd(self), odd(other))
+        ))
+    }
+
+    #[inline(always)]
+    fn shl(self, bits: u32) -> Self {
+        run!(Self(_mm512_sll_epi32(self.0, count(bits))))
+    }
+
+    #[inline(always)]
+    fn sar(self, bits: u32) -> Self {
+        run!(Self(_mm512_sra_epi32(self.0, count(bits))))
+    }
+
+    #[inline(always)]
+    fn shr(self, bits: u32) -> Self {
+        run!(Self(_mm512_srl_epi32(self.0, count(bits))))
+    }
+
+    #[inline(always)]
+    fn shl_each(self, bits: Self) -> Self {
+        run!(Self(_mm512_sllv_epi32(self.0, bits.0)))
+    }
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        run!(Self(_mm512_and_si512(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        run!(Self(_mm512_min_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        run!(Self(_mm512_max_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        run!(Self(_mm512_abs_epi32(self.0)))
+    }
+
+    #[inline(always)]
+    fn leading_zeros(self) -> Self {
+        run!(Self(_mm512_lzcnt_epi32(self.0)))
+    }
+
+    #[inline(always)]
+    fn div_unsigned(self, divisor: Self) -> Self {
+        // Exact: a quotient that is no integer is further from the next one than f64 rounds.
+        let ((low, high), (by_low, by_high)) = (halves(self.0), halves(divisor.0));
+        run!(truncate(
+            _mm512_div_pd(_mm512_cvtepu32_pd(low), _mm512_cvtepu32_pd(by_low)),
+            _mm512_div_pd(_mm512_cvtepu32_pd(high), _mm512_cvtepu32_pd(by_high))
+        ))
+    }
+
+    #[inline(always)]
+    fn isqrt(self) -> Self {
+        // Exact, as the portable lanes say.
+        let (low, high) = halves(self.0);
+        run!(truncate(
+            _mm512_sqrt_pd(_mm512_cvtepu32_pd(low)),
+            _mm512_sqrt_pd(_mm512_cvtepu32_pd(high))
+        ))
+    }
+
+    #[inline(always)]
+    fn hypot(self, other: Self) -> Self {
+        // Exact, as the portable lanes say; a fused product changes nothing that is exact without.
+        let ((x_low, x_high), (y_low, y_high)) = (halves(self.0), halves(other.0));
+        truncate(length(x_low, y_low), length(x_high, y_high))
+    }
+
+    #[inline(always)]
+    fn gather(self, list: &[u16]) -> Self {
+        // Each lane reads the entry and the one behind it: the last index is that of the last but one.
+        let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
+        assert!(last >= 0, "a list to gather from has two entries at least");
+        run!({
+            let index = _mm512_min_epu32(self.0, _mm512_set1_epi32(last));
+            let pairs = _mm512_i32gather_epi32::<2>(index, list.as_ptr().cast());
+            Self(_mm512_and_si512(pairs, _mm512_set1_epi32(0xFFFF)))
+        })
+    }
+
+    #[inline(always)]
+    fn least(self) -> i32 {
+        run!(_mm512_reduce_min_epi32(self.0))
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        run!(_mm512_reduce_max_epi32(self.0))
+    }
+
+    #[inline(always)]
+    fn less(self, other: Self) -> __mmask16 {
+        run!(_mm512_cmplt_epi32_mask(self.0, other.0))
+    }
+
+    #[inline(always)]
+    fn less_unsigned(self, other: Self) -> __mmask16 {
+        run!(_mm512_cmplt_epu32_mask(self.0, other.0))
+    }
+
+    #[inline(always)]
+    fn equal(self, other: Self) -> __mmask16 {
+        run!(_mm512_cmpeq_epi32_mask(self.0, other.0))
+    }
+
+    #[inline(always)]
+    fn select(mask: __mmask16, yes: Self, no: Self) -> Self {
+        run!(Self(_mm512_mask_blend_epi32(mask, no.0, yes.0)))
+    }
+
+    #[inline(always)]
+    fn none(_: Proof) -> __mmask16 {
+        0
+    }
+
+    #[inline(always)]
+    fn both(one: __mmask16, other: __mmask16) -> __mmask16 {
+        one & other
+    }
+
+    #[inline(always)]
+    fn either(one: __mmask16, other: __mmask16) -> __mmask16 {
+        one | other
+    }
+
+    #[inline(always)]
+    fn but_not(one: __mmask16, other: __mmask16) -> __mmask16 {
+        one & !other
+    }
+
+    #[inline(always)]
+    fn bits(mask: __mmask16) -> u32 {
+        u32::from(mask)
+    }
+}

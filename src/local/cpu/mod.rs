@@ -1,0 +1,213 @@
+//! The CPU engine: rows of samples, one for each turn rate, judged by threads with the best instructions there are.
+
+mod arithmetic;
+mod course;
+mod crew;
+mod instructions;
+mod lanes;
+mod march;
+mod part;
+mod row;
+mod scalar;
+mod sieve;
+mod tally;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use course::Course;
+use crew::Crew;
+use instructions::Kernel;
+use part::Part;
+use tally::Tally;
+
+pub use instructions::Instructions;
+
+use super::contract::{Detail, Engine, Evaluation, SampleRecord, Winner};
+use super::select::{Candidate, NOBODY, better};
+use super::{EngineError, Prepared, score};
+
+/// Parts for each thread of several: enough that one who wakes late leaves little undone.
+const PARTS_PER_THREAD: usize = 4;
+
+/// Evaluates on the machine's own cores.
+pub struct CpuEngine {
+    instructions: Instructions,
+    kernel: Kernel,
+    /// None where all is done in the caller's thread.
+    crew: Option<Crew>,
+    threads: usize,
+    course: Course,
+    parts: Vec<Mutex<Part>>,
+}
+
+impl CpuEngine {
+    /// An engine that works in the thread that calls it.
+    #[must_use]
+    pub fn single_threaded() -> Self {
+        let instructions = Instructions::best();
+        Self::new(
+            instructions,
+            Kernel::of(instructions).unwrap_or(Kernel::Portable),
+            None,
+            1,
+        )
+    }
+
+    /// An engine that works in the thread that calls it and in others; with one thread, or none, in the caller's alone.
+    ///
+    /// # Errors
+    /// When the system does not give the threads.
+    pub fn with_threads(threads: usize) -> Result<Self, EngineError> {
+        Self::with_instructions(Instructions::best(), threads)
+    }
+
+    /// An engine with certain instructions, to compare them.
+    ///
+    /// # Errors
+    /// When the processor does not have them, or the system does not give the threads.
+    pub fn with_instructions(
+        instructions: Instructions,
+        threads: usize,
+    ) -> Result<Self, EngineError> {
+        let kernel = Kernel::of(instructions).ok_or(EngineError::NoInstructions {
+            which: instructions.word(),
+        })?;
+        let crew = if threads > 1 {
+            Some(Crew::new(threads - 1)?)
+        } else {
+            None
+        };
+        Ok(Self::new(instructions, kernel, crew, threads.max(1)))
+    }
+
+    fn new(instructions: Instructions, kernel: Kernel, crew: Option<Crew>, threads: usize) -> Self {
+        let parts = if threads > 1 {
+            threads * PARTS_PER_THREAD
+        } else {
+            1
+        };
+        Self {
+            instructions,
+            kernel,
+            crew,
+            threads,
+            course: Course::default(),
+            parts: (0..parts).map(|_| Mutex::default()).collect(),
+        }
+    }
+
+    /// The instructions it uses.
+    #[must_use]
+    pub const fn instructions(&self) -> Instructions {
+        self.instructions
+    }
+
+    /// Has every part judged.
+    fn judge(&mut self, problem: &Prepared) {
+        let (kernel, course, parts) = (self.kernel, &self.course, &self.parts);
+        let rows = problem.turns.len();
+        let share = |number: usize| rows * number / parts.len();
+        let next = AtomicUsize::new(0);
+        let work = || {
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                let Some(part) = parts.get(number) else {
+                    break;
+                };
+                let mut part = part.lock().unwrap_or_else(PoisonError::into_inner);
+                part.judge(kernel, problem, course, share(number)..share(number + 1));
+            }
+        };
+        match &mut self.crew {
+            None => work(),
+            Some(crew) => crew.run(&work),
+        }
+    }
+
+    /// What all samples add up to, and the best of them.
+    fn select(&mut self, problem: &Prepared) -> (Tally, Candidate) {
+        let course = &self.course;
+        let mut tally = Tally::default();
+        for part in &mut self.parts {
+            tally.merge(unlocked(part).total());
+        }
+        let normalizers = score::normalizers(&problem.header, &tally.totals);
+        // The row that promises most comes first: few of the others can then still win.
+        let mut promising = NOBODY;
+        for part in &mut self.parts {
+            let bounds = unlocked(part).bounds(problem, &normalizers);
+            promising = bounds.fold(promising, better);
+        }
+        let mut best = NOBODY;
+        for only_promising in [true, false] {
+            for part in &mut self.parts {
+                let part = unlocked(part);
+                for bound in part.bounds(problem, &normalizers) {
+                    if (bound == promising) == only_promising && better(best, bound) == bound {
+                        let row = bound.1 as usize / problem.speeds.len();
+                        let found = part.best_of_row(problem, course, &normalizers, row);
+                        best = better(best, found);
+                    }
+                }
+            }
+        }
+        (tally, best)
+    }
+
+    fn sample(&mut self, problem: &Prepared, index: usize) -> SampleRecord {
+        let (row, column) = (index / problem.speeds.len(), index % problem.speeds.len());
+        let course = &self.course;
+        for part in &mut self.parts {
+            let part = unlocked(part);
+            if part.rows().contains(&row) {
+                return part.sample(problem, course, row, column);
+            }
+        }
+        unreachable!("every row belongs to a part");
+    }
+}
+
+fn unlocked(part: &mut Mutex<Part>) -> &mut Part {
+    part.get_mut().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Engine for CpuEngine {
+    fn name(&self) -> String {
+        let plural = if self.threads == 1 { "" } else { "s" };
+        let instructions = self.instructions.word();
+        format!("CPU, {} thread{plural}, {instructions}", self.threads)
+    }
+
+    fn kind(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+        self.course.fill(problem);
+        self.judge(problem);
+        let (tally, best) = self.select(problem);
+        let winner = (best.1 != NOBODY.1).then(|| Winner {
+            index: best.1,
+            score: best.0,
+            terms: self.sample(problem, best.1 as usize).terms,
+        });
+        let samples = (detail == Detail::Samples).then(|| {
+            (0..problem.len())
+                .map(|index| self.sample(problem, index))
+                .collect()
+        });
+        Ok(Evaluation {
+            counts: tally.counts,
+            totals: tally.totals,
+            winner,
+            samples,
+        })
+    }
+}

@@ -1,0 +1,181 @@
+//! A share of the turn rates, and what became of their samples.
+
+use core::ops::Range;
+
+use super::course::Course;
+use super::instructions::Kernel;
+use super::lanes::Portable;
+use super::row::{COLUMNS, REASON_BITS, Scratch, judge_row};
+use super::scalar;
+use super::tally::Tally;
+use crate::local::contract::{Reason, SampleRecord, Terms};
+use crate::local::score::{self, Normalizer};
+use crate::local::select::{Candidate, NOBODY, better};
+use crate::local::{Prepared, Totals};
+
+/// A share of the rows. Its memory is kept from one decision to the next.
+#[derive(Debug, Default)]
+pub struct Part {
+    rows: Range<usize>,
+    /// For each row its columns.
+    samples: Vec<i32>,
+    /// For each row.
+    tallies: Vec<Tally>,
+    /// Of all rows.
+    total: Tally,
+    /// Of the scalar kernel.
+    table: Vec<i32>,
+    /// Of the others.
+    scratch: Scratch,
+}
+
+impl Part {
+    /// Judges the samples of these rows.
+    pub fn judge(
+        &mut self,
+        kernel: Kernel,
+        problem: &Prepared,
+        course: &Course,
+        rows: Range<usize>,
+    ) {
+        let words = COLUMNS * course.stride;
+        self.samples.resize(words * rows.len(), 0);
+        self.tallies.clear();
+        self.total = Tally::default();
+        self.rows = rows;
+        match kernel {
+            Kernel::Scalar => self.judge_scalar(problem, course),
+            Kernel::Portable => self.judge_portable(problem, course),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::Avx2(proof) => super::x86::judge_avx2(proof, self, problem, course),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::Avx512(proof) => super::x86::judge_avx512(proof, self, problem, course),
+        }
+    }
+
+    fn judge_scalar(&mut self, problem: &Prepared, course: &Course) {
+        let turns = &problem.turns[self.rows.clone()];
+        let rows = self.samples.chunks_exact_mut(COLUMNS * course.stride);
+        for (turn, row) in turns.iter().zip(rows) {
+            let tally = scalar::judge_row(problem, course, turn, &mut self.table, row);
+            self.tallies.push(tally);
+            self.total.merge(&tally);
+        }
+    }
+
+    fn judge_portable(&mut self, problem: &Prepared, course: &Course) {
+        self.judge_lanes::<Portable>((), problem, course);
+    }
+
+    /// Judges in lanes: to be inlined where their instructions are enabled.
+    #[inline(always)]
+    pub fn judge_lanes<L: super::lanes::Lanes>(
+        &mut self,
+        proof: L::Proof,
+        problem: &Prepared,
+        course: &Course,
+    ) {
+        let turns = &problem.turns[self.rows.clone()];
+        let rows = self.samples.chunks_exact_mut(COLUMNS * course.stride);
+        for (turn, row) in turns.iter().zip(rows) {
+            let tally = judge_row::<L>(proof, problem, course, turn, &mut self.scratch, row);
+            self.tallies.push(tally);
+            self.total.merge(&tally);
+        }
+    }
+
+    /// What all its samples add up to.
+    pub const fn total(&self) -> &Tally {
+        &self.total
+    }
+
+    /// The most that a sample of each row could score, with the index of the row's first; rows without an admissible
+    /// sample left out.
+    ///
+    /// No sample of a row scores more than one with the row's best value of each term would.
+    pub fn bounds(
+        &self,
+        problem: &Prepared,
+        normalizers: &[Normalizer; 4],
+    ) -> impl Iterator<Item = Candidate> {
+        let speeds = problem.speeds.len();
+        let rows = self.rows.clone().zip(&self.tallies);
+        rows.filter(|(_, tally)| tally.counts.admissible > 0)
+            .map(move |(row, tally)| {
+                let bound = score::score(&at_best(&tally.totals), normalizers);
+                (bound, (row * speeds) as u32)
+            })
+    }
+
+    /// The best sample of one of its rows.
+    pub fn best_of_row(
+        &self,
+        problem: &Prepared,
+        course: &Course,
+        normalizers: &[Normalizer; 4],
+        row: usize,
+    ) -> Candidate {
+        let first = row * problem.speeds.len();
+        let row = self.row(course, row);
+        let mut best = NOBODY;
+        for index in 0..problem.speeds.len() {
+            let record = record(problem, course, row, index);
+            if record.reason == Reason::Ok {
+                let reached = score::score(&record.terms, normalizers);
+                best = better(best, (reached, (first + index) as u32));
+            }
+        }
+        best
+    }
+
+    fn row(&self, course: &Course, row: usize) -> &[i32] {
+        let words = COLUMNS * course.stride;
+        &self.samples[(row - self.rows.start) * words..][..words]
+    }
+
+    /// The rows it has.
+    pub const fn rows(&self) -> &Range<usize> {
+        &self.rows
+    }
+
+    /// A sample of one of its rows.
+    pub fn sample(
+        &self,
+        problem: &Prepared,
+        course: &Course,
+        row: usize,
+        index: usize,
+    ) -> SampleRecord {
+        let row = self.row(course, row);
+        record(problem, course, row, index)
+    }
+}
+
+/// The best value of each term.
+const fn at_best(totals: &Totals) -> Terms {
+    let [heading, clearance, velocity, _] = totals.greatest;
+    Terms {
+        heading,
+        clearance,
+        velocity,
+        path: totals.least[3],
+    }
+}
+
+fn record(problem: &Prepared, course: &Course, row: &[i32], index: usize) -> SampleRecord {
+    let word = row[index] as u32;
+    let reason = Reason::from_number(word >> REASON_BITS);
+    if reason != Reason::Ok {
+        return SampleRecord {
+            reason,
+            terms: Terms::default(),
+        };
+    }
+    let terms = Terms {
+        heading: word,
+        clearance: row[course.stride + index] as u32,
+        velocity: problem.speeds[index].term,
+        path: row[2 * course.stride + index] as u32,
+    };
+    SampleRecord { reason, terms }
+}

@@ -1,0 +1,123 @@
+//! Counts and totals of samples, in lanes and merged.
+
+use super::lanes::{Lanes, MOST_LANES};
+use crate::local::contract::{Counts, Totals};
+use crate::local::select;
+
+/// What samples add up to.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    /// How many were judged how.
+    pub counts: Counts,
+    /// Sums and ranges of the terms of the admissible ones.
+    pub totals: Totals,
+}
+
+impl Tally {
+    /// Adds another.
+    pub fn merge(&mut self, other: &Self) {
+        self.counts.admissible += other.counts.admissible;
+        self.counts.collision += other.counts.collision;
+        self.counts.cannot_stop += other.counts.cannot_stop;
+        self.counts.outside += other.counts.outside;
+        self.totals = select::merge(self.totals, other.totals);
+    }
+}
+
+/// Vectors of terms below 2^24 whose lanes' sums stay below 2^32.
+const VECTORS_PER_SUM: u32 = 256;
+
+/// A tally being taken: sums in lanes of 32 bits, emptied before they can overflow.
+pub struct LaneTally<L: Lanes> {
+    proof: L::Proof,
+    counts: Counts,
+    emptied: [u64; 4],
+    sums: [L; 4],
+    least: [L; 4],
+    greatest: [L; 4],
+    vectors: u32,
+}
+
+impl<L: Lanes> LaneTally<L> {
+    /// An empty one.
+    #[inline(always)]
+    pub fn new(proof: L::Proof) -> Self {
+        let zero = L::splat(proof, 0);
+        Self {
+            proof,
+            counts: Counts::default(),
+            emptied: [0; 4],
+            sums: [zero; 4],
+            least: [L::splat(proof, i32::MAX); 4],
+            greatest: [zero; 4],
+            vectors: 0,
+        }
+    }
+
+    /// Counts the samples of one vector: bits of those there are, not admissible, collided, and off the field.
+    #[inline(always)]
+    pub fn count(&mut self, valid: u32, bad: u32, collision: u32, outside: u32) {
+        self.counts.admissible += (valid & !bad).count_ones();
+        self.counts.collision += collision.count_ones();
+        self.counts.outside += outside.count_ones();
+        self.counts.cannot_stop += (bad & !collision & !outside).count_ones();
+    }
+
+    /// Adds the terms of one vector, except where `out` is set.
+    #[inline(always)]
+    pub fn gather(&mut self, proof: L::Proof, out: L::Mask, terms: [L; 4]) {
+        if self.vectors == VECTORS_PER_SUM {
+            self.empty();
+        }
+        self.vectors += 1;
+        let (zero, most) = (L::splat(proof, 0), L::splat(proof, i32::MAX));
+        let mut term = 0;
+        while term < 4 {
+            let counted = L::select(out, zero, terms[term]);
+            self.sums[term] = self.sums[term].add(counted);
+            self.greatest[term] = self.greatest[term].max(counted);
+            self.least[term] = self.least[term].min(L::select(out, most, terms[term]));
+            term += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn empty(&mut self) {
+        let mut term = 0;
+        while term < 4 {
+            let lanes = self.sums[term].to_array();
+            self.emptied[term] += lanes.iter().map(|&sum| u64::from(sum as u32)).sum::<u64>();
+            self.sums[term] = L::splat(self.proof, 0);
+            term += 1;
+        }
+        self.vectors = 0;
+    }
+
+    /// All of it.
+    #[inline(always)]
+    pub fn finish(mut self) -> Tally {
+        if self.counts.admissible == 0 {
+            return Tally {
+                counts: self.counts,
+                totals: Totals::default(),
+            };
+        }
+        self.empty();
+        let lanes =
+            |list: [i32; MOST_LANES]| list.into_iter().take(L::COUNT).map(|value| value as u32);
+        let mut totals = Totals {
+            sums: self.emptied,
+            ..Totals::default()
+        };
+        let mut term = 0;
+        while term < 4 {
+            totals.least[term] = lanes(self.least[term].to_array()).min().unwrap_or(u32::MAX);
+            totals.greatest[term] = lanes(self.greatest[term].to_array()).max().unwrap_or(0);
+            term += 1;
+        }
+        Tally {
+            counts: self.counts,
+            totals,
+        }
+    }
+}
