@@ -16,6 +16,9 @@ mod tally;
 mod x86;
 mod yardstick;
 
+#[cfg(test)]
+mod tests;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 

@@ -1,0 +1,93 @@
+//! What the operations are tried on: words where integer arithmetic breaks first, and random ones of every size.
+
+use std::sync::LazyLock;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use crate::local::cpu::lanes::MOST_LANES;
+
+/// What one lane is given.
+pub type Case = [i32; 2];
+
+/// What all lanes of a vector are given.
+#[derive(Clone, Copy, Debug)]
+pub struct Shared {
+    /// 0 to 31.
+    pub bits: u32,
+    /// 1 to 32767.
+    pub width: i32,
+}
+
+impl Shared {
+    /// A list to gather from, one entry longer than the width.
+    pub fn list(&self) -> &'static [u16] {
+        &LIST[..self.width as usize + 1]
+    }
+}
+
+/// As many lanes as any implementation has.
+pub struct Group {
+    pub shared: Shared,
+    pub cases: [Case; MOST_LANES],
+}
+
+/// An odd factor makes all entries differ, so a lane that reads a wrong one shows.
+static LIST: LazyLock<Vec<u16>> =
+    LazyLock::new(|| (0..1_u32 << 15).map(|n| (n * 40_503) as u16).collect());
+
+/// Random groups beside the edges.
+const RANDOM_GROUPS: usize = 2000;
+
+/// Zero, every power of two, what lies beside it, and all these negative.
+fn edges() -> Vec<i32> {
+    let mut edges = vec![0];
+    for bit in 0..32 {
+        let power = 1_i32 << bit;
+        for word in [power.wrapping_sub(1), power, power.wrapping_add(1)] {
+            edges.extend([word, word.wrapping_neg()]);
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// Every pair of edges, then random ones of every size.
+pub fn groups(seed: u64) -> Vec<Group> {
+    let rng = &mut Pcg64Mcg::seed_from_u64(seed);
+    let edges = edges();
+    let mut cases = Vec::new();
+    for &x in &edges {
+        cases.extend(edges.iter().map(|&y| [x, y]));
+    }
+    let all = cases.len().next_multiple_of(MOST_LANES) + RANDOM_GROUPS * MOST_LANES;
+    cases.resize_with(all, || [word(rng, &edges), word(rng, &edges)]);
+    let (vectors, _) = cases.as_chunks::<MOST_LANES>();
+    let group = |cases: &[Case; MOST_LANES]| Group {
+        shared: Shared {
+            bits: rng.random_range(0..32),
+            width: width(rng),
+        },
+        cases: *cases,
+    };
+    vectors.iter().map(group).collect()
+}
+
+fn width(rng: &mut Pcg64Mcg) -> i32 {
+    match rng.random_range(0..4) {
+        0 => 1,
+        1 => 32_767,
+        2 => rng.random_range(2..20),
+        _ => rng.random_range(1..=32_767),
+    }
+}
+
+fn word(rng: &mut Pcg64Mcg, edges: &[i32]) -> i32 {
+    match rng.random_range(0..4) {
+        0 => edges[rng.random_range(0..edges.len())],
+        1 => (rng.random::<u32>() >> rng.random_range(0..32)) as i32,
+        2 => ((rng.random::<u32>() >> rng.random_range(0..32)) as i32).wrapping_neg(),
+        _ => rng.random::<u32>() as i32,
+    }
+}

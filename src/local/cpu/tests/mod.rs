@@ -1,0 +1,179 @@
+//! Every operation of every kind of lanes here equals plain scalar arithmetic, bit for bit.
+
+mod cases;
+mod operations;
+
+use std::fmt::Write;
+
+use super::lanes::{Lanes, MOST_LANES, Portable};
+use cases::{Case, Group, Shared, groups};
+use operations::{Operation, Way, operations};
+
+/// Seed of the random cases.
+const SEED: u64 = 37;
+
+/// Of an operation's differences, so many are told in full.
+const TOLD: usize = 4;
+
+/// What one vector of an operation gave, and should have given.
+struct Outcome<'a> {
+    cases: &'a [Case],
+    shared: &'a Shared,
+    expected: Vec<i32>,
+    found: Vec<i32>,
+}
+
+fn outcome<'a, L: Lanes>(
+    proof: L::Proof,
+    operation: &Operation<L>,
+    cases: &'a [Case],
+    shared: &'a Shared,
+) -> Outcome<'a> {
+    let column = |place: usize| {
+        let values: Vec<i32> = cases.iter().map(|case| case[place]).collect();
+        L::load(proof, &values)
+    };
+    let (x, y) = (column(0), column(1));
+    let (expected, found) = match operation.way {
+        Way::Each(lanes, plain) => (
+            cases.iter().map(|&[x, y]| plain(x, y, shared)).collect(),
+            lanes(proof, x, y, shared).to_array()[..L::COUNT].to_vec(),
+        ),
+        Way::Whole(lanes, plain) => (plain(cases, shared), lanes(proof, x, y, shared)),
+    };
+    Outcome {
+        cases,
+        shared,
+        expected,
+        found,
+    }
+}
+
+/// What to say of an operation that differs from plain arithmetic: how often, and the first few in hexadecimal. On
+/// demand one bit of one vector is flipped first.
+fn differences<L: Lanes>(
+    proof: L::Proof,
+    operation: &Operation<L>,
+    groups: &[Group],
+    flip_vector: Option<usize>,
+) -> Option<String> {
+    let (mut differing, mut all, mut told) = (0, 0, String::new());
+    let mut vector = 0;
+    for group in groups {
+        let shared = &group.shared;
+        let fitted = group.cases.map(|case| (operation.fit)(case, shared));
+        for cases in fitted.chunks_exact(L::COUNT) {
+            let mut outcome = outcome(proof, operation, cases, shared);
+            if flip_vector == Some(vector) {
+                outcome.found[0] ^= 1 << 31;
+            }
+            let wrong = wrong_places(&outcome);
+            if !wrong.is_empty() && differing < TOLD {
+                tell(&outcome, &operation.way, wrong[0], &mut told);
+            }
+            differing += wrong.len();
+            all += outcome.expected.len();
+            vector += 1;
+        }
+    }
+    let name = operation.name;
+    (differing > 0).then(|| format!("{name}: {differing} of {all} differ:{told}"))
+}
+
+/// Where the lists differ; a word that only one of them has differs.
+fn wrong_places(outcome: &Outcome<'_>) -> Vec<usize> {
+    let Outcome {
+        expected, found, ..
+    } = outcome;
+    (0..expected.len().max(found.len()))
+        .filter(|&place| expected.get(place) != found.get(place))
+        .collect()
+}
+
+fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, told: &mut String) {
+    let Outcome {
+        cases,
+        shared,
+        expected,
+        found,
+    } = outcome;
+    let said = match way {
+        Way::Each(..) => write!(
+            told,
+            "\n  {:x?}, {shared:x?} gives {:x}, not {:x}",
+            cases[place], found[place], expected[place]
+        ),
+        Way::Whole(..) => write!(
+            told,
+            "\n  {cases:x?}, {shared:x?} gives {found:x?}, not {expected:x?}"
+        ),
+    };
+    said.expect("a string takes everything");
+}
+
+/// Fails with all that differs.
+fn equal_plain<L: Lanes>(proof: L::Proof) {
+    let groups = groups(SEED);
+    let wrong: Vec<String> = operations::<L>()
+        .iter()
+        .filter_map(|operation| differences(proof, operation, &groups, None))
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn portable_lanes_equal_plain_arithmetic() {
+    equal_plain::<Portable>(());
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn avx2_lanes_equal_plain_arithmetic() {
+    match super::lanes::Avx2::detect() {
+        Some(proof) => equal_plain::<super::lanes::Avx2>(proof),
+        None => say_not_here("AVX2"),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn avx512_lanes_equal_plain_arithmetic() {
+    match super::lanes::Avx512::detect() {
+        Some(proof) => equal_plain::<super::lanes::Avx512>(proof),
+        None => say_not_here("AVX-512 F, BW and CD"),
+    }
+}
+
+/// Past the test harness, which keeps what a passing test prints to itself.
+#[cfg(target_arch = "x86_64")]
+fn say_not_here(instructions: &str) {
+    use std::io::Write as _;
+    let line = format!("\nNOT TESTED: this processor lacks {instructions}\n");
+    let written = std::io::stderr().write_all(line.as_bytes());
+    written.expect("standard error takes a line");
+}
+
+#[test]
+fn one_flipped_bit_of_any_operation_is_reported() {
+    let groups = groups(SEED);
+    for operation in operations::<Portable>() {
+        let quiet = differences::<Portable>((), &operation, &groups, None);
+        assert_eq!(quiet, None, "nothing was flipped");
+        let loud = differences::<Portable>((), &operation, &groups, Some(777));
+        let start = format!("{}: 1 of ", operation.name);
+        assert!(
+            loud.as_ref().is_some_and(|loud| loud.starts_with(&start)),
+            "{}: a flipped bit was reported as {loud:?}",
+            operation.name
+        );
+    }
+}
+
+#[test]
+fn groups_fill_whole_vectors_of_every_kind() {
+    assert_eq!(MOST_LANES % Portable::COUNT, 0);
+    #[cfg(target_arch = "x86_64")]
+    for count in [super::lanes::Avx2::COUNT, super::lanes::Avx512::COUNT] {
+        assert_eq!(MOST_LANES % count, 0);
+    }
+}
