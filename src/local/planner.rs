@@ -37,6 +37,28 @@ impl Situation<'_> {
     /// The problem that it poses to a planner with these settings, whose weights it replaces by its own.
     #[must_use]
     pub fn problem(&self, settings: &LocalSettings) -> Problem {
+        self.problem_with(settings, self.footprint.clone(), Vec::new())
+    }
+
+    /// The same problem in the memory of one no longer needed: nothing is allocated for a footprint that has not
+    /// changed and for moving obstacles that the old one had room for.
+    fn problem_in(&self, old: Problem, settings: &LocalSettings) -> Problem {
+        let footprint = if old.footprint == *self.footprint {
+            old.footprint
+        } else {
+            self.footprint.clone()
+        };
+        self.problem_with(settings, footprint, old.obstacles)
+    }
+
+    fn problem_with(
+        &self,
+        settings: &LocalSettings,
+        footprint: Footprint,
+        mut obstacles: Vec<MovingDisc>,
+    ) -> Problem {
+        obstacles.clear();
+        obstacles.extend_from_slice(self.obstacles);
         Problem {
             field: Arc::clone(self.field),
             pose: self.pose,
@@ -51,10 +73,10 @@ impl Situation<'_> {
             braking_theta: -self.limits.decel_lim_theta,
             step_s: settings.sim_step_s,
             steps: settings.steps(),
-            footprint: self.footprint.clone(),
+            footprint,
             max_clearance_m: settings.max_clearance_m,
             outside: settings.outside,
-            obstacles: self.obstacles.to_vec(),
+            obstacles,
             target: self.target,
             key_node: self.key_node,
             weights: self.weights,
@@ -79,13 +101,20 @@ pub enum ChooseError {
 pub struct LocalPlanner {
     engine: Box<dyn Engine>,
     settings: LocalSettings,
+    /// The last decision's, kept for its memory: with it the next one allocates nothing. It keeps that decision's field
+    /// alive as well.
+    last: Option<(Problem, Prepared)>,
 }
 
 impl LocalPlanner {
     /// A planner on an engine.
     #[must_use]
     pub fn new(engine: Box<dyn Engine>, settings: LocalSettings) -> Self {
-        Self { engine, settings }
+        Self {
+            engine,
+            settings,
+            last: None,
+        }
     }
 
     /// What the engine runs on.
@@ -108,14 +137,26 @@ impl LocalPlanner {
         &mut self,
         situation: &Situation<'_>,
     ) -> Result<(Option<Twist>, Evaluation), ChooseError> {
-        let problem = situation.problem(&self.settings);
-        let evaluation = self
-            .engine
-            .evaluate(&Prepared::new(&problem)?, Detail::Answer)?;
+        let (problem, prepared) = match self.last.take() {
+            None => {
+                let problem = situation.problem(&self.settings);
+                let prepared = Prepared::new(&problem)?;
+                (problem, prepared)
+            }
+            Some((problem, prepared)) => {
+                let problem = situation.problem_in(problem, &self.settings);
+                let prepared = prepared.refilled(&problem)?;
+                (problem, prepared)
+            }
+        };
+        let evaluation = self.engine.evaluate(&prepared, Detail::Answer);
+        let window = problem.window;
+        self.last = Some((problem, prepared));
+        let evaluation = evaluation?;
         let command = evaluation
             .winner
             .as_ref()
-            .map(|winner| problem.window.twist(winner.index));
+            .map(|winner| window.twist(winner.index));
         Ok((command, evaluation))
     }
 }

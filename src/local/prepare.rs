@@ -12,7 +12,6 @@ use super::ranges::{
 };
 use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Stopping};
 use crate::geometry::Point;
-use crate::robot::Disc;
 
 /// Final poses are in fine units, this many to a unit of length.
 pub const FINE_PER_UNIT: f64 = 16.0;
@@ -43,6 +42,24 @@ impl Prepared {
     /// # Errors
     /// Names the first quantity outside its range (see [`Problem`]).
     pub fn new(problem: &Problem) -> Result<Self, ProblemError> {
+        let empty = Self {
+            header: Header::default(),
+            speeds: Vec::new(),
+            turns: Vec::new(),
+            discs: Vec::new(),
+            obstacles: Vec::new(),
+            field: Arc::clone(&problem.field),
+        };
+        empty.refilled(problem)
+    }
+
+    /// As [`Self::new`], in the memory of one no longer needed: nothing is allocated where its lists have room.
+    ///
+    /// It is used up even by a problem that is refused, so that no mixture of two problems is ever evaluated.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn refilled(mut self, problem: &Problem) -> Result<Self, ProblemError> {
         check_numbers(problem)?;
         let unit_m = problem.field.unit_m();
         let steps = f64::from(problem.steps);
@@ -86,7 +103,7 @@ impl Prepared {
         // MAX_STEP_UNITS makes this at least 12.
         let fine_scale = scale_to_fit(step_units * FINE_PER_UNIT, 2.0_f64.powi(30), 40);
         let fine = |units: f64| round_i32(units * FINE_PER_UNIT);
-        let header = Header {
+        self.header = Header {
             v_count: problem.window.linear.count,
             omega_count: problem.window.angular.count,
             steps: problem.steps,
@@ -113,16 +130,15 @@ impl Prepared {
             padding: 0,
             weights: weights(problem),
         };
-        let mut prepared = Self {
-            header,
-            speeds: speeds(problem, coarse_scale, fine_scale),
-            turns: turns(problem),
-            discs: discs(problem)?,
-            obstacles: obstacles(problem, reach_units)?,
-            field: Arc::clone(&problem.field),
-        };
-        prepared.header.obstacle_count = prepared.obstacles.len() as u32;
-        Ok(prepared)
+        fill_speeds(&mut self.speeds, problem, coarse_scale, fine_scale);
+        fill_turns(&mut self.turns, problem);
+        fill_discs(&mut self.discs, problem)?;
+        fill_obstacles(&mut self.obstacles, problem, reach_units)?;
+        self.header.obstacle_count = self.obstacles.len() as u32;
+        if !Arc::ptr_eq(&self.field, &problem.field) {
+            self.field = Arc::clone(&problem.field);
+        }
+        Ok(self)
     }
 
     /// Number of samples.
@@ -138,37 +154,35 @@ impl Prepared {
     }
 }
 
-fn speeds(problem: &Problem, coarse_scale: u32, fine_scale: u32) -> Vec<Speed> {
+fn fill_speeds(speeds: &mut Vec<Speed>, problem: &Problem, coarse_scale: u32, fine_scale: u32) {
     let units_per_step = problem.step_s / problem.field.unit_m();
     let (coarse, fine) = (
         2.0_f64.powi(coarse_scale as i32),
         2.0_f64.powi(fine_scale as i32),
     );
     let axis = &problem.window.linear;
-    (0..axis.count)
-        .map(|index| {
-            let speed = axis.value(index);
-            Speed {
-                coarse: round_i32(speed * units_per_step * coarse),
-                fine: round_i32(speed * units_per_step * FINE_PER_UNIT * fine),
-                term: velocity_term(speed),
-                needs: stopping_need(problem, speed, problem.braking_x),
-            }
-        })
-        .collect()
+    speeds.clear();
+    speeds.extend((0..axis.count).map(|index| {
+        let speed = axis.value(index);
+        Speed {
+            coarse: round_i32(speed * units_per_step * coarse),
+            fine: round_i32(speed * units_per_step * FINE_PER_UNIT * fine),
+            term: velocity_term(speed),
+            needs: stopping_need(problem, speed, problem.braking_x),
+        }
+    }));
 }
 
-fn turns(problem: &Problem) -> Vec<Turn> {
+fn fill_turns(turns: &mut Vec<Turn>, problem: &Problem) {
     let axis = &problem.window.angular;
-    (0..axis.count)
-        .map(|index| {
-            let rate = axis.value(index);
-            Turn {
-                per_step: binary_angle(rate * problem.step_s),
-                needs: stopping_need(problem, rate, problem.braking_theta),
-            }
-        })
-        .collect()
+    turns.clear();
+    turns.extend((0..axis.count).map(|index| {
+        let rate = axis.value(index);
+        Turn {
+            per_step: binary_angle(rate * problem.step_s),
+            needs: stopping_need(problem, rate, problem.braking_theta),
+        }
+    }));
 }
 
 /// Speed in 2^-20 m/s; reverse earns nothing.
@@ -186,9 +200,11 @@ fn stopping_need(problem: &Problem, rate: f64, braking: f64) -> u32 {
     need.ceil().min(2.0_f64.powi(30)) as u32
 }
 
-fn discs(problem: &Problem) -> Result<Vec<BodyDisc>, ProblemError> {
+fn fill_discs(discs: &mut Vec<BodyDisc>, problem: &Problem) -> Result<(), ProblemError> {
     let unit_m = problem.field.unit_m();
-    let to_units = |disc: &Disc| {
+    discs.clear();
+    discs.reserve(problem.footprint.discs().len());
+    for disc in problem.footprint.discs() {
         at_most(
             "disc offset",
             disc.x.abs().max(disc.y.abs()) / unit_m,
@@ -202,17 +218,21 @@ fn discs(problem: &Problem) -> Result<Vec<BodyDisc>, ProblemError> {
             MAX_CLEARANCE_UNITS,
             unit_m,
         )?;
-        Ok(BodyDisc {
+        discs.push(BodyDisc {
             x: round_i32(disc.x / unit_m),
             y: round_i32(disc.y / unit_m),
             radius: round_i32(disc.radius / unit_m),
-        })
-    };
-    problem.footprint.discs().iter().map(to_units).collect()
+        });
+    }
+    Ok(())
 }
 
 /// Moving obstacles that could come within the clearance cap of the robot; the others change no bit of the answer.
-fn obstacles(problem: &Problem, reach_units: f64) -> Result<Vec<MovingBody>, ProblemError> {
+fn fill_obstacles(
+    bodies: &mut Vec<MovingBody>,
+    problem: &Problem,
+    reach_units: f64,
+) -> Result<(), ProblemError> {
     let unit_m = problem.field.unit_m();
     let origin = problem.field.frame().origin;
     let start = origin.inverse_transform(&problem.pose.position());
@@ -220,7 +240,9 @@ fn obstacles(problem: &Problem, reach_units: f64) -> Result<Vec<MovingBody>, Pro
     let time_s = f64::from(problem.steps) * problem.step_s;
     let largest_disc = problem.footprint.largest_disc_m();
     let reach_m = reach_units * unit_m + problem.footprint.circumscribed_radius_m();
-    let mut bodies = Vec::with_capacity(problem.obstacles.len());
+    bodies.clear();
+    // Room for all: how many come near enough changes from one decision to the next.
+    bodies.reserve(problem.obstacles.len());
     for (index, disc) in problem.obstacles.iter().enumerate() {
         if !disc.is_valid() {
             return Err(ProblemError::BadObstacle { index });
@@ -251,7 +273,7 @@ fn obstacles(problem: &Problem, reach_units: f64) -> Result<Vec<MovingBody>, Pro
             radius: round_i32(disc.radius / unit_m),
         });
     }
-    Ok(bodies)
+    Ok(())
 }
 
 /// Weights as shares of 2^30; all zero stays all zero.

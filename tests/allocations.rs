@@ -1,0 +1,237 @@
+//! A decision allocates nothing once the engine and the planner are warm: counted in the whole process, so in the
+//! engine's threads as well.
+//!
+//! The trials run one after the other in the main thread: whatever another test allocated would be counted too.
+
+use std::alloc::System;
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use inbye::bench::{Roadway, roadway_field};
+use inbye::geometry::{Point, Pose, Twist};
+use inbye::local::{
+    Axis, ClearanceField, CpuEngine, Detail, Engine, Instructions, LocalPlanner, LocalSettings,
+    Prepared, Problem, Situation, Stopping, Window,
+};
+use inbye::map::MovingDisc;
+use inbye::robot::{Footprint, Limits};
+use libtest_mimic::{Arguments, Failed, Trial};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+
+#[global_allocator]
+static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Decisions before the promise holds.
+const WARM_UP: usize = 2;
+/// Decisions over which it is held to.
+const DECISIONS: usize = 40;
+
+fn main() -> ExitCode {
+    let arguments = Arguments {
+        // One thread of the harness is the main thread itself, so nothing else of it runs beside a trial.
+        test_threads: Some(1),
+        ..Arguments::from_args()
+    };
+    let trials = vec![
+        Trial::test("a_warm_engine_allocates_nothing", warm_engines),
+        Trial::test("a_warm_planner_allocates_nothing", warm_planners),
+        Trial::test("preparing_again_allocates_nothing", preparing_again),
+        Trial::test("what_allocates_is_counted", what_allocates_is_counted),
+    ];
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+/// Allocations, of new memory or of more, while something is done.
+fn allocations(act: impl FnOnce()) -> usize {
+    let region = Region::new(COUNTED);
+    act();
+    let change = region.change();
+    change.allocations + change.reallocations
+}
+
+/// A name and the problem at each tick.
+type Scene = (&'static str, fn(&Arc<ClearanceField>, usize) -> Problem);
+
+const SCENES: [Scene; 5] = [
+    ("the roadway", |field, tick| {
+        Roadway::default().problem(field, tick)
+    }),
+    ("3 discs", |field, tick| {
+        let discs = 3;
+        Roadway {
+            discs,
+            ..Roadway::default()
+        }
+        .problem(field, tick)
+    }),
+    ("10 people", |field, tick| {
+        let people = 10;
+        Roadway {
+            people,
+            ..Roadway::default()
+        }
+        .problem(field, tick)
+    }),
+    ("a narrow window", |field, tick| {
+        let window_s = 0.1;
+        Roadway {
+            window_s,
+            ..Roadway::default()
+        }
+        .problem(field, tick)
+    }),
+    ("off the field, stopping by arc", |field, tick| {
+        let edge = field.frame().resolution_m * f64::from(field.frame().width);
+        let problem = Roadway::default().problem(field, tick);
+        Problem {
+            pose: Pose::new(edge - 0.8, 10.0, 0.01 * tick as f64),
+            stopping: Stopping::Arc,
+            ..problem
+        }
+    }),
+];
+
+fn warm_engines() -> Result<(), Failed> {
+    let field = roadway_field();
+    for instructions in Instructions::ALL {
+        if !instructions.are_here() {
+            continue;
+        }
+        for threads in [1, 2, 4] {
+            for (scene, problem) in SCENES {
+                let mut engine = CpuEngine::with_instructions(instructions, threads)?;
+                let count = count_engine(&mut engine, &field, problem)?;
+                if count > 0 {
+                    let name = engine.name();
+                    return Err(format!("{name}, {scene}: {count} allocations").into());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Allocations of a warm engine's decisions, each another than the one before.
+fn count_engine(
+    engine: &mut CpuEngine,
+    field: &Arc<ClearanceField>,
+    problem: fn(&Arc<ClearanceField>, usize) -> Problem,
+) -> Result<usize, Failed> {
+    let mut problems = Vec::new();
+    for tick in 0..WARM_UP + DECISIONS {
+        problems.push(Prepared::new(&problem(field, tick))?);
+    }
+    let (before, after) = problems.split_at(WARM_UP);
+    for problem in before {
+        engine.evaluate(problem, Detail::Answer)?;
+    }
+    let mut failed = None;
+    let count = allocations(|| {
+        for problem in after {
+            failed = engine.evaluate(problem, Detail::Answer).err();
+        }
+    });
+    failed.map_or(Ok(count), |error| Err(error.into()))
+}
+
+fn warm_planners() -> Result<(), Failed> {
+    let field = roadway_field();
+    let footprint = Footprint::round(0.3)?;
+    let walker = |number: usize| MovingDisc {
+        x: 9.0 + 0.5 * number as f64,
+        y: 10.0,
+        radius: 0.25,
+        vx: -0.5,
+        vy: 0.0,
+    };
+    let walkers: Vec<MovingDisc> = (0..5).map(walker).collect();
+    let situation = |tick: usize| Situation {
+        field: &field,
+        pose: Pose::new(6.5 + 0.01 * tick as f64, 9.9, 0.0),
+        twist: Twist::new(0.5, 0.0),
+        // More than one less at times: the memory must be kept nonetheless.
+        obstacles: &walkers[tick % 3..],
+        target: Point::new(11.5, 10.2),
+        key_node: Point::new(11.5, 10.2),
+        limits: Limits::default(),
+        footprint: &footprint,
+        weights: LocalSettings::default().weights,
+    };
+    for threads in [1, 2] {
+        let engine = Box::new(CpuEngine::with_threads(threads)?);
+        let mut planner = LocalPlanner::new(engine, LocalSettings::default());
+        for tick in 0..WARM_UP {
+            planner.choose(&situation(tick))?;
+        }
+        let mut commands = 0;
+        let count = allocations(|| {
+            for tick in WARM_UP..WARM_UP + DECISIONS {
+                let chosen = planner.choose(&situation(tick));
+                commands += usize::from(chosen.is_ok_and(|(command, _)| command.is_some()));
+            }
+        });
+        if (count, commands) != (0, DECISIONS) {
+            return Err(
+                format!("{threads} threads: {count} allocations, {commands} commands").into(),
+            );
+        }
+    }
+    Ok(())
+}
+
+fn preparing_again() -> Result<(), Failed> {
+    let field = roadway_field();
+    for (scene, problem) in SCENES {
+        let (first, second) = (problem(&field, 0), problem(&field, 1));
+        let mut prepared = None;
+        let anew = allocations(|| prepared = Prepared::new(&first).ok());
+        let first = prepared.ok_or("within the ranges")?;
+        let mut prepared = None;
+        let again = allocations(|| prepared = first.refilled(&second).ok());
+        // A list for each of speeds, turns and discs, and one of people where there are any.
+        let lists = if second.obstacles.is_empty() { 3 } else { 4 };
+        if (anew, again) != (lists, 0) {
+            return Err(format!("{scene}: {anew} allocations, and {again} again").into());
+        }
+        let again = prepared.ok_or("within the ranges")?;
+        let anew = Prepared::new(&second)?;
+        if format!("{again:?}") != format!("{anew:?}") {
+            return Err(format!("{scene}: prepared again it is another problem").into());
+        }
+    }
+    Ok(())
+}
+
+/// The counter counts: memory of this thread and of others, and what a decision allocates for its samples.
+fn what_allocates_is_counted() -> Result<(), Failed> {
+    let field = roadway_field();
+    let problem = Prepared::new(&Roadway::default().problem(&field, 0))?;
+    let mut engine = CpuEngine::with_threads(2)?;
+    engine.evaluate(&problem, Detail::Samples)?;
+    let samples = allocations(|| {
+        black_box(engine.evaluate(&problem, Detail::Samples).is_ok());
+    });
+    let larger = Window {
+        linear: Axis {
+            low: 0.0,
+            high: 1.0,
+            count: 200,
+        },
+        ..Roadway::default().problem(&field, 0).window
+    };
+    let wider = Prepared::new(&Problem {
+        window: larger,
+        ..Roadway::default().problem(&field, 0)
+    })?;
+    let growth = allocations(|| {
+        black_box(engine.evaluate(&wider, Detail::Answer).is_ok());
+    });
+    let elsewhere = std::thread::spawn(|| allocations(|| drop(black_box(vec![1_u8; 100]))));
+    let elsewhere = elsewhere.join().map_err(|_| "the thread panicked")?;
+    if samples == 0 || growth == 0 || elsewhere != 1 {
+        let counts = format!("{samples} for samples, {growth} to grow, {elsewhere} elsewhere");
+        return Err(counts.into());
+    }
+    Ok(())
+}
