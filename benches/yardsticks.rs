@@ -1,1 +1,272 @@
-fn main() {}
+//! How far the CPU engine is from the limit of the machine, and from what robots have today, for the same decisions.
+//!
+//! The limit is [`GatherOnly`]: each step of each sample reads one entry of the field for each disc, and nothing else is
+//! done. What robots have is [`PointDwa`]. Answers are checked before anything is timed. Figures of a shared machine
+//! swing, so the ratios printed after each group come from runs of both sides in turn.
+
+mod point_dwa;
+
+use std::hint::black_box;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use criterion::measurement::WallTime;
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
+};
+use inbye::bench::{Roadway, roadway_field, roadway_obstacles};
+use inbye::local::{
+    ClearanceField, CpuEngine, Detail, Engine, Evaluation, GatherOnly, Instructions, Prepared,
+};
+use inbye::sim::{Lidar, World};
+use point_dwa::PointDwa;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+/// The robot is midway along its stretch of the drift.
+const TICK: usize = 50;
+/// The yardstick reads whole blocks of this many cells.
+const BLOCK: usize = 64;
+/// Samples of the grid, either way, by which the points' command may be off the engine's: beams leave gaps between
+/// points, and points lie on the faces of cells whose centres the field measures from.
+const SLACK: u32 = 4;
+/// Pairs of runs behind a ratio, and the time after which fewer must do.
+const PAIRS: (usize, Duration) = (301, Duration::from_millis(700));
+/// The same for the points, whose runs take long.
+const FEW_PAIRS: (usize, Duration) = (3, Duration::from_millis(600));
+
+/// A decision, and everything that is timed on it.
+struct Scene {
+    roadway: Roadway,
+    field: Arc<ClearanceField>,
+    /// What the engine must look up, for each disc.
+    cells: Vec<i32>,
+    points: PointDwa,
+}
+
+impl Scene {
+    fn new(roadway: Roadway, field: &Arc<ClearanceField>, world: &World) -> Self {
+        let mut cells = roadway.cells(field, TICK).repeat(roadway.discs);
+        cells.truncate(cells.len() / BLOCK * BLOCK);
+        Self {
+            roadway,
+            field: Arc::clone(field),
+            cells,
+            points: as_points(&roadway, field, world),
+        }
+    }
+
+    fn name(&self) -> String {
+        let Roadway {
+            vx_samples,
+            vtheta_samples,
+            steps,
+            window_s,
+            discs,
+            people,
+        } = self.roadway;
+        format!(
+            "{vx_samples} x {vtheta_samples} x {steps}, window {window_s} s, {discs} discs, {people} people"
+        )
+    }
+
+    /// A whole decision as a caller has it: from the situation to the answer.
+    fn decide(&self, engine: &mut CpuEngine) -> Evaluation {
+        let problem = self.roadway.problem(&self.field, TICK);
+        let prepared = Prepared::new(&problem).expect("within the ranges");
+        let evaluation = engine.evaluate(&prepared, Detail::Answer);
+        evaluation.expect("a CPU answers")
+    }
+
+    /// All engines give one answer, all yardsticks read the same, and the points lead to nearly the same command.
+    fn check(&self, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherOnly)]) {
+        let units = self.field.units();
+        let least = self
+            .cells
+            .iter()
+            .map(|&cell| i32::from(units[cell as usize]));
+        let least = least.min().expect("the robot is on the field");
+        for (name, yardstick) in yardsticks {
+            assert_eq!(yardstick.least(&self.field, &self.cells), least, "{name}");
+        }
+        let expected = self.decide(&mut engines[0]);
+        for engine in engines {
+            assert_eq!(self.decide(engine), expected, "{}", engine.name());
+        }
+        let winner = expected.winner.expect("the drift is open").index;
+        let chosen = self.points.choose().expect("the drift is open") as u32;
+        let place = |index: u32| {
+            (
+                index % self.roadway.vx_samples,
+                index / self.roadway.vx_samples,
+            )
+        };
+        let ((v, omega), (by_v, by_omega)) = (place(winner), place(chosen));
+        assert!(
+            v.abs_diff(by_v) <= SLACK && omega.abs_diff(by_omega) <= SLACK,
+            "{}: speed {v} and turn {omega}, by points {by_v} and {by_omega}",
+            self.name()
+        );
+    }
+}
+
+/// The same decision for points as a lidar of 360 beams without noise sees the walls.
+fn as_points(roadway: &Roadway, field: &Arc<ClearanceField>, world: &World) -> PointDwa {
+    let problem = roadway.problem(field, TICK);
+    let lidar = Lidar {
+        range_sigma_m: 0.0,
+        ..Lidar::default()
+    };
+    let rng = &mut Pcg64Mcg::seed_from_u64(0);
+    let seen = lidar.scan(world, &problem.pose, rng).scan;
+    let weights = problem.weights;
+    PointDwa {
+        points: seen.hits(&problem.pose).collect(),
+        velocities: (0..problem.window.len() as u32)
+            .map(|sample| problem.window.twist(sample))
+            .collect(),
+        people: problem.obstacles,
+        discs: problem.footprint.discs().to_vec(),
+        pose: problem.pose,
+        steps: problem.steps,
+        step_s: problem.step_s,
+        max_clearance_m: problem.max_clearance_m,
+        braking: [problem.braking_x, problem.braking_theta],
+        target: problem.target,
+        key_node: problem.key_node,
+        weights: [
+            weights.heading,
+            weights.clearance,
+            weights.velocity,
+            weights.path,
+        ],
+    }
+}
+
+fn scenes() -> Vec<Scene> {
+    let (field, world) = (roadway_field(), World::new(roadway_obstacles()));
+    let plain = Roadway::default();
+    let roadways = [
+        plain,
+        Roadway {
+            window_s: 0.1,
+            ..plain
+        },
+        Roadway { discs: 3, ..plain },
+        Roadway {
+            people: 10,
+            ..plain
+        },
+    ];
+    roadways
+        .map(|roadway| Scene::new(roadway, &field, &world))
+        .into()
+}
+
+/// One thread with each set of instructions here, then two with the best.
+fn engines() -> Vec<CpuEngine> {
+    let here = Instructions::ALL.into_iter().filter(|one| one.are_here());
+    here.map(|instructions| (instructions, 1))
+        .chain([(Instructions::best(), 2)])
+        .map(|(instructions, threads)| {
+            CpuEngine::with_instructions(instructions, threads).expect("they are here")
+        })
+        .collect()
+}
+
+fn yardsticks() -> Vec<(&'static str, GatherOnly)> {
+    let here = Instructions::ALL.into_iter().filter(|one| one.are_here());
+    here.map(|one| (one.word(), GatherOnly::new(one).expect("they are here")))
+        .collect()
+}
+
+fn compare(criterion: &mut Criterion) {
+    let (mut engines, yardsticks) = (engines(), yardsticks());
+    for scene in scenes() {
+        scene.check(&mut engines, &yardsticks);
+        let mut group = criterion.benchmark_group(scene.name());
+        let samples = scene.roadway.vx_samples * scene.roadway.vtheta_samples;
+        group.throughput(Throughput::Elements(u64::from(
+            samples * scene.roadway.steps,
+        )));
+        group.warm_up_time(Duration::from_millis(200));
+        group.measurement_time(Duration::from_millis(800));
+        measure(&mut group, &scene, &mut engines, &yardsticks);
+        group.finish();
+        print_ratios(&scene, &mut engines, &yardsticks);
+    }
+}
+
+fn measure(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    scene: &Scene,
+    engines: &mut [CpuEngine],
+    yardsticks: &[(&str, GatherOnly)],
+) {
+    for (name, yardstick) in yardsticks {
+        group.bench_function(BenchmarkId::new("gather only", name), |bencher| {
+            bencher.iter(|| yardstick.least(&scene.field, black_box(&scene.cells)));
+        });
+    }
+    for engine in engines {
+        group.bench_function(BenchmarkId::new("engine", engine.name()), |bencher| {
+            bencher.iter(|| scene.decide(black_box(engine)));
+        });
+    }
+    group.sample_size(10);
+    group.bench_function("points in f64", |bencher| {
+        bencher.iter(|| black_box(&scene.points).choose());
+    });
+}
+
+#[expect(clippy::print_stdout, reason = "a bench prints what it finds")]
+fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherOnly)]) {
+    for engine in engines {
+        let word = engine.instructions().word();
+        let own = yardsticks.iter().find(|(name, _)| *name == word);
+        let (_, yardstick) = own.expect("one for each set of instructions");
+        let (ratio, pairs) = median_ratio(
+            PAIRS,
+            || drop(black_box(scene.decide(engine))),
+            || {
+                black_box(yardstick.least(&scene.field, black_box(&scene.cells)));
+            },
+        );
+        let name = engine.name();
+        println!("{name}: {ratio:.2} times as long as gathering alone (median of {pairs} pairs)");
+        let (ratio, pairs) = median_ratio(
+            FEW_PAIRS,
+            || {
+                black_box(black_box(&scene.points).choose());
+            },
+            || drop(black_box(scene.decide(engine))),
+        );
+        println!("{name}: points in f64 take {ratio:.0} times as long (median of {pairs} pairs)");
+    }
+}
+
+/// How many times as long the one takes as the other, done in turn, and how often they were.
+fn median_ratio(
+    (most, patience): (usize, Duration),
+    mut one: impl FnMut(),
+    mut other: impl FnMut(),
+) -> (f64, usize) {
+    // Both once without a look at the clock: caches and threads are warm then.
+    other();
+    let mut ratios = Vec::new();
+    let start = Instant::now();
+    while ratios.len() < most && (ratios.is_empty() || start.elapsed() < patience) {
+        ratios.push(seconds(&mut one) / seconds(&mut other));
+    }
+    ratios.sort_by(f64::total_cmp);
+    (ratios[ratios.len() / 2], ratios.len())
+}
+
+fn seconds(act: &mut impl FnMut()) -> f64 {
+    let start = Instant::now();
+    act();
+    start.elapsed().as_secs_f64()
+}
+
+criterion_group!(benches, compare);
+criterion_main!(benches);
