@@ -1,4 +1,8 @@
 //! Lanes on any processor: loops over a short array, which compilers turn into what vectors there are.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "one index for several arrays is what compilers turn into vectors"
+)]
 
 use super::Lanes;
 

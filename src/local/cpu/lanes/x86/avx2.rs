@@ -4,9 +4,13 @@
     reason = "vector instructions, several times the speed of the portable lanes"
 )]
 
-#[allow(
-    clippy::wildcard_imports,
-    reason = "every other name in this file is an intrinsic"
+// Clippy minds only outside of tests.
+#[cfg_attr(
+    not(test),
+    expect(
+        clippy::wildcard_imports,
+        reason = "every other name in this file is an intrinsic"
+    )
 )]
 use core::arch::x86_64::*;
 
