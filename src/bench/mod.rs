@@ -3,6 +3,7 @@
 mod density;
 mod digest;
 mod error;
+mod golden;
 mod problems;
 mod record;
 mod roadway;
@@ -12,6 +13,7 @@ mod verify;
 pub use density::{DensityPlan, measure_density};
 pub use digest::EvaluationDigest;
 pub use error::BenchError;
+pub use golden::{GOLDEN_CASES, GOLDEN_DIGEST, GOLDEN_SEED, verify_golden};
 pub use problems::random_problem;
 pub use record::DensityRow;
 pub use roadway::{Roadway, roadway_field, roadway_obstacles};

@@ -11,12 +11,15 @@ fn verify_compares_engines() {
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "cases whole, engines list, engines[].name text, engines[].digest text, agree bool",
+        "cases whole, engines list, engines[].name text, engines[].digest text, engines[].golden_digest text, golden_digest text, agree bool",
     );
     assert_eq!(
         (object["cases"].as_u64(), object["agree"].as_bool()),
         (Some(5), Some(true))
     );
+    for engine in object["engines"].as_array().unwrap() {
+        assert_eq!(engine["golden_digest"], object["golden_digest"]);
+    }
     let digest = |object: &serde_json::Value| object["engines"][0]["digest"].clone();
     assert_eq!(
         digest(&object),
