@@ -3,9 +3,9 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::simplify::TOLERANCE;
-use super::{EngineComparison, MissionView, Report, density_chart, mission};
+use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
 
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = concat!(include_str!("chart.css"), include_str!("style.css"));
 
 /// What the page may load: nothing but what it holds.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
@@ -97,7 +97,11 @@ fn density(report: &Report) -> Markup {
     html! {
         section id="density" {
             h2 { "How dense can the samples be?" }
-            div class="charts" { (density_chart::figure(report.density)) }
+            div class="charts" { (density_chart::figure(report.density, report.skipped)) }
+            @if !report.quality.is_empty() {
+                h2 { "How dense need they be?" }
+                div class="charts" { (quality_chart::figure(report.quality)) }
+            }
             @if !report.density_command.is_empty() {
                 h3 { "The same again" }
                 pre tabindex="0" { code { (report.density_command) } }
