@@ -8,6 +8,9 @@ use super::{BenchError, QualityRow};
 use crate::geometry::Twist;
 use crate::local::{ClearanceField, Detail, Engine, Evaluation, Header, Prepared, Terms};
 
+/// Ticks after which [`Roadway::problem`] begins anew.
+const TICKS: usize = 100;
+
 /// What to compare.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QualityPlan {
@@ -21,7 +24,7 @@ pub struct QualityPlan {
     pub shapes: Vec<f64>,
     /// Time that the dynamic window looks ahead, seconds.
     pub windows_s: Vec<f64>,
-    /// Decisions of the drive, 1 to 100.
+    /// Decisions, evenly along the drive: 1 to 100, all different.
     pub ticks: usize,
 }
 
@@ -61,7 +64,9 @@ pub fn measure_quality(
             plan.shapes.iter().map(counts)
         });
         let mut cells: Vec<(Grid, Losses)> = grids.map(|grid| (grid, Losses::default())).collect();
-        for tick in 0..plan.ticks {
+        for number in 0..plan.ticks {
+            // Evenly along the way of the drive, however many.
+            let tick = number * TICKS / plan.ticks;
             let best = decide(densest, tick)?;
             let yardstick = Yardstick::new(&best.header, &best.answer);
             for (counts, losses) in &mut cells {

@@ -88,20 +88,21 @@ pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Resul
 }
 
 /// Compares the commands of the plan's densities with those of a denser sampling, with a progress bar. Only the CPU
-/// engine is asked, since [`measure_density`] has seen to it that all answer alike.
+/// engine is asked, since [`measure_density`] has seen to it that all answer alike. No decisions, no rows.
 pub fn compare(
     plan: &DensityPlan,
     densest: usize,
     ticks: usize,
 ) -> anyhow::Result<Vec<QualityRow>> {
-    if ticks == 0 {
+    let below = |samples: &usize| *samples < densest;
+    let samples: Vec<usize> = plan.samples.iter().copied().filter(below).collect();
+    if ticks == 0 || samples.is_empty() {
         return Ok(Vec::new());
     }
-    let below = |samples: &usize| *samples < densest;
     let plan = QualityPlan {
         steps: plan.steps,
         densest,
-        samples: plan.samples.iter().copied().filter(below).collect(),
+        samples,
         shapes: SHAPES.to_vec(),
         windows_s: WINDOWS_S.to_vec(),
         ticks,

@@ -23,9 +23,9 @@ const SEED: u64 = 1;
 /// Densities measured, and for how long each.
 const STEPS: u32 = 40;
 const SAMPLES: (usize, usize) = (256, 16_384);
-const SECONDS: f64 = 0.2;
+const SECONDS: f64 = 0.15;
 /// Most time for one cell: a software adapter could take most of the job otherwise.
-const MOST_SECONDS: f64 = 3.0;
+const MOST_SECONDS: f64 = 1.5;
 /// The sampling that commands are compared with, and in how many decisions: less than `inbye bench density` does, to
 /// stay short.
 const DENSEST: usize = 1 << 18;

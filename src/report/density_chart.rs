@@ -18,24 +18,33 @@ struct Series<'a> {
     rows: Vec<&'a DensityRow>,
 }
 
-pub(super) fn figure(rows: &[DensityRow], skipped: &[SkippedCell]) -> Markup {
+pub(super) fn figure(rows: &[DensityRow]) -> Markup {
     let Some(plot) = plot(rows) else {
         return nothing_to_show(TITLE, "No engine was timed at any density.");
     };
-    let figure = Figure {
+    Figure {
         title: TITLE,
         picture: chart(plot.height, &plot.alternative, &plot.content),
         legend: plot.legend(),
         caption: caption(rows),
         table: table(rows),
-    };
+    }
+    .markup()
+}
+
+/// What follows from the figure, and what it does not show.
+pub(super) fn beside(rows: &[DensityRow], skipped: &[SkippedCell]) -> Markup {
+    let series = series(rows);
     html! {
-        (figure.markup())
-        div class="beside" {
-            h3 { "Most samples that fit" }
-            p { "As measured: up to this many samples, 99 of 100 decisions end within the period of the loop." }
-            (densest(&series(rows)).markup())
-            @if !skipped.is_empty() {
+        @if !series.is_empty() {
+            div class="beside" {
+                h3 { "Most samples that fit" }
+                p { "As measured: up to this many samples, 99 of 100 decisions end within the period of the loop." }
+                (densest(&series).markup())
+            }
+        }
+        @if !skipped.is_empty() {
+            div class="beside" {
                 h3 { "Not measured" }
                 ul { @for cell in skipped { li { (cell.name) " with " (cell.samples) " samples: " (cell.reason) } } }
             }

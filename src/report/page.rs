@@ -96,11 +96,11 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
 fn density(report: &Report) -> Markup {
     html! {
         section id="density" {
-            h2 { "How dense can the samples be?" }
-            div class="charts" { (density_chart::figure(report.density, report.skipped)) }
-            @if !report.quality.is_empty() {
-                h2 { "How dense need they be?" }
-                div class="charts" { (quality_chart::figure(report.quality)) }
+            h2 { "How dense can the samples be, and how dense need they be?" }
+            div class="charts" {
+                (density_chart::figure(report.density))
+                @if !report.quality.is_empty() { (quality_chart::figure(report.quality)) }
+                (density_chart::beside(report.density, report.skipped))
             }
             @if !report.density_command.is_empty() {
                 h3 { "The same again" }
