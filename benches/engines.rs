@@ -1,25 +1,30 @@
-//! One decision on each engine, at a few sampling densities; and the distance field it rests on.
+//! One decision on each engine, at a few sampling densities; many at once; the first of all; and the distance field
+//! that they rest on.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use inbye::bench::{Roadway, roadway_field};
-use inbye::local::{ClearanceField, Detail, Prepared, open_all};
+use inbye::local::{ClearanceField, Detail, Preference, Prepared, open, open_all};
 use inbye::map::{GridFrame, ObstacleGrid};
 
 /// Steps of the horizon.
 const STEPS: u32 = 30;
 
+fn roadway(speeds: u32, turns: u32) -> Roadway {
+    Roadway {
+        vx_samples: speeds,
+        vtheta_samples: turns,
+        steps: STEPS,
+        ..Roadway::default()
+    }
+}
+
 fn decisions(criterion: &mut Criterion) {
     let field = roadway_field();
     let mut engines = open_all(2, |_| ()).expect("two threads");
     for (speeds, turns) in [(20, 40), (70, 72), (128, 128)] {
-        let roadway = Roadway {
-            vx_samples: speeds,
-            vtheta_samples: turns,
-            steps: STEPS,
-            ..Roadway::default()
-        };
+        let roadway = roadway(speeds, turns);
         let mut group = criterion.benchmark_group(format!("decision of {speeds} x {turns}"));
         group.throughput(Throughput::Elements(u64::from(speeds * turns * STEPS)));
         group.sample_size(20);
@@ -40,6 +45,54 @@ fn decisions(criterion: &mut Criterion) {
     }
 }
 
+fn batches(criterion: &mut Criterion) {
+    let (speeds, turns) = (20, 40);
+    let field = roadway_field();
+    let mut engines = open_all(2, |_| ()).expect("two threads");
+    for count in [1, 8, 64, 256] {
+        // All alike, so that only the number of them makes a difference.
+        let problem = roadway(speeds, turns).problem(&field, 50);
+        let problems = vec![Prepared::new(&problem).expect("within the ranges"); count];
+        let name = format!("batch of {count}, {} x {STEPS} each", speeds * turns);
+        let mut group = criterion.benchmark_group(name);
+        let steps_each = u64::from(speeds * turns * STEPS);
+        group.throughput(Throughput::Elements(count as u64 * steps_each));
+        group.sample_size(10);
+        for engine in &mut engines {
+            group.bench_function(BenchmarkId::from_parameter(engine.name()), |bencher| {
+                bencher.iter(|| {
+                    let evaluations = engine.evaluate_batch(&problems, Detail::Answer);
+                    black_box(evaluations.expect("answers"))
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+/// What a program waits for that opens an engine to take one decision. An engine already open is that of `decisions`.
+fn cold_starts(criterion: &mut Criterion) {
+    let field = roadway_field();
+    let problem = roadway(20, 40).problem(&field, 0);
+    let prepared = Prepared::new(&problem).expect("within the ranges");
+    let mut group = criterion.benchmark_group("opening an engine and one decision of 20 x 40");
+    group.sample_size(10);
+    for engine in open_all(1, |_| ()).expect("one thread") {
+        let preference = match engine.kind() {
+            "gpu" => Preference::Gpu(Some(engine.name())),
+            _ => Preference::Cpu,
+        };
+        group.bench_function(BenchmarkId::from_parameter(engine.name()), |bencher| {
+            bencher.iter(|| {
+                let mut opened = open(&preference, 1).expect("opened before");
+                let evaluation = opened.engine.evaluate(&prepared, Detail::Answer);
+                black_box(evaluation.expect("an answer"))
+            });
+        });
+    }
+    group.finish();
+}
+
 fn distance_field(criterion: &mut Criterion) {
     let side = 400;
     let origin = inbye::geometry::Pose::default();
@@ -58,5 +111,5 @@ fn distance_field(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, decisions, distance_field);
+criterion_group!(benches, decisions, batches, cold_starts, distance_field);
 criterion_main!(benches);

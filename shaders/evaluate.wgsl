@@ -1,14 +1,35 @@
-// The five dispatches of a decision, in order. No mathematics here: that is in the twins.
+// The five dispatches of a batch of decisions, in order. No mathematics here: that is in the twins.
 //
-//   tabulate_turns   a thread for each turn rate     fills the displacement table
-//   judge_samples    a thread for each sample        judges it, adds up its workgroup
-//   normalize        one workgroup                   totals, and what normalises the terms
-//   score_samples    a thread for each sample        scores it, finds its workgroup's best
-//   choose           one workgroup                   the winner
+//   tabulate_turns   a thread for each turn rate        fills the displacement table
+//   judge_samples    a thread for each sample           judges it, adds up its workgroup
+//   normalize        a workgroup for each problem       totals, and what normalises the terms
+//   score_samples    a thread for each sample           scores it, finds its workgroup's best
+//   choose           a workgroup for each problem       the winner
+//
+// A workgroup serves one problem: those of a problem follow one another.
 
 const TURNS_PER_GROUP: u32 = 128u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
+
+// Which of `first_groups` counts the workgroups of a dispatch.
+const OF_TURNS: u32 = 0u;
+const OF_SAMPLES: u32 = 1u;
+
+// The problem that a workgroup serves: the last that does not begin behind it.
+fn problem_of(group: u32, which: u32) -> u32 {
+    var problem = 0u;
+    var beyond = batch.count;
+    while beyond - problem > 1u {
+        let middle = (problem + beyond) / 2u;
+        if batch.problems[middle].place.first_groups[which] <= group {
+            problem = middle;
+        } else {
+            beyond = middle;
+        }
+    }
+    return problem;
+}
 
 fn sample_count() -> u32 {
     return header.v_count * header.omega_count;
@@ -18,10 +39,17 @@ fn group_count() -> u32 {
     return (sample_count() + SAMPLES_PER_GROUP - 1u) / SAMPLES_PER_GROUP;
 }
 
+// Where a turn rate's table begins.
+fn first_of_turn(index: u32) -> u32 {
+    return place.first_table + index * table_words();
+}
+
 @compute @workgroup_size(TURNS_PER_GROUP)
-fn tabulate_turns(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < header.omega_count {
-        tabulate(turns[id.x], id.x * table_words());
+fn tabulate_turns(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3<u32>) {
+    take_up(problem_of(group.x, OF_TURNS));
+    let index = (group.x - place.first_groups[OF_TURNS]) * TURNS_PER_GROUP + local;
+    if index < header.omega_count {
+        tabulate(turns[place.first_turn + index], first_of_turn(index));
     }
 }
 
@@ -33,19 +61,20 @@ var<workgroup> group_counts: array<u32, SAMPLES_PER_GROUP>;
 
 @compute @workgroup_size(SAMPLES_PER_GROUP)
 fn judge_samples(
-    @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
     @builtin(workgroup_id) group: vec3<u32>,
 ) {
+    take_up(problem_of(group.x, OF_SAMPLES));
+    let index = (group.x - place.first_groups[OF_SAMPLES]) * SAMPLES_PER_GROUP + local;
     var sums = vec4<u32>(0u);
     var least = vec4<u32>(0xffffffffu);
     var greatest = vec4<u32>(0u);
     var counts = 0u;
-    if id.x < sample_count() {
-        let speed = speeds[id.x % header.v_count];
-        let turn_index = id.x / header.v_count;
-        let turn = turns[turn_index];
-        let first = turn_index * table_words();
+    if index < sample_count() {
+        let speed = speeds[place.first_speed + index % header.v_count];
+        let turn_index = index / header.v_count;
+        let turn = turns[place.first_turn + turn_index];
+        let first = first_of_turn(turn_index);
         let judged = judge(speed, turn, first);
         var record = Record(0u, 0u, 0u, judged.reason);
         if judged.reason == OK {
@@ -55,7 +84,7 @@ fn judge_samples(
             least = sums;
             greatest = sums;
         }
-        records[id.x] = record;
+        records[place.first_record + index] = record;
         // Ten bits for each of the first three reasons; what remains is outside.
         counts = select(1u << (10u * judged.reason), 0u, judged.reason == OUTSIDE);
     }
@@ -88,19 +117,21 @@ var<workgroup> total_greatest: array<vec4<u32>, REDUCERS>;
 var<workgroup> total_counts: array<vec4<u32>, REDUCERS>;
 
 @compute @workgroup_size(REDUCERS)
-fn normalize(@builtin(local_invocation_index) local: u32) {
+fn normalize(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) problem: vec3<u32>) {
+    take_up(problem.x);
     var low = vec4<u32>(0u);
     var high = vec4<u32>(0u);
     var least = vec4<u32>(0xffffffffu);
     var greatest = vec4<u32>(0u);
     var counts = vec4<u32>(0u);
     for (var group = local; group < group_count(); group += REDUCERS) {
-        let sums = partials[group].sums;
+        let at = place.first_groups[OF_SAMPLES] + group;
+        let sums = partials[at].sums;
         low += sums;
         high += select(vec4<u32>(0u), vec4<u32>(1u), low < sums);
-        least = min(least, partials[group].least);
-        greatest = max(greatest, partials[group].greatest);
-        let packed = partials[group].counts;
+        least = min(least, partials[at].least);
+        greatest = max(greatest, partials[at].greatest);
+        let packed = partials[at].counts;
         counts += vec4<u32>(packed & 1023u, (packed >> 10u) & 1023u, (packed >> 20u) & 1023u, 0u);
     }
     total_low[local] = low;
@@ -122,15 +153,17 @@ fn normalize(@builtin(local_invocation_index) local: u32) {
     }
     if local == 0u {
         let judged = total_counts[0];
-        answer.counts = vec4<u32>(judged.xyz, sample_count() - judged.x - judged.y - judged.z);
-        answer.sums_low = total_low[0];
-        answer.sums_high = total_high[0];
-        answer.least = total_least[0];
-        answer.greatest = total_greatest[0];
+        let weights = header.weights;
+        let answer = &answers[problem.x];
+        (*answer).counts = vec4<u32>(judged.xyz, sample_count() - judged.x - judged.y - judged.z);
+        (*answer).sums_low = total_low[0];
+        (*answer).sums_high = total_high[0];
+        (*answer).least = total_least[0];
+        (*answer).greatest = total_greatest[0];
         for (var term = 0u; term < 4u; term += 1u) {
             let sum = vec2<u32>(total_low[0][term], total_high[0][term]);
-            answer.normalizers[term] =
-                term_normalizer(header.weights[term], sum, total_least[0][term], total_greatest[0][term]);
+            (*answer).normalizers[term] =
+                term_normalizer(weights[term], sum, total_least[0][term], total_greatest[0][term]);
         }
     }
 }
@@ -138,26 +171,23 @@ fn normalize(@builtin(local_invocation_index) local: u32) {
 var<workgroup> group_best: array<Candidate, SAMPLES_PER_GROUP>;
 
 fn record_terms(index: u32) -> Terms {
-    let record = records[index];
-    return Terms(record.heading, record.clearance, speeds[index % header.v_count].term, record.path);
+    let record = records[place.first_record + index];
+    let speed = speeds[place.first_speed + index % header.v_count];
+    return Terms(record.heading, record.clearance, speed.term, record.path);
 }
 
 @compute @workgroup_size(SAMPLES_PER_GROUP)
 fn score_samples(
-    @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
     @builtin(workgroup_id) group: vec3<u32>,
 ) {
+    let problem = problem_of(group.x, OF_SAMPLES);
+    take_up(problem);
+    let index = (group.x - place.first_groups[OF_SAMPLES]) * SAMPLES_PER_GROUP + local;
     var candidate = nobody();
-    if id.x < sample_count() && records[id.x].reason == OK {
-        let reached = score(
-            record_terms(id.x),
-            answer.normalizers[0],
-            answer.normalizers[1],
-            answer.normalizers[2],
-            answer.normalizers[3],
-        );
-        candidate = Candidate(reached, id.x);
+    if index < sample_count() && records[place.first_record + index].reason == OK {
+        let by = answers[problem].normalizers;
+        candidate = Candidate(score(record_terms(index), by[0], by[1], by[2], by[3]), index);
     }
     group_best[local] = candidate;
     for (var half = SAMPLES_PER_GROUP / 2u; half > 0u; half /= 2u) {
@@ -175,10 +205,11 @@ fn score_samples(
 var<workgroup> finalists: array<Candidate, REDUCERS>;
 
 @compute @workgroup_size(REDUCERS)
-fn choose(@builtin(local_invocation_index) local: u32) {
+fn choose(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) problem: vec3<u32>) {
+    take_up(problem.x);
     var finalist = nobody();
     for (var group = local; group < group_count(); group += REDUCERS) {
-        let best = partials[group].best;
+        let best = partials[place.first_groups[OF_SAMPLES] + group].best;
         finalist = better(finalist, Candidate(vec2<u32>(best[0], best[1]), best[2]));
     }
     finalists[local] = finalist;
@@ -190,13 +221,14 @@ fn choose(@builtin(local_invocation_index) local: u32) {
     }
     if local == 0u {
         let best = finalists[0];
-        answer.winner = best.index;
-        answer.score_low = best.score.x;
-        answer.score_high = best.score.y;
-        answer.stamp = header.stamp;
-        answer.terms = Terms(0u, 0u, 0u, 0u);
+        let answer = &answers[problem.x];
+        (*answer).winner = best.index;
+        (*answer).score_low = best.score.x;
+        (*answer).score_high = best.score.y;
+        (*answer).stamp = header.stamp;
+        (*answer).terms = Terms(0u, 0u, 0u, 0u);
         if best.index < sample_count() {
-            answer.terms = record_terms(best.index);
+            (*answer).terms = record_terms(best.index);
         }
     }
 }

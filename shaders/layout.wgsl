@@ -1,5 +1,5 @@
-// What host and shaders share. TWIN of src/local/inputs.rs (inputs) and src/local/gpu/layout.rs (outputs): same
-// fields in the same order, checked by a test.
+// What host and shaders share. TWIN of src/local/inputs.rs (inputs) and src/local/gpu/layout.rs (batches and outputs):
+// same fields in the same order, checked by a test.
 
 struct Header {
     v_count: u32,
@@ -69,6 +69,30 @@ struct Normalizer {
     bits: i32,
 }
 
+// Where a problem's parts begin in the buffers that all problems of a batch share.
+struct Place {
+    // Workgroups of turns and of samples before its own; those of samples have a Partial each.
+    first_groups: vec2<u32>,
+    // Elements before its own; of bodies, field and table, words.
+    first_speed: u32,
+    first_turn: u32,
+    first_body: u32,
+    first_field: u32,
+    first_table: u32,
+    first_record: u32,
+}
+
+struct Placed {
+    header: Header,
+    place: Place,
+}
+
+// The problems of one submission; each has the answer of its own index.
+struct Batch {
+    count: u32,
+    problems: array<Placed, MOST_PROBLEMS>,
+}
+
 // A sample, judged: terms and reason. The velocity term is its speed's.
 struct Record {
     heading: u32,
@@ -113,7 +137,11 @@ const OUTSIDE: u32 = 3u;
 const DISC_WORDS: u32 = 3u;
 const MOVING_WORDS: u32 = 5u;
 
-@group(0) @binding(0) var<uniform> header: Header;
+// Problems of a batch: all of them fit into the uniform buffer that every adapter binds, 64 KiB.
+const MOST_PROBLEMS: u32 = 256u;
+
+// Batch, speeds, turns and bodies are views of one buffer, one behind the other.
+@group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<storage, read> speeds: array<Speed>;
 @group(0) @binding(2) var<storage, read> turns: array<Turn>;
 @group(0) @binding(3) var<storage, read> bodies: array<i32>;
@@ -121,14 +149,27 @@ const MOVING_WORDS: u32 = 5u;
 @group(0) @binding(5) var<storage, read_write> table: array<i32>;
 @group(0) @binding(6) var<storage, read_write> records: array<Record>;
 @group(0) @binding(7) var<storage, read_write> partials: array<Partial>;
-@group(0) @binding(8) var<storage, read_write> answer: Answer;
+@group(0) @binding(8) var<storage, read_write> answers: array<Answer>;
+
+// The problem that this invocation serves.
+var<private> header: Header;
+var<private> place: Place;
+
+fn take_up(problem: u32) {
+    header = batch.problems[problem].header;
+    place = batch.problems[problem].place;
+}
 
 fn disc(index: u32) -> BodyDisc {
-    let at = index * DISC_WORDS;
+    let at = place.first_body + index * DISC_WORDS;
     return BodyDisc(bodies[at], bodies[at + 1u], bodies[at + 2u]);
 }
 
+fn disc_radius(index: u32) -> i32 {
+    return bodies[place.first_body + index * DISC_WORDS + 2u];
+}
+
 fn moving_body(index: u32) -> MovingBody {
-    let at = header.disc_count * DISC_WORDS + index * MOVING_WORDS;
+    let at = place.first_body + header.disc_count * DISC_WORDS + index * MOVING_WORDS;
     return MovingBody(bodies[at], bodies[at + 1u], bodies[at + 2u], bodies[at + 3u], bodies[at + 4u]);
 }

@@ -85,7 +85,7 @@ fn step_clearance(speed: Speed, first: u32, step: u32) -> StepResult {
     let moved_y = shift_round(speed.coarse * table[at + 1u], header.coarse_bits);
     var result = StepResult(bitcast<i32>(header.max_clearance), false);
     for (var index = 0u; index < header.disc_count; index += 1u) {
-        let radius = bodies[index * DISC_WORDS + 2u];
+        let radius = disc_radius(index);
         at += 2u;
         let x = table[at] + moved_x;
         let y = table[at + 1u] + moved_y;
@@ -113,7 +113,7 @@ fn clearance_at(x: i32, y: i32) -> i32 {
         return -1;
     }
     let index = row * header.width + column;
-    return bitcast<i32>((field[index >> 1u] >> ((index & 1u) * 16u)) & 0xffffu);
+    return bitcast<i32>((field[place.first_field + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu);
 }
 
 fn distance_below(body: MovingBody, x: i32, y: i32, step: u32, reach: i32) -> i32 {

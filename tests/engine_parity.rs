@@ -11,6 +11,9 @@ use libtest_mimic::Arguments;
 #[path = "support/adapters.rs"]
 mod adapters;
 #[cfg(feature = "gpu")]
+#[path = "support/batch_trials.rs"]
+mod batch_trials;
+#[cfg(feature = "gpu")]
 #[path = "support/browser.rs"]
 mod browser;
 #[path = "support/cpu_trials.rs"]

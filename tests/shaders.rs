@@ -2,8 +2,10 @@
 
 use core::mem::{offset_of, size_of};
 
+use inbye::local::gpu::bindings::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use inbye::local::gpu::layout::{
-    Answer, PARTIAL_BYTES, Record, SAMPLES_PER_GROUP, TURNS_PER_GROUP,
+    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, MOST_PROBLEMS, PARTIAL_BYTES, Place, Placed, Record,
+    SAMPLES_PER_GROUP, TURNS_PER_GROUP,
 };
 use inbye::local::gpu::shaders::{ENTRY_POINTS, PARTS, source};
 use inbye::local::score::Normalizer;
@@ -12,15 +14,16 @@ use inbye::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN};
 use naga::front::wgsl;
 use naga::proc::Layouter;
 use naga::valid::{Capabilities, GlobalUse, ModuleInfo, ValidationFlags, Validator};
-use naga::{AddressSpace, Expression, Literal, Module, ShaderStage, TypeInner};
+use naga::{AddressSpace, Expression, Literal, Module, ShaderStage, StorageAccess, TypeInner};
 
 /// What WebGPU promises of every adapter.
 const MOST_INVOCATIONS: u32 = 256;
 const MOST_WORKGROUP_BYTES: u32 = 16_384;
 const MOST_STORAGE_BUFFERS: usize = 8;
 const MOST_WORKGROUPS: u32 = 65_535;
+const MOST_UNIFORM_BYTES: usize = 65_536;
 
-/// The most samples of a problem.
+/// The most samples of a problem, and of a batch.
 const MOST_SAMPLES: u32 = 1 << 22;
 
 fn module() -> (Module, ModuleInfo) {
@@ -102,8 +105,9 @@ fn every_entry_point_is_within_the_limits_of_every_adapter() {
         };
         if let Some(per_group) = one_invocation_for_each {
             assert_eq!(entry.workgroup_size, [per_group, 1, 1], "{}", entry.name);
+            // Each problem of a batch fills up its last workgroup.
             assert!(
-                MOST_SAMPLES.div_ceil(per_group) <= MOST_WORKGROUPS,
+                MOST_SAMPLES.div_ceil(per_group) + MOST_PROBLEMS as u32 <= MOST_WORKGROUPS,
                 "{}",
                 entry.name
             );
@@ -118,6 +122,38 @@ fn every_entry_point_is_within_the_limits_of_every_adapter() {
         .filter(|(_, global)| storage(global))
         .count();
     assert!(all <= MOST_STORAGE_BUFFERS, "{all} storage buffers");
+    let uniform = struct_of(&module, "Batch").0;
+    assert!(
+        uniform <= MOST_UNIFORM_BYTES,
+        "{uniform} bytes of uniform buffer"
+    );
+}
+
+#[test]
+fn bindings_are_reached_as_the_shaders_declare() {
+    let (module, _) = module();
+    let declared = module.global_variables.iter().filter_map(|(_, global)| {
+        let access = match global.space {
+            AddressSpace::Uniform => Access::Uniform,
+            AddressSpace::Storage { access } if access.contains(StorageAccess::STORE) => {
+                Access::ReadWrite
+            }
+            AddressSpace::Storage { .. } => Access::Read,
+            _ => return None,
+        };
+        let binding = global.binding.as_ref()?.binding as usize;
+        Some((binding, access, global.name.clone()?))
+    });
+    let declared: Vec<_> = declared.collect();
+    let accesses: Vec<_> = declared
+        .iter()
+        .map(|(binding, access, _)| (*binding, *access))
+        .collect();
+    let expected: Vec<_> = ACCESS.into_iter().enumerate().collect();
+    assert_eq!(accesses, expected);
+    for (binding, name) in [(FIELD, "field"), (RECORDS, "records"), (ANSWERS, "answers")] {
+        assert_eq!(declared[binding].2, name);
+    }
 }
 
 /// Names of the functions of a source text, in order: lines `fn name(` of any visibility.
@@ -226,10 +262,12 @@ macro_rules! layout {
 fn structs_are_laid_out_alike_on_both_sides() {
     let (module, _) = module();
     #[rustfmt::skip]
-    let all: [(&str, Layout); 7] = [
+    let all: [(&str, Layout); 9] = [
         layout!(Header: v_count, omega_count, steps, disc_count, obstacle_count, width, height, cell_bits, start_x,
             start_y, heading, target_x, target_y, key_x, key_y, max_clearance, table_bits, coarse_bits, fine_bits,
             stop_by_arc, outside_is_free, min_max, stamp, padding, weights),
+        layout!(Place: first_groups, first_speed, first_turn, first_body, first_field, first_table, first_record),
+        layout!(Placed: header, place),
         layout!(Speed: coarse, fine, term, needs),
         layout!(Turn: per_step, needs),
         layout!(BodyDisc: x, y, radius),
@@ -248,6 +286,11 @@ fn structs_are_laid_out_alike_on_both_sides() {
         assert_eq!(bytes, size, "{name}");
     }
     assert_eq!(struct_of(&module, "Partial").0 as u64, PARTIAL_BYTES);
+    let batch = vec![
+        ("count".to_owned(), 0),
+        ("problems".to_owned(), BATCH_HEAD_BYTES),
+    ];
+    assert_eq!(struct_of(&module, "Batch"), (BATCH_BYTES, batch));
 }
 
 /// The shaders' own structs of the same words as Rust's, which never cross over as such.
@@ -313,6 +356,7 @@ fn constants_are_equal_on_both_sides() {
         ("HALF_TURN", i64::from(HALF_TURN)),
         ("TURNS_PER_GROUP", i64::from(TURNS_PER_GROUP)),
         ("SAMPLES_PER_GROUP", i64::from(SAMPLES_PER_GROUP)),
+        ("MOST_PROBLEMS", MOST_PROBLEMS as i64),
         ("OK", Reason::Ok as i64),
         ("COLLISION", Reason::Collision as i64),
         ("CANNOT_STOP", Reason::CannotStop as i64),

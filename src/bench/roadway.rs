@@ -115,6 +115,31 @@ impl Roadway {
         }
     }
 
+    /// The cells that the robot's origin visits, by turn rate, speed and step, as positions in the field's list: what a
+    /// decision of one disc looks up. Steps off the field are left out.
+    ///
+    /// # Panics
+    /// As [`Self::problem`].
+    #[must_use]
+    pub fn cells(&self, field: &Arc<ClearanceField>, tick: usize) -> Vec<i32> {
+        let problem = self.problem(field, tick);
+        let frame = field.frame();
+        let mut cells = Vec::new();
+        for sample in 0..problem.window.len() as u32 {
+            let twist = problem.window.twist(sample);
+            let mut pose = problem.pose;
+            for _ in 0..problem.steps {
+                // The motion model of eq. 27.
+                pose.x += twist.linear * problem.step_s * libm::cos(pose.yaw);
+                pose.y += twist.linear * problem.step_s * libm::sin(pose.yaw);
+                pose.yaw += twist.angular * problem.step_s;
+                let cell = frame.cell_of(&pose.position());
+                cells.extend(cell.map(|cell| frame.index(cell) as i32));
+            }
+        }
+        cells
+    }
+
     /// One behind the other, 0.25 m apart.
     fn disc(&self, number: usize) -> Disc {
         let middle = (self.discs as f64 - 1.0) / 2.0;

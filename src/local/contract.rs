@@ -182,4 +182,18 @@ pub trait Engine: Send {
     /// # Errors
     /// When the device behind the engine fails. An engine that has failed may be asked again.
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError>;
+
+    /// Evaluates problems that have nothing to do with one another: other robots, worlds, weights, modes. The answers
+    /// are in their order and equal those of [`Self::evaluate`], bit for bit; no problem, no answer.
+    ///
+    /// # Errors
+    /// The first problem's that would be an error alone; no answer of the others is given then.
+    fn evaluate_batch(
+        &mut self,
+        problems: &[Prepared],
+        detail: Detail,
+    ) -> Result<Vec<Evaluation>, EngineError> {
+        let one = |problem| self.evaluate(problem, detail);
+        problems.iter().map(one).collect()
+    }
 }

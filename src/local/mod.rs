@@ -29,7 +29,7 @@ mod window;
 pub use contract::{
     Counts, Detail, Engine, Evaluation, Reason, SampleRecord, Terms, Totals, Winner,
 };
-pub use cpu::{CpuEngine, Instructions};
+pub use cpu::{CpuEngine, GatherOnly, Instructions};
 pub use error::{EngineError, ProblemError};
 pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
 pub use field::ClearanceField;

@@ -4,12 +4,13 @@
 //! failure, and `INBYE_CHROMIUM` names the program where it has another name.
 
 use inbye::bench::verify;
-use inbye::local::gpu::layout::{Answer, sample_records};
+use inbye::local::gpu::batch::Batch;
 use inbye::local::gpu::shaders::source;
-use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Header, Prepared};
+use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Prepared};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use crate::adapters::required;
+use crate::batch_trials::random_batches;
 use crate::cpu_trials::{agree, golden};
 use crate::kernel::{every_difference, source as kernel_source};
 use crate::operations::{OPERATIONS, Outcome};
@@ -24,13 +25,14 @@ use plan::Plan;
 
 type BrowserTest = fn(&Program) -> Result<(), Failed>;
 
-const TRIALS: [(&str, BrowserTest); 6] = [
+const TRIALS: [(&str, BrowserTest); 7] = [
     ("operations_return_the_bits_of_rust", operations),
     ("a_slip_in_an_operation_is_reported", slip_in_an_operation),
     (
         "random_problems_return_the_bits_of_the_cpu",
         random_problems,
     ),
+    ("batches_return_the_bits_of_one_at_a_time", batches),
     ("a_slip_in_a_shader_is_reported", slip_in_a_shader),
     ("the_digest_is_the_pinned_one", the_digest),
     ("what_goes_wrong_is_an_error", what_goes_wrong),
@@ -97,21 +99,28 @@ impl Engine for ChromiumEngine {
     }
 
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
-        self.stamp += 1;
-        let header = Header {
-            stamp: self.stamp,
-            ..problem.header
-        };
-        let plan = Plan::evaluation(&self.wgsl, &header, problem, detail);
-        let outcome = self.browser.run(&plan);
-        let bytes = outcome.map_err(|failed| self.lost(failed.message().unwrap_or_default()))?;
-        let (answer, records) = bytes.split_at(size_of::<Answer>());
-        let answer: Answer = bytemuck::pod_read_unaligned(answer);
-        if answer.stamp != self.stamp {
-            return Err(self.lost("a stale answer came back"));
+        let mut evaluations = self.evaluate_batch(core::slice::from_ref(problem), detail)?;
+        Ok(evaluations.swap_remove(0))
+    }
+
+    fn evaluate_batch(
+        &mut self,
+        problems: &[Prepared],
+        detail: Detail,
+    ) -> Result<Vec<Evaluation>, EngineError> {
+        let mut evaluations = Vec::new();
+        while evaluations.len() < problems.len() {
+            let batch = Batch::first_of(&problems[evaluations.len()..]);
+            let first_stamp = self.stamp;
+            self.stamp += batch.problems.len() as u32;
+            let plan = Plan::evaluation(&self.wgsl, &batch, first_stamp, detail);
+            let outcome = self.browser.run(&plan);
+            let bytes =
+                outcome.map_err(|failed| self.lost(failed.message().unwrap_or_default()))?;
+            let answers = batch.read(&bytes, first_stamp, detail);
+            evaluations.extend(answers.ok_or_else(|| self.lost("a stale answer came back"))?);
         }
-        let samples = (detail == Detail::Samples).then(|| sample_records(problem, records));
-        Ok(answer.evaluation(samples))
+        Ok(evaluations)
     }
 }
 
@@ -158,6 +167,11 @@ fn random_problems(program: &Program) -> Result<(), Failed> {
         Box::new(ChromiumEngine::new(program, source())?),
     ];
     agree(&mut engines, 100, 43)
+}
+
+fn batches(program: &Program) -> Result<(), Failed> {
+    let engine = &mut ChromiumEngine::new(program, source())?;
+    random_batches(engine, 47, &[(0, 7), (7, 1), (8, 2), (0, 30)])
 }
 
 fn slip_in_a_shader(program: &Program) -> Result<(), Failed> {

@@ -10,11 +10,12 @@ use inbye::map::MovingDisc;
 use libtest_mimic::Failed;
 
 use crate::adapters::GpuTest;
+use crate::batch_trials;
 use crate::cpu_trials::{agree, golden};
 use crate::extremes::{extremes, field, footprint, plain};
 use crate::kernel::{Kernel, every_difference};
 
-pub const TRIALS: [(&str, GpuTest); 7] = [
+pub const TRIALS: [(&str, GpuTest); 12] = [
     ("operations_return_the_bits_of_rust", operations),
     (
         "random_problems_return_the_bits_of_the_cpu",
@@ -25,6 +26,23 @@ pub const TRIALS: [(&str, GpuTest); 7] = [
     ("a_field_that_changes_is_noticed", fields),
     ("the_limits_return_the_bits_of_the_cpu", limits),
     ("a_lost_device_is_an_error", lost_device),
+    (
+        "batches_return_the_bits_of_one_at_a_time",
+        batch_trials::growth,
+    ),
+    ("batches_share_and_change_fields", batch_trials::fields),
+    (
+        "batches_of_large_fields_make_room",
+        batch_trials::large_fields,
+    ),
+    (
+        "a_batch_refuses_what_is_refused_alone",
+        batch_trials::refusals,
+    ),
+    (
+        "a_falsified_answer_of_a_batch_is_noticed",
+        batch_trials::falsified,
+    ),
 ];
 
 fn operations(adapter: &Adapter) -> Result<(), Failed> {

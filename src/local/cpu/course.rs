@@ -8,6 +8,9 @@ use crate::numeric::shift_round;
 /// The most samples of a chunk.
 pub const MOST_SAMPLES: usize = 128;
 
+/// With more slack than this at the last step, cells, sifting costs more than it saves.
+const MOST_SLACK_CELLS: i32 = 12;
+
 /// Rounding of two stored distances, and of two positions, units.
 pub const ROUNDING: i64 = 4;
 
@@ -17,6 +20,8 @@ pub const ROUNDING: i64 = 4;
 pub struct Course {
     /// Coarse speeds.
     pub coarse: Vec<i32>,
+    /// Coarse speeds in both halves of each word.
+    pub coarse_twice: Vec<i32>,
     /// Fine speeds.
     pub fine: Vec<i32>,
     /// Velocity terms.
@@ -29,8 +34,14 @@ pub struct Course {
     pub stride: usize,
     /// Steps filled up.
     pub steps: usize,
+    /// Whether positions are small enough for the short way from a product to a cell ([`super::row::Step`]).
+    pub short: bool,
     /// Samples of a chunk, whole vectors.
     pub chunk: usize,
+    /// With more slack at the last step than this, all steps are looked at.
+    most_slack: i32,
+    /// The numbers of all steps, filled up.
+    pub every_step: Vec<i32>,
     /// For each step how far, in units, a chunk's samples are at most from its middle one.
     pub apart: Vec<i32>,
     /// For each step how much their clearances differ at most from the middle one's.
@@ -60,6 +71,9 @@ impl Course {
             self.stride,
             speeds.iter().map(|s| s.needs as i32),
         );
+        let twice = |coarse: &i32| (coarse << 16) | (coarse & 0xFFFF);
+        self.coarse_twice.clear();
+        self.coarse_twice.extend(self.coarse.iter().map(twice));
         self.tracks.clear();
         for body in &problem.obstacles {
             let track = |start: i32, at: i32, step: i32| {
@@ -77,7 +91,23 @@ impl Course {
             self.tracks.extend(track(header.start_x, x, step_x));
             self.tracks.extend(track(header.start_y, y, step_y));
         }
+        self.short = self.is_short(header);
         self.divide(header);
+    }
+
+    fn is_short(&self, header: &Header) -> bool {
+        let bits = header.coarse_bits + header.cell_bits;
+        if !(16..=30).contains(&bits) {
+            return false;
+        }
+        let fastest = self.coarse.iter().map(|coarse| coarse.unsigned_abs()).max();
+        // The most that the coarse table can hold: a cosine is at most one, and one in 2^20 more by its rounding.
+        let growth = ((i64::from(header.steps) * ((1 << 20) + 1)) >> header.table_bits) + 1;
+        let product = i64::from(fastest.unwrap_or_default()) * growth;
+        // What is added is less than a cell and half a unit, in the product's scale.
+        let fits = product + 2 * (1 << bits) < 1 << 31;
+        let cells = (product >> bits) + 2;
+        fits && growth < 65_535 && cells < 1 << 15 && header.width < 1 << 15
     }
 
     /// Divides the rows into chunks of samples that end about a cell from their middle one.
@@ -103,6 +133,9 @@ impl Course {
         let cell = 1 << header.cell_bits;
         // 1.41422 in Q16 is above the root of two.
         let diagonal = ((92_683_i64 << header.cell_bits) >> 16) + 1;
+        self.most_slack = MOST_SLACK_CELLS << header.cell_bits;
+        self.every_step.clear();
+        self.every_step.extend(0..self.steps as i32);
         self.apart.clear();
         self.slack.clear();
         for steps in 1..=self.steps as i64 {
@@ -112,6 +145,13 @@ impl Course {
             self.apart.push(apart as i32);
             self.slack.push((further + diagonal + ROUNDING) as i32);
         }
+    }
+
+    /// Whether a chunk's samples stay near enough to one another to leave steps out.
+    pub fn is_worth_sifting(&self) -> bool {
+        self.slack
+            .last()
+            .is_some_and(|&slack| slack <= self.most_slack)
     }
 
     /// The columns x and y of one moving obstacle.

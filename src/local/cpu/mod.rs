@@ -1,6 +1,7 @@
 //! The CPU engine: rows of samples, one for each turn rate, judged by threads with the best instructions there are.
 
 mod arithmetic;
+mod choice;
 mod course;
 mod crew;
 mod instructions;
@@ -13,17 +14,20 @@ mod sieve;
 mod tally;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+mod yardstick;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use choice::Share;
 use course::Course;
 use crew::Crew;
 use instructions::Kernel;
-use part::Part;
+use part::{Choice, Part};
 use tally::Tally;
 
 pub use instructions::Instructions;
+pub use yardstick::GatherOnly;
 
 use super::contract::{Detail, Engine, Evaluation, SampleRecord, Winner};
 use super::select::{Candidate, NOBODY, better};
@@ -31,6 +35,9 @@ use super::{EngineError, Prepared, score};
 
 /// Parts for each thread of several: enough that one who wakes late leaves little undone.
 const PARTS_PER_THREAD: usize = 4;
+
+/// With fewer samples the choice is made sooner than handed out.
+const CHOSEN_TOGETHER: usize = 1 << 15;
 
 /// Evaluates on the machine's own cores.
 pub struct CpuEngine {
@@ -72,15 +79,19 @@ impl CpuEngine {
         instructions: Instructions,
         threads: usize,
     ) -> Result<Self, EngineError> {
-        let kernel = Kernel::of(instructions).ok_or(EngineError::NoInstructions {
-            which: instructions.word(),
-        })?;
+        let kernel = Self::kernel_of(instructions)?;
         let crew = if threads > 1 {
             Some(Crew::new(threads - 1)?)
         } else {
             None
         };
         Ok(Self::new(instructions, kernel, crew, threads.max(1)))
+    }
+
+    fn kernel_of(instructions: Instructions) -> Result<Kernel, EngineError> {
+        Kernel::of(instructions).ok_or(EngineError::NoInstructions {
+            which: instructions.word(),
+        })
     }
 
     fn new(instructions: Instructions, kernel: Kernel, crew: Option<Crew>, threads: usize) -> Self {
@@ -110,51 +121,47 @@ impl CpuEngine {
         let (kernel, course, parts) = (self.kernel, &self.course, &self.parts);
         let rows = problem.turns.len();
         let share = |number: usize| rows * number / parts.len();
-        let next = AtomicUsize::new(0);
-        let work = || {
-            loop {
-                let number = next.fetch_add(1, Ordering::Relaxed);
-                let Some(part) = parts.get(number) else {
-                    break;
-                };
-                let mut part = part.lock().unwrap_or_else(PoisonError::into_inner);
-                part.judge(kernel, problem, course, share(number)..share(number + 1));
-            }
-        };
-        match &mut self.crew {
-            None => work(),
-            Some(crew) => crew.run(&work),
-        }
+        share_out(self.crew.as_mut(), parts, |number, part| {
+            part.judge(kernel, problem, course, share(number)..share(number + 1));
+        });
     }
 
     /// What all samples add up to, and the best of them.
     fn select(&mut self, problem: &Prepared) -> (Tally, Candidate) {
-        let course = &self.course;
         let mut tally = Tally::default();
         for part in &mut self.parts {
             tally.merge(unlocked(part).total());
         }
         let normalizers = score::normalizers(&problem.header, &tally.totals);
+        let choice = Choice {
+            kernel: self.kernel,
+            problem,
+            course: &self.course,
+            normalizers,
+            shares: normalizers.map(|normalizer| Share::new(&normalizer)),
+        };
         // The row that promises most comes first: few of the others can then still win.
-        let mut promising = NOBODY;
-        for part in &mut self.parts {
-            let bounds = unlocked(part).bounds(problem, &normalizers);
-            promising = bounds.fold(promising, better);
-        }
-        let mut best = NOBODY;
-        for only_promising in [true, false] {
-            for part in &mut self.parts {
-                let part = unlocked(part);
-                for bound in part.bounds(problem, &normalizers) {
-                    if (bound == promising) == only_promising && better(best, bound) == bound {
-                        let row = bound.1 as usize / problem.speeds.len();
-                        let found = part.best_of_row(problem, course, &normalizers, row);
-                        best = better(best, found);
-                    }
-                }
+        let mut first = (NOBODY, 0);
+        for (number, part) in self.parts.iter_mut().enumerate() {
+            let bound = unlocked(part).best_bound(&choice);
+            if better(first.0, bound) == bound {
+                first = (bound, number);
             }
         }
-        (tally, best)
+        let (bound, number) = first;
+        if bound == NOBODY {
+            return (tally, NOBODY);
+        }
+        let row = bound.1 as usize / problem.speeds.len();
+        let candidate = unlocked(&mut self.parts[number]).best_of_row(&choice, row, NOBODY);
+        let parts = &self.parts;
+        let crew = self
+            .crew
+            .as_mut()
+            .filter(|_| problem.len() >= CHOSEN_TOGETHER);
+        share_out(crew, parts, |_, part| part.choose(&choice, candidate));
+        let best = self.parts.iter_mut().map(|part| unlocked(part).best());
+        (tally, best.fold(NOBODY, better))
     }
 
     fn sample(&mut self, problem: &Prepared, index: usize) -> SampleRecord {
@@ -167,6 +174,31 @@ impl CpuEngine {
             }
         }
         unreachable!("every row belongs to a part");
+    }
+}
+
+/// Does something with every part, each taken by whoever is free.
+fn share_out(
+    crew: Option<&mut Crew>,
+    parts: &[Mutex<Part>],
+    each: impl Fn(usize, &mut Part) + Sync,
+) {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some(part) = parts.get(number) else {
+                break;
+            };
+            each(
+                number,
+                &mut part.lock().unwrap_or_else(PoisonError::into_inner),
+            );
+        }
+    };
+    match crew {
+        None => work(),
+        Some(crew) => crew.run(&work),
     }
 }
 

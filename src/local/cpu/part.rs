@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use super::choice::{Share, largest_score};
 use super::course::Course;
 use super::instructions::Kernel;
 use super::lanes::Portable;
@@ -13,6 +14,15 @@ use crate::local::score::{self, Normalizer};
 use crate::local::select::{Candidate, NOBODY, better};
 use crate::local::{Prepared, Totals};
 
+/// What choosing a sample takes.
+pub struct Choice<'a> {
+    pub kernel: Kernel,
+    pub problem: &'a Prepared,
+    pub course: &'a Course,
+    pub normalizers: [Normalizer; 4],
+    pub shares: [Share; 4],
+}
+
 /// A share of the rows. Its memory is kept from one decision to the next.
 #[derive(Debug, Default)]
 pub struct Part {
@@ -23,6 +33,7 @@ pub struct Part {
     tallies: Vec<Tally>,
     /// Of all rows.
     total: Tally,
+    best: Candidate,
     /// Of the scalar kernel.
     table: Vec<i32>,
     /// Of the others.
@@ -93,12 +104,11 @@ impl Part {
     /// sample left out.
     ///
     /// No sample of a row scores more than one with the row's best value of each term would.
-    pub fn bounds(
+    fn bounds(
         &self,
-        problem: &Prepared,
+        speeds: usize,
         normalizers: &[Normalizer; 4],
     ) -> impl Iterator<Item = Candidate> {
-        let speeds = problem.speeds.len();
         let rows = self.rows.clone().zip(&self.tallies);
         rows.filter(|(_, tally)| tally.counts.admissible > 0)
             .map(move |(row, tally)| {
@@ -107,25 +117,62 @@ impl Part {
             })
     }
 
-    /// The best sample of one of its rows.
-    pub fn best_of_row(
-        &self,
-        problem: &Prepared,
-        course: &Course,
-        normalizers: &[Normalizer; 4],
-        row: usize,
-    ) -> Candidate {
-        let first = row * problem.speeds.len();
-        let row = self.row(course, row);
-        let mut best = NOBODY;
-        for index in 0..problem.speeds.len() {
-            let record = record(problem, course, row, index);
-            if record.reason == Reason::Ok {
-                let reached = score::score(&record.terms, normalizers);
-                best = better(best, (reached, (first + index) as u32));
+    /// The best of its bounds.
+    pub fn best_bound(&self, choice: &Choice<'_>) -> Candidate {
+        self.bounds(choice.problem.speeds.len(), &choice.normalizers)
+            .fold(NOBODY, better)
+    }
+
+    /// Looks for its best sample among the rows that could beat a candidate.
+    pub fn choose(&mut self, choice: &Choice<'_>, candidate: Candidate) {
+        let speeds = choice.problem.speeds.len();
+        let mut best = candidate;
+        for bound in self.bounds(speeds, &choice.normalizers) {
+            if better(best, bound) == bound {
+                best = self.best_of_row(choice, bound.1 as usize / speeds, best);
             }
         }
-        best
+        self.best = best;
+    }
+
+    /// What `choose` found, or the candidate that it was given.
+    pub const fn best(&self) -> Candidate {
+        self.best
+    }
+
+    /// The better of a candidate and the best sample of one of its rows.
+    pub fn best_of_row(&self, choice: &Choice<'_>, row: usize, candidate: Candidate) -> Candidate {
+        let Choice {
+            kernel,
+            problem,
+            course,
+            normalizers,
+            shares,
+        } = choice;
+        let speeds = problem.speeds.len();
+        let samples = self.row(course, row);
+        let largest = match kernel {
+            Kernel::Scalar | Kernel::Portable => largest_score(course, samples, speeds, shares),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::Avx2(proof) => {
+                super::x86::largest_avx2(*proof, course, samples, speeds, shares)
+            }
+            #[cfg(target_arch = "x86_64")]
+            Kernel::Avx512(proof) => {
+                super::x86::largest_avx512(*proof, course, samples, speeds, shares)
+            }
+        };
+        if better(candidate, (largest, (row * speeds) as u32)) == candidate {
+            return candidate;
+        }
+        let reaches = |index: &usize| {
+            let record = record(problem, course, samples, *index);
+            record.reason == Reason::Ok && score::score(&record.terms, normalizers) == largest
+        };
+        let first = (0..speeds).find(reaches);
+        first.map_or(candidate, |index| {
+            better(candidate, (largest, (row * speeds + index) as u32))
+        })
     }
 
     fn row(&self, course: &Course, row: usize) -> &[i32] {

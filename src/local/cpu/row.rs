@@ -18,6 +18,24 @@ pub const COLUMNS: usize = 3;
 /// The reason's place in the first word of a sample, above the heading term.
 pub const REASON_BITS: u32 = 24;
 
+/// A disc at a step.
+///
+/// Its position along x is `disc_x + round(coarse x / 2^coarse_bits)`, and its column that divided by `2^cell_bits`. The
+/// divisions are one: with the part of `disc_x` below a cell, and the half that rounds, in the product's scale as `across`,
+/// the column is that of `disc_x` plus `(coarse x + across) >> (coarse_bits + cell_bits)`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Step {
+    pub x: i32,
+    pub y: i32,
+    pub x_halves: i32,
+    pub y_halves: i32,
+    pub across: i32,
+    pub along: i32,
+    pub cell: i32,
+    pub disc_x: i32,
+    pub disc_y: i32,
+}
+
 /// The table of one turn rate, by step.
 #[derive(Debug, Default)]
 pub struct Table {
@@ -27,10 +45,22 @@ pub struct Table {
     pub x: Vec<i32>,
     /// Coarse displacement along y.
     pub y: Vec<i32>,
+    /// `x` as two numbers of 16 bits, which add up to it.
+    pub x_halves: Vec<i32>,
+    /// `y` as two numbers of 16 bits, which add up to it.
+    pub y_halves: Vec<i32>,
     /// For each disc and step its centre for a robot that did not move, along x.
     pub disc_x: Vec<i32>,
     /// And along y.
     pub disc_y: Vec<i32>,
+    /// For each disc and step what leads from a product to its cell.
+    pub across: Vec<i32>,
+    /// The same along y.
+    pub along: Vec<i32>,
+    /// The cell of that disc for a robot that did not move.
+    pub cell: Vec<i32>,
+    /// All of these, disc by disc and step by step, in one place each.
+    pub entries: Vec<Step>,
     /// Sum of cosines in Q20.
     end_x: i32,
     /// Sum of sines in Q20.
@@ -100,6 +130,69 @@ impl Table {
             }
             repeat_last(list_x, steps);
             repeat_last(list_y, steps);
+        }
+        if course.short {
+            self.find_cells::<L>(proof, problem, course);
+        }
+    }
+
+    #[inline(always)]
+    fn find_cells<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
+        let header = &problem.header;
+        let words = self.disc_x.len();
+        for list in [&mut self.across, &mut self.along, &mut self.cell] {
+            list.resize(words, 0);
+        }
+        let within_cell = L::splat(proof, (1 << header.cell_bits) - 1);
+        let half = L::splat(proof, (1 << header.coarse_bits) >> 1);
+        let width = L::splat(proof, header.width as i32);
+        for at in (0..words).step_by(L::COUNT) {
+            let x = L::load(proof, &self.disc_x[at..]);
+            let y = L::load(proof, &self.disc_y[at..]);
+            let across = x.and(within_cell).shl(header.coarse_bits).add(half);
+            let along = y.and(within_cell).shl(header.coarse_bits).add(half);
+            let row = y.sar(header.cell_bits).mul(width);
+            across.store(&mut self.across[at..]);
+            along.store(&mut self.along[at..]);
+            row.add(x.sar(header.cell_bits)).store(&mut self.cell[at..]);
+        }
+        for (sums, halves) in [(&self.x, &mut self.x_halves), (&self.y, &mut self.y_halves)] {
+            halves.resize(course.steps, 0);
+            let low = L::splat(proof, 0xFFFF);
+            for at in (0..course.steps).step_by(L::COUNT) {
+                let sum = L::load(proof, &sums[at..]);
+                let half = sum.sar(1);
+                let packed = sum.sub(half).shl(16).add(half.and(low));
+                packed.store(&mut halves[at..]);
+            }
+        }
+        self.entries.clear();
+        for disc in 0..problem.discs.len() {
+            let places = disc * course.steps..(disc + 1) * course.steps;
+            let across = self.across[places.clone()].iter();
+            let along = self.along[places.clone()].iter();
+            let cell = self.cell[places.clone()].iter();
+            let disc_x = self.disc_x[places.clone()].iter();
+            let disc_y = self.disc_y[places].iter();
+            let halves = self.x_halves.iter().zip(&self.y_halves);
+            let coarse = self.x.iter().zip(&self.y).zip(halves);
+            let cells = across.zip(along).zip(cell);
+            let entries = coarse.zip(cells).zip(disc_x.zip(disc_y));
+            self.entries.extend(entries.map(
+                |((((x, y), (x_halves, y_halves)), ((across, along), cell)), (disc_x, disc_y))| {
+                    Step {
+                        x_halves: *x_halves,
+                        y_halves: *y_halves,
+                        x: *x,
+                        y: *y,
+                        across: *across,
+                        along: *along,
+                        cell: *cell,
+                        disc_x: *disc_x,
+                        disc_y: *disc_y,
+                    }
+                },
+            ));
         }
     }
 }
@@ -176,25 +269,20 @@ pub fn judge_row<L: Lanes>(
         tally: LaneTally::new(proof),
     };
     let whole_vectors = problem.speeds.len().next_multiple_of(L::COUNT);
-    let by_clearance = problem.header.stop_by_arc == 0;
+    let in_any_order = course.short && problem.header.stop_by_arc == 0;
     let all_inside =
-        by_clearance && stay_inside::<L>(proof, problem, course, table, 0..whole_vectors);
+        in_any_order && stay_inside::<L>(proof, problem, course, table, 0..whole_vectors);
+    let vectors = (0..whole_vectors).step_by(L::COUNT);
     if all_inside {
-        sieve.sift::<L>(proof, problem, course, table);
-    }
-    for at in (0..whole_vectors).step_by(course.chunk) {
-        let samples_here = at..(at + course.chunk).min(whole_vectors);
-        if all_inside {
-            let least = sieve.meet::<L>(proof, problem, course, table, samples_here.clone());
-            for first in samples_here.step_by(L::COUNT) {
-                let least = L::load(proof, &least[first - at..]);
-                row.finish(first, Fate::of_clearance(proof, least), samples);
-            }
-        } else {
-            for first in samples_here.step_by(L::COUNT) {
-                let fate = march::meet::<L>(proof, problem, course, table, first);
-                row.finish(first, fate, samples);
-            }
+        let least = sieve.clearances::<L>(proof, problem, course, table);
+        for first in vectors {
+            let least = L::load(proof, &least[first..]);
+            row.finish(first, Fate::of_clearance(proof, least), samples);
+        }
+    } else {
+        for first in vectors {
+            let fate = march::meet::<L>(proof, problem, course, table, first);
+            row.finish(first, fate, samples);
         }
     }
     row.tally.finish()
@@ -288,8 +376,9 @@ fn word_of<L: Lanes>(proof: L::Proof, reason: Reason) -> L {
     L::splat(proof, (reason as i32) << REASON_BITS)
 }
 
+/// Zero in the first lane, one in the second, and so on.
 #[inline(always)]
-fn lane_numbers<L: Lanes>(proof: L::Proof) -> L {
+pub fn lane_numbers<L: Lanes>(proof: L::Proof) -> L {
     const NUMBERS: [i32; MOST_LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
     L::load(proof, &NUMBERS)
 }

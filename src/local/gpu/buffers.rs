@@ -1,96 +1,13 @@
-//! The device's memory for one problem: made once, grown when a larger problem comes, written in one piece.
+//! The device's memory for a batch of problems: made once, grown when a larger batch comes, written in one piece.
 
-use super::bindings::{ACCESS, Access, BINDINGS, contents};
-use super::layout::{Answer, PARTIAL_BYTES, Record, SAMPLES_PER_GROUP};
+use super::batch::{Batch, MOST_BYTES, Sizes};
+use super::bindings::{ACCESS, Access};
+use super::fields::ResidentFields;
+use crate::local::ClearanceField;
 use crate::local::contract::Detail;
-use crate::local::inputs::Header;
-use crate::local::{Prepared, rollout};
 
-/// Offsets of bindings within a buffer are multiples of this (WebGPU's default limit).
-const ALIGNMENT: u64 = 256;
-
-/// Bytes of each part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Sizes {
-    speeds: u64,
-    turns: u64,
-    bodies: u64,
-    field: u64,
-    table: u64,
-    samples: u64,
-}
-
-impl Sizes {
-    /// What a problem needs.
-    pub fn of(problem: &Prepared) -> Self {
-        let words = rollout::table_words(&problem.header) * problem.turns.len();
-        let bodies =
-            size_of_val(problem.discs.as_slice()) + size_of_val(problem.obstacles.as_slice());
-        Self {
-            speeds: size_of_val(problem.speeds.as_slice()) as u64,
-            turns: size_of_val(problem.turns.as_slice()) as u64,
-            bodies: bodies as u64,
-            field: (problem.field.units().len() as u64 * 2).next_multiple_of(4),
-            table: words as u64 * 4,
-            samples: problem.len() as u64,
-        }
-    }
-
-    /// Whether buffers of this size hold a problem of that.
-    pub fn hold(&self, other: &Self) -> bool {
-        *self == self.union(other)
-    }
-
-    /// What holds both.
-    pub fn union(&self, other: &Self) -> Self {
-        Self {
-            speeds: self.speeds.max(other.speeds),
-            turns: self.turns.max(other.turns),
-            bodies: self.bodies.max(other.bodies),
-            field: self.field.max(other.field),
-            table: self.table.max(other.table),
-            samples: self.samples.max(other.samples),
-        }
-    }
-
-    /// Bytes of the largest binding.
-    pub fn largest(&self) -> u64 {
-        self.records().max(self.table).max(self.field)
-    }
-
-    /// Bytes of each binding.
-    pub fn bindings(&self) -> [u64; BINDINGS] {
-        let bytes = [
-            size_of::<Header>() as u64,
-            self.speeds,
-            self.turns,
-            self.bodies,
-            self.field,
-            self.table,
-            self.records(),
-            self.partials(),
-            size_of::<Answer>() as u64,
-        ];
-        bytes.map(|bytes| bytes.max(16))
-    }
-
-    fn records(&self) -> u64 {
-        self.samples * size_of::<Record>() as u64
-    }
-
-    fn partials(&self) -> u64 {
-        self.samples.div_ceil(u64::from(SAMPLES_PER_GROUP)) * PARTIAL_BYTES
-    }
-
-    /// Where speeds, turns and bodies begin in the input buffer, and its whole size.
-    fn input_offsets(&self) -> [u64; 4] {
-        let after = |offset: u64, bytes: u64| (offset + bytes).next_multiple_of(ALIGNMENT);
-        let speeds = after(0, size_of::<Header>() as u64);
-        let turns = after(speeds, self.speeds);
-        let bodies = after(turns, self.turns);
-        [speeds, turns, bodies, after(bodies, self.bodies)]
-    }
-}
+/// No buffer is smaller: most problems of a robot under way fit into the first ones.
+const LEAST_BYTES: u64 = 1 << 20;
 
 /// Buffers and the bind group over them.
 pub(super) struct Buffers {
@@ -98,17 +15,21 @@ pub(super) struct Buffers {
     input: wgpu::Buffer,
     staging: Vec<u8>,
     field: wgpu::Buffer,
-    /// The field that the device holds.
-    field_id: u64,
+    fields: ResidentFields,
     records: wgpu::Buffer,
-    answer: wgpu::Buffer,
+    answers: wgpu::Buffer,
     readback: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
 }
 
 impl Buffers {
-    pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, sizes: Sizes) -> Self {
+    /// Buffers of these sizes or somewhat larger ones, so that problems that differ little share them.
+    pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, least: &Sizes) -> Self {
         use wgpu::BufferUsages as Usage;
+        let sizes = least.map(|bytes| {
+            let rounded = bytes.max(LEAST_BYTES).next_power_of_two();
+            rounded.min(MOST_BYTES).max(bytes)
+        });
         let make = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -117,52 +38,29 @@ impl Buffers {
                 mapped_at_creation: false,
             })
         };
-        let [
-            header,
-            speeds,
-            turns,
-            bodies,
-            field,
-            table,
-            records,
-            partials,
-            answer,
-        ] = sizes.bindings();
-        let [speeds_at, turns_at, bodies_at, input_bytes] = sizes.input_offsets();
-        let readback_bytes = answer + records;
         let input_usage = Usage::UNIFORM | Usage::STORAGE | Usage::COPY_DST;
-        let input = make("input", input_bytes, input_usage);
-        let field = make("field", field, Usage::STORAGE | Usage::COPY_DST);
-        let table = make("table", table, Usage::STORAGE);
-        let records = make("records", records, Usage::STORAGE | Usage::COPY_SRC);
-        let partials = make("partials", partials, Usage::STORAGE);
-        let answer = make("answer", answer, Usage::STORAGE | Usage::COPY_SRC);
-        let readback = make(
-            "readback",
-            readback_bytes,
-            Usage::MAP_READ | Usage::COPY_DST,
-        );
-        let part = |offset, bytes| {
-            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &input,
-                offset,
-                size: wgpu::BufferSize::new(bytes),
-            })
-        };
-        let resources = [
-            part(0, header),
-            part(speeds_at, speeds),
-            part(turns_at, turns),
-            part(bodies_at, bodies),
-            field.as_entire_binding(),
-            table.as_entire_binding(),
-            records.as_entire_binding(),
-            partials.as_entire_binding(),
-            answer.as_entire_binding(),
+        let input = make("input", sizes.input, input_usage);
+        let field = make("field", sizes.field, Usage::STORAGE | Usage::COPY_DST);
+        let table = make("table", sizes.table, Usage::STORAGE);
+        let records = make("records", sizes.records, Usage::STORAGE | Usage::COPY_SRC);
+        let partials = make("partials", sizes.partials, Usage::STORAGE);
+        let answers = make("answers", sizes.answers, Usage::STORAGE | Usage::COPY_SRC);
+        let readback_usage = Usage::MAP_READ | Usage::COPY_DST;
+        let readback = make("readback", sizes.readback(), readback_usage);
+        let buffers = [
+            &input, &input, &input, &input, &field, &table, &records, &partials, &answers,
         ];
+        let resources = buffers.into_iter().zip(sizes.bindings());
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
             .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .map(|(binding, (buffer, bytes))| wgpu::BindGroupEntry {
+                binding,
+                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer,
+                    offset: 0,
+                    size: wgpu::BufferSize::new(bytes),
+                }),
+            })
             .collect();
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("inbye"),
@@ -170,13 +68,13 @@ impl Buffers {
             entries: &entries,
         });
         Self {
+            staging: vec![0; sizes.input as usize],
             sizes,
-            staging: vec![0; input_bytes as usize],
             input,
             field,
-            field_id: 0,
+            fields: ResidentFields::default(),
             records,
-            answer,
+            answers,
             readback,
             bind_group,
         }
@@ -194,51 +92,50 @@ impl Buffers {
         &self.readback
     }
 
-    /// Writes a problem: the inputs in one piece, the field only when the device holds another.
-    pub fn upload(&mut self, queue: &wgpu::Queue, problem: &Prepared, stamp: u32) {
-        let header = Header {
-            stamp,
-            ..problem.header
+    /// Writes a batch: the inputs in one piece, and those fields that the device does not hold yet.
+    pub fn upload(&mut self, queue: &wgpu::Queue, batch: &Batch<'_>, first_stamp: u32) {
+        let buffer = &self.field;
+        self.fields
+            .hold(&batch.fields, self.sizes.field, |at, field| {
+                write_field(queue, buffer, at, field);
+            });
+        let first_field = |field: &ClearanceField| {
+            let held = self.fields.find(field);
+            held.expect("the fields of a batch are held by now")
         };
-        let [inputs @ .., field] = contents(&header, problem);
-        let [speeds_at, turns_at, bodies_at, _] = self.sizes.input_offsets();
-        for (pieces, at) in inputs.iter().zip([0, speeds_at, turns_at, bodies_at]) {
-            let mut at = at as usize;
-            for piece in pieces {
-                self.staging[at..at + piece.len()].copy_from_slice(piece);
-                at += piece.len();
-            }
-        }
-        queue.write_buffer(&self.input, 0, &self.staging);
-        if self.field_id != problem.field.id() {
-            self.field_id = problem.field.id();
-            let [units, _] = field;
-            let (words, last) = units.split_at(units.len() / 4 * 4);
-            queue.write_buffer(&self.field, 0, words);
-            if let [low, high] = *last {
-                // Copies are whole words; the upper half of the last is read by nobody.
-                queue.write_buffer(&self.field, words.len() as u64, &[low, high, 0, 0]);
+        let bytes = batch.write(&mut self.staging, first_stamp, first_field);
+        queue.write_buffer(&self.input, 0, &self.staging[..bytes]);
+    }
+
+    /// Copies the answers, and the samples where asked for, to where the host can read them: that many bytes.
+    pub fn copy_out(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        batch: &Batch<'_>,
+        detail: Detail,
+    ) -> u64 {
+        let sizes = batch.sizes();
+        encoder.copy_buffer_to_buffer(&self.answers, 0, &self.readback, 0, sizes.answers);
+        match detail {
+            Detail::Answer => sizes.answers,
+            Detail::Samples => {
+                let (after, bytes) = (sizes.answers, sizes.records);
+                encoder.copy_buffer_to_buffer(&self.records, 0, &self.readback, after, bytes);
+                sizes.readback()
             }
         }
     }
+}
 
-    /// Bytes that come back.
-    pub fn readback_bytes(samples: usize, detail: Detail) -> u64 {
-        let records = match detail {
-            Detail::Answer => 0,
-            Detail::Samples => samples * size_of::<Record>(),
-        };
-        (size_of::<Answer>() + records) as u64
-    }
-
-    /// Copies the answer, and the samples where asked for, to where the host can read them.
-    pub fn copy_out(&self, encoder: &mut wgpu::CommandEncoder, samples: usize, detail: Detail) {
-        let answer_bytes = size_of::<Answer>() as u64;
-        encoder.copy_buffer_to_buffer(&self.answer, 0, &self.readback, 0, answer_bytes);
-        let records = Self::readback_bytes(samples, detail) - answer_bytes;
-        if records > 0 {
-            encoder.copy_buffer_to_buffer(&self.records, 0, &self.readback, answer_bytes, records);
-        }
+fn write_field(queue: &wgpu::Queue, buffer: &wgpu::Buffer, at: u32, field: &ClearanceField) {
+    let first = u64::from(at) * 4;
+    let units = field.units();
+    let (pairs, last) = units.split_at(units.len() / 2 * 2);
+    queue.write_buffer(buffer, first, bytemuck::cast_slice(pairs));
+    if let [last] = last {
+        // Copies are whole words; the upper half of the last is read by nobody.
+        let word = u32::from(*last).to_le_bytes();
+        queue.write_buffer(buffer, first + pairs.len() as u64 * 2, &word);
     }
 }
 

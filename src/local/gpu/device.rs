@@ -1,10 +1,15 @@
 //! Graphics adapters and devices, and what they say when something goes wrong.
 
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use serde::Serialize;
 
 use crate::local::EngineError;
+
+/// How often hardware is asked whether it is done before the thread sleeps until it is: for about a millisecond. Many a
+/// decision takes no longer than the system takes to wake a thread.
+const QUESTIONS: usize = 1000;
 
 /// An adapter as people and records name it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -89,6 +94,8 @@ impl Adapter {
             queue,
             faults,
             adapter: self.summary.name.clone(),
+            // A software adapter needs the processor that would do the asking.
+            questions: if self.summary.software { 0 } else { QUESTIONS },
             loop_turns,
         })
     }
@@ -101,6 +108,7 @@ pub(super) struct Device {
     pub adapter: String,
     /// Turns of loops after which the adapter's driver abandons an invocation.
     pub loop_turns: Option<u64>,
+    questions: usize,
     faults: Faults,
 }
 
@@ -111,6 +119,43 @@ impl Device {
             None => Ok(()),
             Some(what) => Err(self.lost(what)),
         }
+    }
+
+    /// Bytes of the largest buffer that the shaders can see whole; never more than words of 32 bits can count.
+    pub fn largest_buffer(&self) -> u64 {
+        let limits = self.inner.limits();
+        let largest = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
+        largest.min(u64::from(u32::MAX))
+    }
+
+    /// Waits for a submission until `outcome`, which its callbacks bring about, is there.
+    pub fn wait<T>(
+        &self,
+        submission: wgpu::SubmissionIndex,
+        deadline: Duration,
+        mut outcome: impl FnMut() -> Option<T>,
+    ) -> Result<T, EngineError> {
+        let asks = core::iter::repeat_n(wgpu::PollType::Poll, self.questions);
+        let sleep = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: Some(deadline),
+        };
+        for poll in asks.chain([sleep]) {
+            self.inner
+                .poll(poll)
+                // A complaint of the device says more than that there is nothing to wait for.
+                .map_err(|error| match self.check() {
+                    Err(complaint) => complaint,
+                    Ok(()) => self.lost(error.to_string()),
+                })?;
+            self.check()?;
+            if let Some(outcome) = outcome() {
+                return Ok(outcome);
+            }
+        }
+        Err(self.lost("the answer could not be mapped in time"))
     }
 
     /// The error for a device that gave no answer.

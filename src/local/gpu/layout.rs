@@ -1,10 +1,11 @@
-//! What the shaders write, as Rust reads it. TWIN of `shaders/layout.wgsl`; the inputs are in `inputs.rs`.
+//! What the shaders read of a batch and write, as Rust sees it. TWIN of `shaders/layout.wgsl`; what they read of one
+//! problem is in `inputs.rs`.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::local::Prepared;
 use crate::local::contract::{Counts, Evaluation, Reason, SampleRecord, Terms, Totals, Winner};
-use crate::local::inputs::Speed;
+use crate::local::inputs::{Header, Speed};
 
 /// Threads of a workgroup of `tabulate_turns`: enough for the most samples, were they all turn rates, to need no more
 /// than the 65,535 workgroups that every adapter allows.
@@ -13,6 +14,43 @@ pub const TURNS_PER_GROUP: u32 = 128;
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.
 pub const PARTIAL_BYTES: u64 = 64;
+
+/// Problems of a batch: all of them fit into the uniform buffer that every adapter binds, 64 KiB.
+pub const MOST_PROBLEMS: usize = 256;
+/// Bytes of a `Batch` before its problems: their count, filled up to the 16-byte boundary that they need.
+pub const BATCH_HEAD_BYTES: usize = 16;
+/// Bytes of a `Batch`.
+pub const BATCH_BYTES: usize = BATCH_HEAD_BYTES + MOST_PROBLEMS * size_of::<Placed>();
+
+/// Where a problem's parts begin in the buffers that all problems of a batch share.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Place {
+    /// Workgroups of turns and of samples before its own; those of samples have a `Partial` each.
+    pub first_groups: [u32; 2],
+    /// Speeds before its own, counted from the start of the input.
+    pub first_speed: u32,
+    /// Turns before its own, counted from the start of the input.
+    pub first_turn: u32,
+    /// Words before its discs and moving obstacles, counted from the start of the input.
+    pub first_body: u32,
+    /// Words of fields before its own.
+    pub first_field: u32,
+    /// Words of tables before its own.
+    pub first_table: u32,
+    /// Records before its own.
+    pub first_record: u32,
+}
+
+/// A problem's numbers and where its parts are.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Placed {
+    /// The numbers that are not lists.
+    pub header: Header,
+    /// Where the lists are.
+    pub place: Place,
+}
 
 /// A sample, judged.
 #[repr(C)]
@@ -44,8 +82,7 @@ impl Record {
 }
 
 /// All samples of a problem, from the bytes of their [`Record`]s.
-#[must_use]
-pub fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
+pub(super) fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
     bytes
         .chunks_exact(size_of::<Record>())
         .map(bytemuck::pod_read_unaligned::<Record>)

@@ -1,24 +1,30 @@
 //! The GPU engine: transport only. One upload, one submission of five dispatches, one small answer back.
+//!
+//! Every decision is a batch, most of them of one problem. Pipelines, buffers and distance fields stay on the device;
+//! what the first submission of all costs is paid when the engine is made.
 
+pub mod batch;
 pub mod bindings;
 mod buffers;
 mod device;
+mod fields;
 pub mod layout;
 pub mod shaders;
+mod warm_up;
 
 use std::sync::mpsc;
 use std::time::Duration;
 
-use buffers::{Buffers, Sizes};
+use batch::Batch;
+use buffers::Buffers;
 use device::Device;
-use layout::{Answer, sample_records};
 
 pub use device::{Adapter, AdapterSummary, adapters};
 
 use super::contract::{Detail, Engine, Evaluation};
 use super::{EngineError, Prepared};
 
-/// A decision that takes longer than this has hung.
+/// A submission that takes longer than this for each of its problems has hung.
 const DEADLINE: Duration = Duration::from_secs(20);
 
 /// Evaluates on a graphics adapter.
@@ -32,21 +38,24 @@ pub struct GpuEngine {
 }
 
 impl GpuEngine {
-    /// An engine on an adapter, with its pipelines made.
+    /// An engine on an adapter, warm: it has made its pipelines and taken a first tiny decision, so the robot's first
+    /// one takes no longer than those after it, but for buffers that must grow.
     ///
     /// # Errors
-    /// When the adapter gives no device or refuses a pipeline.
+    /// When the adapter gives no device, refuses a pipeline, or does not answer.
     pub fn new(adapter: &Adapter) -> Result<Self, EngineError> {
         let device = adapter.open()?;
         let layout = buffers::bind_group_layout(&device.inner);
         let pipelines = make_pipelines(&device, &layout)?;
-        Ok(Self {
+        let mut engine = Self {
             device,
             pipelines,
             layout,
             buffers: None,
             stamp: 0,
-        })
+        };
+        engine.evaluate(&warm_up::problem(), Detail::Samples)?;
+        Ok(engine)
     }
 
     /// Drops the device as a driver reset would, for tests of what follows.
@@ -54,17 +63,19 @@ impl GpuEngine {
         self.device.inner.destroy();
     }
 
-    /// Takes out buffers that hold this problem: those of the last one when they are large enough.
-    fn take_buffers(&mut self, problem: &Prepared) -> Result<Buffers, EngineError> {
-        let sizes = Sizes::of(problem);
+    /// Takes out buffers that hold this batch: those of the last one when they are large enough.
+    fn take_buffers(&mut self, batch: &Batch<'_>) -> Result<Buffers, EngineError> {
+        let sizes = batch.sizes();
         let grown = match self.buffers.take() {
-            Some(buffers) if buffers.sizes().hold(&sizes) => return Ok(buffers),
+            Some(buffers) if *buffers.sizes() == buffers.sizes().union(&sizes) => {
+                return Ok(buffers);
+            }
             Some(buffers) => buffers.sizes().union(&sizes),
             None => sizes,
         };
-        let limit = self.device.inner.limits().max_storage_buffer_binding_size;
-        if sizes.largest() > limit {
-            return Err(EngineError::Setup {
+        let limit = self.device.largest_buffer();
+        match batch.problems {
+            [problem] if sizes.largest() > limit => Err(EngineError::Setup {
                 adapter: self.device.adapter.clone(),
                 what: format!(
                     "{} samples of {} steps need a buffer of {} bytes, the adapter allows {limit}: sample less densely",
@@ -72,9 +83,9 @@ impl GpuEngine {
                     problem.header.steps,
                     sizes.largest(),
                 ),
-            });
+            }),
+            _ => Ok(Buffers::new(&self.device.inner, &self.layout, &grown)),
         }
-        Ok(Buffers::new(&self.device.inner, &self.layout, grown))
     }
 
     /// Refuses a problem that the adapter's driver would leave unfinished.
@@ -82,8 +93,9 @@ impl GpuEngine {
         let header = &problem.header;
         let (steps, discs) = (u64::from(header.steps), u64::from(header.disc_count));
         let moving = u64::from(header.obstacle_count);
-        // A turn for each step, disc and obstacle, and up to three more for the square root of a distance.
-        let needed = steps * (1 + discs * (1 + 4 * moving));
+        // A turn for each step, disc and obstacle, and up to three more for the square root of a distance; some to find
+        // the problem in its batch, for the roots of the terms, and to add up the workgroup.
+        let needed = steps * (1 + discs * (1 + 4 * moving)) + 32;
         match self.device.loop_turns {
             Some(most) if needed > most => Err(EngineError::Setup {
                 adapter: self.device.adapter.clone(),
@@ -95,12 +107,39 @@ impl GpuEngine {
         }
     }
 
+    /// Evaluates a batch in one submission.
+    fn answer(
+        &mut self,
+        batch: &Batch<'_>,
+        detail: Detail,
+    ) -> Result<Vec<Evaluation>, EngineError> {
+        self.device.check()?;
+        for problem in batch.problems {
+            self.check_loops(problem)?;
+        }
+        // Put back only after an answer: those of a failed attempt may still be mapped, or be written late.
+        let mut buffers = self.take_buffers(batch)?;
+        let first_stamp = self.stamp;
+        self.stamp = first_stamp.wrapping_add(batch.problems.len() as u32);
+        buffers.upload(&self.device.queue, batch, first_stamp);
+        let (submission, bytes) = self.submit(&buffers, batch, detail);
+        let deadline = DEADLINE * batch.problems.len() as u32;
+        let evaluations = self
+            .read_back(&buffers, bytes, submission, deadline, |bytes| {
+                batch.read(bytes, first_stamp, detail)
+            })?
+            .ok_or_else(|| self.device.lost("a stale answer came back"))?;
+        self.buffers = Some(buffers);
+        Ok(evaluations)
+    }
+
+    /// Starts the work; says also how many bytes will come back.
     fn submit(
         &self,
         buffers: &Buffers,
-        problem: &Prepared,
+        batch: &Batch<'_>,
         detail: Detail,
-    ) -> wgpu::SubmissionIndex {
+    ) -> (wgpu::SubmissionIndex, u64) {
         let mut encoder = self
             .device
             .inner
@@ -108,21 +147,22 @@ impl GpuEngine {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, buffers.bind_group(), &[]);
-            for (pipeline, groups) in self.pipelines.iter().zip(bindings::workgroups(problem)) {
+            for (pipeline, groups) in self.pipelines.iter().zip(batch.workgroups()) {
                 pass.set_pipeline(pipeline);
                 pass.dispatch_workgroups(groups, 1, 1);
             }
         }
-        buffers.copy_out(&mut encoder, problem.len(), detail);
-        self.device.queue.submit([encoder.finish()])
+        let bytes = buffers.copy_out(&mut encoder, batch, detail);
+        (self.device.queue.submit([encoder.finish()]), bytes)
     }
 
-    /// Waits for the submission and hands the bytes of the answer, and of the samples where asked for, to `read`.
+    /// Waits for the submission and hands the bytes that came back to `read`.
     fn read_back<T>(
         &self,
         buffers: &Buffers,
         bytes: u64,
         submission: wgpu::SubmissionIndex,
+        deadline: Duration,
         read: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, EngineError> {
         let (sender, receiver) = mpsc::channel();
@@ -131,24 +171,9 @@ impl GpuEngine {
             // The receiver is gone only when the wait below gave up.
             let _ = sender.send(outcome);
         });
-        let wait = wgpu::PollType::Wait {
-            submission_index: Some(submission),
-            timeout: Some(DEADLINE),
-        };
         self.device
-            .inner
-            .poll(wait)
-            // A complaint of the device says more than that there is nothing to wait for.
-            .map_err(|error| match self.device.check() {
-                Err(complaint) => complaint,
-                Ok(()) => self.device.lost(error.to_string()),
-            })?;
-        self.device.check()?;
-        match receiver.try_recv() {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => return Err(self.device.lost(error.to_string())),
-            Err(_) => return Err(self.device.lost("the answer could not be mapped in time")),
-        }
+            .wait(submission, deadline, || receiver.try_recv().ok())?
+            .map_err(|error| self.device.lost(error.to_string()))?;
         let result = {
             let view = slice
                 .get_mapped_range()
@@ -174,26 +199,21 @@ impl Engine for GpuEngine {
     }
 
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
-        self.device.check()?;
-        self.check_loops(problem)?;
-        // Put back only after an answer: those of a failed attempt may still be mapped, or be written late.
-        let mut buffers = self.take_buffers(problem)?;
-        self.stamp = self.stamp.wrapping_add(1);
-        buffers.upload(&self.device.queue, problem, self.stamp);
-        let submission = self.submit(&buffers, problem, detail);
-        let bytes = Buffers::readback_bytes(problem.len(), detail);
-        let answer_bytes = size_of::<Answer>();
-        let (answer, samples) = self.read_back(&buffers, bytes, submission, |bytes| {
-            let answer: Answer = bytemuck::pod_read_unaligned(&bytes[..answer_bytes]);
-            let samples = (detail == Detail::Samples)
-                .then(|| sample_records(problem, &bytes[answer_bytes..]));
-            (answer, samples)
-        })?;
-        if answer.stamp != self.stamp {
-            return Err(self.device.lost("a stale answer came back"));
+        let mut evaluations = self.evaluate_batch(core::slice::from_ref(problem), detail)?;
+        Ok(evaluations.swap_remove(0))
+    }
+
+    fn evaluate_batch(
+        &mut self,
+        problems: &[Prepared],
+        detail: Detail,
+    ) -> Result<Vec<Evaluation>, EngineError> {
+        let mut evaluations = Vec::with_capacity(problems.len());
+        while evaluations.len() < problems.len() {
+            let batch = Batch::first_of(&problems[evaluations.len()..]);
+            evaluations.extend(self.answer(&batch, detail)?);
         }
-        self.buffers = Some(buffers);
-        Ok(answer.evaluation(samples))
+        Ok(evaluations)
     }
 }
 

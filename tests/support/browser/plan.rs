@@ -2,9 +2,10 @@
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use inbye::local::gpu::bindings::{ACCESS, ANSWER, Access, RECORDS, contents, sizes, workgroups};
+use inbye::local::Detail;
+use inbye::local::gpu::batch::Batch;
+use inbye::local::gpu::bindings::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use inbye::local::gpu::shaders::ENTRY_POINTS;
-use inbye::local::{Detail, Header, Prepared};
 use libtest_mimic::Failed;
 use serde::Serialize;
 
@@ -38,10 +39,8 @@ struct Dispatch {
 }
 
 impl Binding {
-    fn new(number: usize, access: Access, bytes: u64, pieces: &[&[u8]]) -> Self {
-        let mut contents = pieces.concat();
-        // Copies are whole words.
-        contents.resize(contents.len().next_multiple_of(4), 0);
+    /// The contents are whole words, as WebGPU copies them.
+    fn new(number: usize, access: Access, bytes: u64, contents: &[u8]) -> Self {
         Self {
             number,
             r#type: match access {
@@ -56,15 +55,36 @@ impl Binding {
 }
 
 impl<'a> Plan<'a> {
-    /// The engine's dispatches for a problem; with `Detail::Samples` the records follow the answer.
-    pub fn evaluation(wgsl: &'a str, header: &Header, problem: &Prepared, detail: Detail) -> Self {
-        let contents = contents(header, problem);
-        let bindings = ACCESS.iter().zip(sizes(problem)).enumerate();
-        let bindings = bindings.map(|(number, (&access, bytes))| {
-            let pieces = contents.get(number).map_or(&[][..], |pieces| &pieces[..]);
-            Binding::new(number, access, bytes, pieces)
+    /// The engine's dispatches for a batch; with `Detail::Samples` the records follow the answers.
+    pub fn evaluation(wgsl: &'a str, batch: &Batch<'_>, first_stamp: u32, detail: Detail) -> Self {
+        let sizes = batch.sizes();
+        let mut input = vec![0; sizes.input as usize];
+        let mut field = Vec::new();
+        let first_words: Vec<(u64, usize)> = batch
+            .fields
+            .iter()
+            .map(|one| {
+                let first_word = field.len() / 4;
+                field.extend_from_slice(bytemuck::cast_slice(one.units()));
+                field.resize(field.len().next_multiple_of(4), 0);
+                (one.id(), first_word)
+            })
+            .collect();
+        batch.write(&mut input, first_stamp, |field| {
+            let found = first_words.iter().find(|(id, _)| *id == field.id());
+            found.expect("a field of the batch").1 as u32
         });
-        let dispatches = ENTRY_POINTS.into_iter().zip(workgroups(problem));
+        let bindings = ACCESS.iter().zip(sizes.bindings()).enumerate();
+        let bindings = bindings.map(|(number, (&access, bytes))| {
+            let contents: &[u8] = match number {
+                // Views of one buffer for the engine, copies of it here.
+                ..FIELD => &input[..bytes as usize],
+                FIELD => &field,
+                _ => &[],
+            };
+            Binding::new(number, access, bytes, contents)
+        });
+        let dispatches = ENTRY_POINTS.into_iter().zip(batch.workgroups());
         let dispatches = dispatches.map(|(entry_point, workgroups)| Dispatch {
             entry_point: entry_point.to_owned(),
             workgroups,
@@ -74,8 +94,8 @@ impl<'a> Plan<'a> {
             bindings: bindings.collect(),
             dispatches: dispatches.collect(),
             read: match detail {
-                Detail::Answer => vec![ANSWER],
-                Detail::Samples => vec![ANSWER, RECORDS],
+                Detail::Answer => vec![ANSWERS],
+                Detail::Samples => vec![ANSWERS, RECORDS],
             },
         }
     }
@@ -92,7 +112,7 @@ impl<'a> Plan<'a> {
         Ok(Self {
             wgsl,
             bindings: vec![
-                Binding::new(input_at, Access::Read, input_bytes as u64, &[input]),
+                Binding::new(input_at, Access::Read, input_bytes as u64, input),
                 Binding::new(output_at, Access::ReadWrite, output_bytes as u64, &[]),
             ],
             dispatches: vec![Dispatch {

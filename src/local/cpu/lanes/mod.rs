@@ -50,6 +50,8 @@ pub trait Lanes: Copy {
     fn shr(self, bits: u32) -> Self;
     /// Each lane shifted to the left by its own 0 to 31 bits.
     fn shl_each(self, bits: Self) -> Self;
+    /// A number of 16 bits, given in both halves of a lane, times the sum of the two halves of another lane, all signed.
+    fn mul_halves(self, halves: Self) -> Self;
     /// Bitwise and.
     fn and(self, other: Self) -> Self;
     /// The smaller of two.
@@ -67,14 +69,24 @@ pub trait Lanes: Copy {
     fn isqrt(self) -> Self;
     /// `floor(sqrt(self^2 + other^2))` for values below 2^25 in size.
     fn hypot(self, other: Self) -> Self;
-    /// The entries of a list that has at least one entry more than the greatest index; other indices give one of its
-    /// entries as well.
-    fn gather(self, list: &[u16]) -> Self;
+    /// `(y >> bits) * width + (x >> bits)`, for shifted values that fit in 16 bits, 16 to 31 `bits`, and a width from 1 to
+    /// 32767.
+    fn row_major(proof: Self::Proof, x: Self, y: Self, bits: u32, width: i32) -> Self;
+    /// The entries of a list in the lower halves of the lanes; the upper halves hold anything. The list has at least one
+    /// entry more than the greatest index; other indices give one of its entries as well.
+    fn gather_loose(self, list: &[u16]) -> Self;
+    /// The smaller of two in the lower halves, unsigned; the upper halves hold anything.
+    fn min_loose(self, other: Self) -> Self;
+    /// Clears the upper halves of what the loose operations gave.
+    fn tighten(self) -> Self;
+    /// The entries of a list, as in `gather_loose`.
+    #[inline(always)]
+    fn gather(self, list: &[u16]) -> Self {
+        self.gather_loose(list).tighten()
+    }
 
     /// The smallest of all lanes.
     fn least(self) -> i32;
-    /// The greatest of all lanes.
-    fn greatest(self) -> i32;
 
     /// `self < other`.
     fn less(self, other: Self) -> Self::Mask;
@@ -92,6 +104,9 @@ pub trait Lanes: Copy {
     fn either(one: Self::Mask, other: Self::Mask) -> Self::Mask;
     /// Set in the first and not in the second.
     fn but_not(one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    /// Writes the lanes that are set one after the other to the front of a list that has room for all; their number.
+    /// What comes behind them is anything.
+    fn compress(mask: Self::Mask, lanes: Self, to: &mut [i32]) -> usize;
     /// The lanes set, first lane in the lowest bit.
     fn bits(mask: Self::Mask) -> u32;
 

@@ -113,6 +113,13 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn mul_halves(self, halves: Self) -> Self {
+        self.zip(halves, |number, halves| {
+            i32::from(number as i16).wrapping_mul(i32::from(halves as i16) + (halves >> 16))
+        })
+    }
+
+    #[inline(always)]
     fn and(self, other: Self) -> Self {
         self.zip(other, |one, other| one & other)
     }
@@ -160,19 +167,30 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn gather(self, list: &[u16]) -> Self {
+    fn row_major((): (), x: Self, y: Self, bits: u32, width: i32) -> Self {
+        let width = Self::splat((), width);
+        y.sar(bits).mul(width).add(x.sar(bits))
+    }
+
+    #[inline(always)]
+    fn gather_loose(self, list: &[u16]) -> Self {
         let last = list.len() - 1;
         self.map(|index| i32::from(list[(index as u32 as usize).min(last)]))
     }
 
     #[inline(always)]
-    fn least(self) -> i32 {
-        self.0.into_iter().fold(i32::MAX, Ord::min)
+    fn min_loose(self, other: Self) -> Self {
+        self.min(other)
     }
 
     #[inline(always)]
-    fn greatest(self) -> i32 {
-        self.0.into_iter().fold(i32::MIN, Ord::max)
+    fn tighten(self) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn least(self) -> i32 {
+        self.0.into_iter().fold(i32::MAX, Ord::min)
     }
 
     #[inline(always)]
@@ -217,6 +235,17 @@ impl Lanes for Portable {
     #[inline(always)]
     fn but_not(one: Mask, other: Mask) -> Mask {
         one.zip(other, |one, other| one & !other)
+    }
+
+    #[inline(always)]
+    fn compress(mask: Mask, lanes: Self, to: &mut [i32]) -> usize {
+        let to = &mut to[..COUNT];
+        let mut count = 0;
+        for lane in 0..COUNT {
+            to[count.min(lane)] = lanes.0[lane];
+            count += (mask.0[lane] & 1) as usize;
+        }
+        count
     }
 
     #[inline(always)]

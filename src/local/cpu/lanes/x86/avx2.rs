@@ -26,6 +26,26 @@ pub struct Mask(__m256i);
 #[derive(Clone, Copy, Debug)]
 pub struct Proof(());
 
+/// For each mask the lanes that are set, in order.
+static ORDERS: [[i32; COUNT]; 256] = orders();
+
+const fn orders() -> [[i32; COUNT]; 256] {
+    let mut orders = [[0; COUNT]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < COUNT {
+            if mask >> lane & 1 == 1 {
+                orders[mask][count] = lane as i32;
+                count += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    orders
+}
+
 impl Avx2 {
     /// A proof, where the processor has the instructions.
     pub fn detect() -> Option<Proof> {
@@ -82,8 +102,8 @@ fn odd(lanes: Avx2) -> __m256i {
 }
 
 #[inline(always)]
-fn count(bits: u32) -> __m128i {
-    run!(_mm_cvtsi32_si128(bits as i32))
+fn count(bits: u32) -> __m256i {
+    run!(_mm256_set1_epi32(bits as i32))
 }
 
 /// Turns the order of unsigned values into that of signed ones.
@@ -160,22 +180,27 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn shl(self, bits: u32) -> Self {
-        run!(Self(_mm256_sll_epi32(self.0, count(bits))))
+        run!(Self(_mm256_sllv_epi32(self.0, count(bits))))
     }
 
     #[inline(always)]
     fn sar(self, bits: u32) -> Self {
-        run!(Self(_mm256_sra_epi32(self.0, count(bits))))
+        run!(Self(_mm256_srav_epi32(self.0, count(bits))))
     }
 
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
-        run!(Self(_mm256_srl_epi32(self.0, count(bits))))
+        run!(Self(_mm256_srlv_epi32(self.0, count(bits))))
     }
 
     #[inline(always)]
     fn shl_each(self, bits: Self) -> Self {
         run!(Self(_mm256_sllv_epi32(self.0, bits.0)))
+    }
+
+    #[inline(always)]
+    fn mul_halves(self, halves: Self) -> Self {
+        run!(Self(_mm256_madd_epi16(self.0, halves.0)))
     }
 
     #[inline(always)]
@@ -235,15 +260,38 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn gather(self, list: &[u16]) -> Self {
+    fn row_major(_: Proof, x: Self, y: Self, bits: u32, width: i32) -> Self {
+        run!({
+            let column = _mm256_srav_epi32(x.0, count(bits));
+            let row = _mm256_srav_epi32(y.0, count(bits - 16));
+            // Row and column in one word, for one instruction multiplies and adds both.
+            let both = _mm256_blend_epi16::<0xAA>(column, row);
+            Self(_mm256_madd_epi16(
+                both,
+                _mm256_set1_epi32((width << 16) | 1),
+            ))
+        })
+    }
+
+    #[inline(always)]
+    fn gather_loose(self, list: &[u16]) -> Self {
         // Each lane reads the entry and the one behind it: the last index is that of the last but one.
         let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
         assert!(last >= 0, "a list to gather from has two entries at least");
         run!({
             let index = _mm256_min_epu32(self.0, _mm256_set1_epi32(last));
-            let pairs = _mm256_i32gather_epi32::<2>(list.as_ptr().cast(), index);
-            Self(_mm256_and_si256(pairs, _mm256_set1_epi32(0xFFFF)))
+            Self(_mm256_i32gather_epi32::<2>(list.as_ptr().cast(), index))
         })
+    }
+
+    #[inline(always)]
+    fn min_loose(self, other: Self) -> Self {
+        run!(Self(_mm256_min_epu16(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn tighten(self) -> Self {
+        run!(Self(_mm256_and_si256(self.0, _mm256_set1_epi32(0xFFFF))))
     }
 
     #[inline(always)]
@@ -251,13 +299,6 @@ impl Lanes for Avx2 {
         let mut lanes = [0; COUNT];
         self.store(&mut lanes);
         lanes.into_iter().fold(i32::MAX, Ord::min)
-    }
-
-    #[inline(always)]
-    fn greatest(self) -> i32 {
-        let mut lanes = [0; COUNT];
-        self.store(&mut lanes);
-        lanes.into_iter().fold(i32::MIN, Ord::max)
     }
 
     #[inline(always)]
@@ -301,6 +342,17 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn but_not(one: Mask, other: Mask) -> Mask {
         run!(Mask(_mm256_andnot_si256(other.0, one.0)))
+    }
+
+    #[inline(always)]
+    fn compress(mask: Mask, lanes: Self, to: &mut [i32]) -> usize {
+        let bits = Self::bits(mask);
+        let order = &ORDERS[bits as usize & 0xFF];
+        run!({
+            let order = _mm256_loadu_si256(order.as_ptr().cast());
+            Self(_mm256_permutevar8x32_epi32(lanes.0, order)).store(to);
+        });
+        bits.count_ones() as usize
     }
 
     #[inline(always)]

@@ -18,14 +18,16 @@ const COUNT: usize = 16;
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512i);
 
-/// Shows that the processor has AVX-512 F and CD.
+/// Shows that the processor has AVX-512 F, BW and CD.
 #[derive(Clone, Copy, Debug)]
 pub struct Proof(());
 
 impl Avx512 {
     /// A proof, where the processor has the instructions.
     pub fn detect() -> Option<Proof> {
-        let has = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512cd");
+        let has = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512cd");
         has.then_some(Proof(()))
     }
 }
@@ -80,8 +82,8 @@ fn odd(lanes: Avx512) -> __m512i {
 }
 
 #[inline(always)]
-fn count(bits: u32) -> __m128i {
-    run!(_mm_cvtsi32_si128(bits as i32))
+fn count(bits: u32) -> __m512i {
+    run!(_mm512_set1_epi32(bits as i32))
 }
 
 impl Lanes for Avx512 {
@@ -139,22 +141,27 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn shl(self, bits: u32) -> Self {
-        run!(Self(_mm512_sll_epi32(self.0, count(bits))))
+        run!(Self(_mm512_sllv_epi32(self.0, count(bits))))
     }
 
     #[inline(always)]
     fn sar(self, bits: u32) -> Self {
-        run!(Self(_mm512_sra_epi32(self.0, count(bits))))
+        run!(Self(_mm512_srav_epi32(self.0, count(bits))))
     }
 
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
-        run!(Self(_mm512_srl_epi32(self.0, count(bits))))
+        run!(Self(_mm512_srlv_epi32(self.0, count(bits))))
     }
 
     #[inline(always)]
     fn shl_each(self, bits: Self) -> Self {
         run!(Self(_mm512_sllv_epi32(self.0, bits.0)))
+    }
+
+    #[inline(always)]
+    fn mul_halves(self, halves: Self) -> Self {
+        run!(Self(_mm512_madd_epi16(self.0, halves.0)))
     }
 
     #[inline(always)]
@@ -210,25 +217,44 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn gather(self, list: &[u16]) -> Self {
+    fn row_major(_: Proof, x: Self, y: Self, bits: u32, width: i32) -> Self {
+        run!({
+            let column = _mm512_srav_epi32(x.0, count(bits));
+            let row = _mm512_srav_epi32(y.0, count(bits - 16));
+            // Row and column in one word, for one instruction multiplies and adds both.
+            let upper = _mm512_set1_epi32(0xFFFF << 16);
+            let both = _mm512_ternarylogic_epi32::<0xCA>(upper, row, column);
+            Self(_mm512_madd_epi16(
+                both,
+                _mm512_set1_epi32((width << 16) | 1),
+            ))
+        })
+    }
+
+    #[inline(always)]
+    fn gather_loose(self, list: &[u16]) -> Self {
         // Each lane reads the entry and the one behind it: the last index is that of the last but one.
         let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
         assert!(last >= 0, "a list to gather from has two entries at least");
         run!({
             let index = _mm512_min_epu32(self.0, _mm512_set1_epi32(last));
-            let pairs = _mm512_i32gather_epi32::<2>(index, list.as_ptr().cast());
-            Self(_mm512_and_si512(pairs, _mm512_set1_epi32(0xFFFF)))
+            Self(_mm512_i32gather_epi32::<2>(index, list.as_ptr().cast()))
         })
+    }
+
+    #[inline(always)]
+    fn min_loose(self, other: Self) -> Self {
+        run!(Self(_mm512_min_epu16(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn tighten(self) -> Self {
+        run!(Self(_mm512_and_si512(self.0, _mm512_set1_epi32(0xFFFF))))
     }
 
     #[inline(always)]
     fn least(self) -> i32 {
         run!(_mm512_reduce_min_epi32(self.0))
-    }
-
-    #[inline(always)]
-    fn greatest(self) -> i32 {
-        run!(_mm512_reduce_max_epi32(self.0))
     }
 
     #[inline(always)]
@@ -269,6 +295,12 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn but_not(one: __mmask16, other: __mmask16) -> __mmask16 {
         one & !other
+    }
+
+    #[inline(always)]
+    fn compress(mask: __mmask16, lanes: Self, to: &mut [i32]) -> usize {
+        run!(Self(_mm512_maskz_compress_epi32(mask, lanes.0))).store(to);
+        mask.count_ones() as usize
     }
 
     #[inline(always)]

@@ -1,0 +1,57 @@
+//! The best sample of a row, found in loops that compile to vectors.
+
+use super::course::Course;
+use super::row::REASON_BITS;
+use crate::local::score::Normalizer;
+
+/// A normaliser without branches: `(term - offset) * mantissa`, shifted to the right, then to the left.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    offset: u32,
+    mantissa: u32,
+    right: u32,
+    left: u32,
+}
+
+impl Share {
+    /// The same as [`crate::local::score::share`] of a normaliser.
+    pub const fn new(normalizer: &Normalizer) -> Self {
+        let bits = normalizer.bits;
+        Self {
+            offset: normalizer.offset,
+            mantissa: if bits >= 64 { 0 } else { normalizer.mantissa },
+            right: if bits > 0 && bits < 64 {
+                bits as u32
+            } else {
+                0
+            },
+            left: if bits < 0 { -bits as u32 } else { 0 },
+        }
+    }
+
+    #[inline(always)]
+    fn of(&self, term: i32) -> i64 {
+        let product = u64::from((term as u32).wrapping_sub(self.offset)) * u64::from(self.mantissa);
+        ((product >> self.right) << self.left) as i64
+    }
+}
+
+/// The largest score of a row's admissible samples; `i64::MIN` when none is.
+#[inline(always)]
+pub fn largest_score(course: &Course, row: &[i32], samples: usize, shares: &[Share; 4]) -> i64 {
+    let heading = &row[..samples];
+    let clearance = &row[course.stride..][..samples];
+    let path = &row[2 * course.stride..][..samples];
+    let velocity = &course.term[..samples];
+    let mut largest = i64::MIN;
+    for index in 0..samples {
+        let score = shares[0]
+            .of(heading[index])
+            .wrapping_add(shares[1].of(clearance[index]))
+            .wrapping_add(shares[2].of(velocity[index]))
+            .wrapping_sub(shares[3].of(path[index]));
+        let admissible = (heading[index] as u32) >> REASON_BITS == 0;
+        largest = largest.max(if admissible { score } else { i64::MIN });
+    }
+    largest
+}

@@ -1,0 +1,276 @@
+//! Which problems go to the device in one submission, and where the parts of each lie in the buffers that they share.
+
+use super::bindings::BINDINGS;
+use super::layout::{
+    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, MOST_PROBLEMS, PARTIAL_BYTES, Place, Placed, Record,
+    SAMPLES_PER_GROUP, TURNS_PER_GROUP, sample_records,
+};
+use crate::local::contract::{Detail, Evaluation};
+use crate::local::inputs::{BodyDisc, MovingBody, Speed, Turn};
+use crate::local::{ClearanceField, Prepared, rollout};
+
+/// Samples of a batch of several: those that one problem may have, so that no batch takes longer than a problem may.
+const MOST_SAMPLES: u64 = 1 << 22;
+/// Bytes of one binding that a batch of several keeps to: what every adapter binds. One problem alone may take as much
+/// as its adapter gives.
+pub(super) const MOST_BYTES: u64 = 128 << 20;
+
+/// How much there is of everything.
+#[derive(Clone, Copy, Debug, Default)]
+struct Amount {
+    problems: u64,
+    speeds: u64,
+    turns: u64,
+    body_words: u64,
+    field_words: u64,
+    table_words: u64,
+    samples: u64,
+    turn_groups: u64,
+    sample_groups: u64,
+}
+
+impl Amount {
+    /// This much and a problem more, its field not counted.
+    fn and(&self, problem: &Prepared) -> Self {
+        let turns = problem.turns.len() as u64;
+        let samples = problem.len() as u64;
+        let table_words = rollout::table_words(&problem.header) as u64 * turns;
+        let discs = size_of_val::<[BodyDisc]>(&problem.discs);
+        let obstacles = size_of_val::<[MovingBody]>(&problem.obstacles);
+        Self {
+            problems: self.problems + 1,
+            speeds: self.speeds + problem.speeds.len() as u64,
+            turns: self.turns + turns,
+            body_words: self.body_words + (discs + obstacles) as u64 / 4,
+            field_words: self.field_words,
+            table_words: self.table_words + table_words,
+            samples: self.samples + samples,
+            turn_groups: self.turn_groups + turns.div_ceil(u64::from(TURNS_PER_GROUP)),
+            sample_groups: self.sample_groups + samples.div_ceil(u64::from(SAMPLES_PER_GROUP)),
+        }
+    }
+
+    /// Where speeds, turns and bodies begin in the input, and where it ends, bytes. Each begins on a boundary of its
+    /// own size.
+    fn input_offsets(&self) -> [u64; 4] {
+        let speeds = BATCH_HEAD_BYTES as u64 + self.problems * size_of::<Placed>() as u64;
+        let turns = speeds + self.speeds * size_of::<Speed>() as u64;
+        let bodies = turns + self.turns * size_of::<Turn>() as u64;
+        [speeds, turns, bodies, bodies + self.body_words * 4]
+    }
+
+    fn sizes(&self) -> Sizes {
+        let [.., input] = self.input_offsets();
+        Sizes {
+            // The shaders' view of the batch is as long as the longest.
+            input: input.max(BATCH_BYTES as u64),
+            field: self.field_words * 4,
+            table: self.table_words * 4,
+            records: self.samples * size_of::<Record>() as u64,
+            partials: self.sample_groups * PARTIAL_BYTES,
+            answers: self.problems * size_of::<Answer>() as u64,
+        }
+    }
+}
+
+/// Bytes of each buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sizes {
+    /// Batch, speeds, turns and bodies, one behind the other.
+    pub input: u64,
+    /// The fields, each once.
+    pub field: u64,
+    /// Tables of all turn rates.
+    pub table: u64,
+    /// Records of all samples.
+    pub records: u64,
+    /// Partials of all workgroups of samples.
+    pub partials: u64,
+    /// Answers to all problems.
+    pub answers: u64,
+}
+
+impl Sizes {
+    /// Bytes that each binding shows, by its number: the first four show the input from its start.
+    #[must_use]
+    pub const fn bindings(&self) -> [u64; BINDINGS] {
+        [
+            BATCH_BYTES as u64,
+            self.input,
+            self.input,
+            self.input,
+            self.field,
+            self.table,
+            self.records,
+            self.partials,
+            self.answers,
+        ]
+    }
+
+    /// What comes back at most.
+    #[must_use]
+    pub const fn readback(&self) -> u64 {
+        self.answers + self.records
+    }
+
+    /// Bytes of the largest.
+    #[must_use]
+    pub fn largest(&self) -> u64 {
+        [self.input, self.field, self.table, self.readback()]
+            .into_iter()
+            .fold(0, u64::max)
+    }
+
+    /// Enough for either, part by part.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        Self {
+            input: self.input.max(other.input),
+            field: self.field.max(other.field),
+            table: self.table.max(other.table),
+            records: self.records.max(other.records),
+            partials: self.partials.max(other.partials),
+            answers: self.answers.max(other.answers),
+        }
+    }
+
+    /// Each part changed alike.
+    #[must_use]
+    pub fn map(&self, change: impl Fn(u64) -> u64) -> Self {
+        Self {
+            input: change(self.input),
+            field: change(self.field),
+            table: change(self.table),
+            records: change(self.records),
+            partials: change(self.partials),
+            answers: change(self.answers),
+        }
+    }
+}
+
+/// Words of a field on the device: two cells each.
+pub(super) fn field_words(field: &ClearanceField) -> u64 {
+    (field.units().len() as u64).div_ceil(2)
+}
+
+/// Problems that are evaluated in one submission, whoever drives the device: the engine, or a test in a browser.
+pub struct Batch<'a> {
+    /// The problems.
+    pub problems: &'a [Prepared],
+    /// Their fields, each once.
+    pub fields: Vec<&'a ClearanceField>,
+    amount: Amount,
+}
+
+impl<'a> Batch<'a> {
+    /// As many of the first problems as one submission takes: one at least, where there is one.
+    #[must_use]
+    pub fn first_of(problems: &'a [Prepared]) -> Self {
+        let mut batch = Self {
+            problems: &problems[..0],
+            fields: Vec::new(),
+            amount: Amount::default(),
+        };
+        for (count, problem) in (1..=MOST_PROBLEMS).zip(problems) {
+            let field = problem.field.as_ref();
+            let is_new = batch.fields.iter().all(|held| held.id() != field.id());
+            let mut amount = batch.amount.and(problem);
+            if is_new {
+                amount.field_words += field_words(field);
+            }
+            let is_too_much =
+                amount.samples > MOST_SAMPLES || amount.sizes().largest() > MOST_BYTES;
+            if count > 1 && is_too_much {
+                break;
+            }
+            if is_new {
+                batch.fields.push(field);
+            }
+            batch.amount = amount;
+            batch.problems = &problems[..count];
+        }
+        batch
+    }
+
+    /// What the buffers must hold.
+    #[must_use]
+    pub fn sizes(&self) -> Sizes {
+        self.amount.sizes()
+    }
+
+    /// Workgroups of each dispatch, in the order of [`super::shaders::ENTRY_POINTS`].
+    #[must_use]
+    pub const fn workgroups(&self) -> [u32; 5] {
+        let amount = &self.amount;
+        let (turns, samples) = (amount.turn_groups as u32, amount.sample_groups as u32);
+        let problems = amount.problems as u32;
+        [turns, samples, problems, samples, problems]
+    }
+
+    /// Writes what the shaders read of the problems, but for the fields, to the start of `input`, and says how many
+    /// bytes that are. `first_field` knows the word at which a field begins. The answer to the first problem will bear
+    /// the first stamp, the next the next.
+    ///
+    /// # Panics
+    /// When `input` is shorter than [`Sizes::input`].
+    pub fn write(
+        &self,
+        input: &mut [u8],
+        first_stamp: u32,
+        first_field: impl Fn(&ClearanceField) -> u32,
+    ) -> usize {
+        let [speeds_at, turns_at, bodies_at, end] = self.amount.input_offsets();
+        let mut writer =
+            [0, BATCH_HEAD_BYTES as u64, speeds_at, turns_at, bodies_at].map(|at| at as usize);
+        let mut put = |part: usize, bytes: &[u8]| {
+            let at = &mut writer[part];
+            input[*at..*at + bytes.len()].copy_from_slice(bytes);
+            *at += bytes.len();
+        };
+        put(0, bytemuck::bytes_of(&(self.problems.len() as u32)));
+        let mut before = Amount::default();
+        for (stamp, problem) in (0..).zip(self.problems) {
+            let mut header = problem.header;
+            header.stamp = first_stamp.wrapping_add(stamp);
+            let place = Place {
+                first_groups: [before.turn_groups as u32, before.sample_groups as u32],
+                first_speed: (speeds_at / size_of::<Speed>() as u64 + before.speeds) as u32,
+                first_turn: (turns_at / size_of::<Turn>() as u64 + before.turns) as u32,
+                first_body: (bodies_at / 4 + before.body_words) as u32,
+                first_field: first_field(&problem.field),
+                first_table: before.table_words as u32,
+                first_record: before.samples as u32,
+            };
+            put(1, bytemuck::bytes_of(&Placed { header, place }));
+            put(2, bytemuck::cast_slice::<Speed, u8>(&problem.speeds));
+            put(3, bytemuck::cast_slice::<Turn, u8>(&problem.turns));
+            put(4, bytemuck::cast_slice::<BodyDisc, u8>(&problem.discs));
+            put(
+                4,
+                bytemuck::cast_slice::<MovingBody, u8>(&problem.obstacles),
+            );
+            before = before.and(problem);
+        }
+        end as usize
+    }
+
+    /// The evaluations, from the bytes of all answers and, where asked for, of all records behind them. None when an
+    /// answer does not bear its stamp: then it is an older one.
+    #[must_use]
+    pub fn read(&self, bytes: &[u8], first_stamp: u32, detail: Detail) -> Option<Vec<Evaluation>> {
+        let (answers, mut records) = bytes.split_at(self.problems.len() * size_of::<Answer>());
+        let answers = answers.chunks_exact(size_of::<Answer>());
+        let stamped = (0..).zip(self.problems.iter().zip(answers));
+        let evaluations = stamped.map(|(offset, (problem, answer))| {
+            let answer: Answer = bytemuck::pod_read_unaligned(answer);
+            let samples = (detail == Detail::Samples).then(|| {
+                let (own, others) = records.split_at(problem.len() * size_of::<Record>());
+                records = others;
+                sample_records(problem, own)
+            });
+            let is_fresh = answer.stamp == first_stamp.wrapping_add(offset);
+            is_fresh.then(|| answer.evaluation(samples))
+        });
+        evaluations.collect()
+    }
+}

@@ -1,0 +1,94 @@
+//! What goes to the GPU in one submission, without a GPU.
+#![cfg(feature = "gpu")]
+
+use std::sync::Arc;
+
+use inbye::bench::{Roadway, roadway_field};
+use inbye::local::gpu::batch::Batch;
+use inbye::local::{ClearanceField, Prepared, Problem};
+
+const MOST_BYTES: u64 = 128 << 20;
+
+fn problem(field: &Arc<ClearanceField>, speeds: u32, turns: u32, steps: u32) -> Prepared {
+    let roadway = Roadway {
+        vx_samples: speeds,
+        vtheta_samples: turns,
+        steps,
+        ..Roadway::default()
+    };
+    let problem = Problem {
+        step_s: 0.01,
+        ..roadway.problem(field, 0)
+    };
+    Prepared::new(&problem).expect("a problem within the ranges")
+}
+
+/// How many problems each submission takes.
+fn submissions(problems: &[Prepared]) -> Vec<usize> {
+    let mut rest = problems;
+    let mut counts = Vec::new();
+    while !rest.is_empty() {
+        let batch = Batch::first_of(rest);
+        assert!(core::ptr::eq(batch.problems.as_ptr(), rest.as_ptr()));
+        assert!(!batch.problems.is_empty());
+        counts.push(batch.problems.len());
+        rest = &rest[batch.problems.len()..];
+    }
+    counts
+}
+
+#[test]
+fn no_problem_is_no_submission() {
+    assert!(Batch::first_of(&[]).problems.is_empty());
+}
+
+#[test]
+fn a_submission_takes_256_problems() {
+    let easy = problem(&roadway_field(), 2, 2, 1);
+    assert_eq!(submissions(&vec![easy.clone(); 256]), [256]);
+    assert_eq!(submissions(&vec![easy; 600]), [256, 256, 88]);
+}
+
+#[test]
+fn a_submission_takes_as_many_samples_as_one_problem_may_have() {
+    let field = &roadway_field();
+    let (easy, half, whole) = (
+        problem(field, 2, 2, 1),
+        problem(field, 2048, 1024, 1),
+        problem(field, 2048, 2048, 1),
+    );
+    assert_eq!(submissions(&vec![half; 5]), [2, 2, 1]);
+    assert_eq!(submissions(&[easy.clone(), whole, easy]), [1, 1, 1]);
+}
+
+#[test]
+fn several_problems_keep_to_buffers_that_every_adapter_binds() {
+    let field = &roadway_field();
+    // 16 kB of table for each turn rate.
+    let (most, half) = (problem(field, 1, 9000, 1023), problem(field, 1, 4000, 1023));
+    assert!(
+        Batch::first_of(core::slice::from_ref(&most))
+            .sizes()
+            .largest()
+            > MOST_BYTES
+    );
+    let all = [half.clone(), most, half.clone(), half.clone(), half];
+    assert_eq!(submissions(&all), [1, 1, 2, 1]);
+    assert!(Batch::first_of(&all[2..]).sizes().largest() <= MOST_BYTES);
+}
+
+#[test]
+fn a_field_that_problems_share_is_held_once() {
+    let (one, other) = (roadway_field(), roadway_field());
+    let problems = [
+        problem(&one, 1, 1, 1),
+        problem(&other, 2, 1, 1),
+        problem(&one, 3, 1, 1),
+    ];
+    let batch = Batch::first_of(&problems);
+    let ids: Vec<u64> = batch.fields.iter().map(|field| field.id()).collect();
+    assert_eq!(ids, [one.id(), other.id()]);
+    // Two cells a word.
+    let cells = one.units().len() + other.units().len();
+    assert_eq!(batch.sizes().field, cells as u64 * 2);
+}

@@ -1,0 +1,241 @@
+//! Batches on each adapter: many problems in one submission return the bits of the CPU, one at a time.
+
+use std::sync::Arc;
+
+use inbye::bench::{compare, random_problem};
+use inbye::local::gpu::{Adapter, GpuEngine};
+use inbye::local::{
+    Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, Prepared, Problem, Window,
+};
+use libtest_mimic::Failed;
+
+use crate::extremes::{extremes, field, footprint, plain};
+
+/// Random problems; every third robot is where the one before it is, in the same world.
+fn problems(seed: u64, count: u64) -> Result<Vec<Prepared>, Failed> {
+    let mut problems = Vec::new();
+    let mut neighbour = random_problem(seed, 0);
+    for case in 0..count {
+        let own = random_problem(seed, case);
+        let beside = Problem {
+            field: Arc::clone(&neighbour.field),
+            pose: neighbour.pose,
+            target: neighbour.target,
+            key_node: neighbour.key_node,
+            ..own.clone()
+        };
+        // Its window may be too wide for that world.
+        let shared = (case % 3 == 2).then(|| Prepared::new(&beside).ok());
+        problems.push(match shared.flatten() {
+            Some(shared) => shared,
+            None => Prepared::new(&own)?,
+        });
+        neighbour = own;
+    }
+    Ok(problems)
+}
+
+/// The answers of the CPU, one at a time.
+fn expected(problems: &[Prepared], detail: Detail) -> Result<Vec<Evaluation>, Failed> {
+    let mut engine = CpuEngine::single_threaded();
+    let one = |problem| Ok(engine.evaluate(problem, detail)?);
+    problems.iter().map(one).collect()
+}
+
+/// What the answers to a batch differ in from those expected.
+fn differences(expected: &[Evaluation], found: &[Evaluation]) -> Option<String> {
+    if expected.len() != found.len() {
+        return Some(format!("{} answers, not {}", found.len(), expected.len()));
+    }
+    let mut first = None;
+    for (index, (expected, found)) in expected.iter().zip(found).enumerate() {
+        compare(expected, found, |what, expected, found| {
+            first.get_or_insert(format!("problem {index}, {what}: {found}, not {expected}"));
+        });
+        // The comparison and equality are two readings of the same promise.
+        if expected != found {
+            first.get_or_insert(format!("problem {index}: unequal, yet nothing differs"));
+        }
+    }
+    first
+}
+
+/// Puts a batch to an engine that has answered others before, with samples and without.
+fn same(engine: &mut dyn Engine, name: &str, problems: &[Prepared]) -> Result<(), Failed> {
+    for detail in [Detail::Samples, Detail::Answer] {
+        let found = engine.evaluate_batch(problems, detail)?;
+        if let Some(difference) = differences(&expected(problems, detail)?, &found) {
+            let count = problems.len();
+            return Err(format!("{name}, batch of {count}, {detail:?}: {difference}").into());
+        }
+    }
+    Ok(())
+}
+
+/// Batches of random problems one after another, each from a first problem on and so many.
+pub fn random_batches(
+    engine: &mut dyn Engine,
+    seed: u64,
+    batches: &[(usize, usize)],
+) -> Result<(), Failed> {
+    let ends = batches.iter().map(|(first, count)| first + count);
+    let problems = problems(seed, ends.max().unwrap_or_default() as u64)?;
+    for &(first, count) in batches {
+        let what = format!("from problem {first}");
+        same(engine, &what, &problems[first..first + count])?;
+    }
+    Ok(())
+}
+
+/// Batches that grow and shrink, the longest of them more than one submission.
+pub fn growth(adapter: &Adapter) -> Result<(), Failed> {
+    let batches = [
+        (0, 1),
+        (1, 2),
+        (3, 7),
+        (10, 64),
+        (74, 1),
+        (75, 0),
+        (75, 7),
+        (0, 300),
+        (82, 2),
+    ];
+    random_batches(&mut GpuEngine::new(adapter)?, 44, &batches)
+}
+
+/// Worlds that come, go and stay, of odd and even numbers of cells, beside one another.
+pub fn fields(adapter: &Adapter) -> Result<(), Failed> {
+    let all = problems(45, 24)?;
+    let engine = &mut GpuEngine::new(adapter)?;
+    for chosen in [
+        &[0][..],
+        &[1],
+        &[0, 1],
+        &[1, 0, 1, 0],
+        &[2, 1],
+        &[3, 4, 5, 6, 7, 8, 9, 10],
+        &[0],
+        &[9, 3],
+        &[0, 5, 11, 12],
+        &[13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23],
+        &[4, 4, 4],
+        &[23, 0, 22, 1],
+    ] {
+        let batch: Vec<Prepared> = chosen.iter().map(|&index| all[index].clone()).collect();
+        same(engine, &format!("problems {chosen:?}"), &batch)?;
+    }
+    Ok(())
+}
+
+/// Worlds of 1.3 MB, of which the device's first memory holds only one: others must give way, and come back.
+pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
+    let beside = |column| {
+        Prepared::new(&Problem {
+            field: field(801, 0.1, &[[column, 25]]),
+            ..plain()
+        })
+    };
+    let all = [beside(29)?, beside(30)?, beside(31)?];
+    let answers = expected(&all, Detail::Answer)?;
+    if answers[0] == answers[1] || answers[1] == answers[2] {
+        return Err("worlds with one answer: a stale one could not show".into());
+    }
+    let engine = &mut GpuEngine::new(adapter)?;
+    for chosen in [
+        &[0][..],
+        &[1],
+        &[0],
+        &[0, 1],
+        &[2],
+        &[1],
+        &[0, 2],
+        &[2, 1, 0],
+    ] {
+        let batch: Vec<Prepared> = chosen.iter().map(|&index| all[index].clone()).collect();
+        same(engine, &format!("worlds {chosen:?}"), &batch)?;
+    }
+    Ok(())
+}
+
+/// A problem that its adapter cannot take alone is refused in a batch as well, and spoils none after it.
+pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
+    let engine = &mut GpuEngine::new(adapter)?;
+    let easy = Prepared::new(&plain())?;
+    for (what, problem) in extremes() {
+        let problem = Prepared::new(&problem)?;
+        let batch = [easy.clone(), problem.clone(), easy.clone()];
+        match engine.evaluate(&problem, Detail::Answer) {
+            Ok(_) => same(engine, what, &batch)?,
+            Err(alone) => match engine.evaluate_batch(&batch, Detail::Answer) {
+                Err(refusal) if refusal == alone => {}
+                other => return Err(format!("{what}: {other:?}, not {alone}").into()),
+            },
+        }
+    }
+    // At the end of the longest batch, where a workgroup takes most turns of a loop to find its problem.
+    let crowd = extremes()
+        .into_iter()
+        .find(|(what, _)| what.starts_with("as many moving obstacles"));
+    let (what, crowd) = crowd.ok_or("no such problem")?;
+    let mut longest = vec![easy.clone(); 256];
+    longest[255] = Prepared::new(&crowd)?;
+    same(engine, what, &longest)?;
+    // 4.8 GB of tables: more than an adapter binds.
+    let axis = |count| Axis {
+        low: -0.5,
+        high: 0.5,
+        count,
+    };
+    let too_large = Problem {
+        window: Window {
+            linear: axis(1),
+            angular: axis(65_536),
+        },
+        steps: 1023,
+        step_s: 0.01,
+        footprint: footprint(&[[0.0, 0.0, 0.2]; 8]),
+        ..plain()
+    };
+    let batch = [easy.clone(), Prepared::new(&too_large)?, easy.clone()];
+    match engine.evaluate_batch(&batch, Detail::Answer) {
+        Err(EngineError::Setup { what, .. }) if what.contains("sample less densely") => {}
+        other => return Err(format!("too large, yet {other:?}").into()),
+    }
+    same(engine, "after refusals", &[easy.clone(), easy])
+}
+
+/// What was done to an adapter's answers.
+type Falsification = (&'static str, fn(&mut Vec<Evaluation>));
+
+/// A mistake in one of many answers must not pass for the CPU's.
+pub fn falsified(adapter: &Adapter) -> Result<(), Failed> {
+    const FALSIFICATIONS: [Falsification; 6] = [
+        ("two answers swapped", |found| found.swap(3, 4)),
+        ("an answer given twice", |found| found[5] = found[6].clone()),
+        ("an answer left out", |found| {
+            found.remove(2);
+        }),
+        ("one bit of a sum", |found| {
+            found[6].totals.sums[3] ^= 1 << 33;
+        }),
+        ("one bit of a count", |found| found[0].counts.outside ^= 1),
+        ("one bit of a sample", |found| {
+            let samples = found[1].samples.as_mut();
+            samples.expect("samples were asked for")[0].terms.path ^= 1;
+        }),
+    ];
+    let problems = problems(46, 7)?;
+    let expected = expected(&problems, Detail::Samples)?;
+    let found = GpuEngine::new(adapter)?.evaluate_batch(&problems, Detail::Samples)?;
+    if let Some(difference) = differences(&expected, &found) {
+        return Err(format!("nothing was falsified, yet {difference}").into());
+    }
+    for (what, falsify) in FALSIFICATIONS {
+        let mut found = found.clone();
+        falsify(&mut found);
+        if differences(&expected, &found).is_none() {
+            return Err(format!("{what} went unnoticed").into());
+        }
+    }
+    Ok(())
+}
