@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One cell of `bench density`: one engine at one sampling density.
+/// One cell of `bench density`: one engine at one sampling density. Fields from `name` on are missing in older records.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DensityRow {
     /// `cpu` or `gpu`.
@@ -28,12 +28,16 @@ pub struct DensityRow {
     /// Trajectory-steps per second at the median.
     pub steps_per_s: f64,
     /// The engine's name for people, with its threads and instructions, or its adapter.
+    #[serde(default)]
     pub name: String,
     /// Decisions that took longer than 50 ms, the period of a loop at 20 Hz.
+    #[serde(default)]
     pub missed_20_hz: usize,
     /// Decisions that took longer than 20 ms, the period of a loop at 50 Hz.
+    #[serde(default)]
     pub missed_50_hz: usize,
     /// Decisions that took longer than 10 ms, the period of a loop at 100 Hz.
+    #[serde(default)]
     pub missed_100_hz: usize,
 }
 
@@ -78,4 +82,20 @@ pub struct QualityRow {
     pub omega_off_p50_rad_s: Option<f64>,
     /// The same, the greatest, rad/s.
     pub omega_off_max_rad_s: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DensityRow;
+
+    #[test]
+    fn a_row_of_an_older_record_can_be_read() {
+        let text = r#"{"engine": "cpu", "adapter": null, "threads": 2, "samples": 256, "steps": 40, "p50_ms": 0.05,
+            "p95_ms": 0.08, "p99_ms": 0.1, "max_ms": 2.7, "decisions": 5000, "steps_per_s": 2e8}"#;
+        let row: DensityRow = serde_json::from_str(text).expect("a row");
+        assert_eq!(
+            (row.samples, row.name.as_str(), row.missed_20_hz),
+            (256, "", 0)
+        );
+    }
 }
