@@ -1,15 +1,13 @@
 //! What all rows of a decision share, laid out for lanes.
 
 use super::lanes::MOST_LANES;
+use super::sieve::GROUP;
 use crate::local::Prepared;
 use crate::local::inputs::{BodyDisc, Header, MovingBody, Turn};
 use crate::numeric::shift_round;
 
 /// The most samples of a chunk.
 pub const MOST_SAMPLES: usize = 128;
-
-/// With more slack than this at the last step, cells, sifting costs more than it saves.
-const MOST_SLACK_CELLS: f64 = 12.0;
 
 /// The most rows of a tile.
 const MOST_ROWS: usize = 8;
@@ -42,11 +40,13 @@ pub struct Course {
     pub in_any_order: bool,
     /// Samples of a chunk, whole vectors.
     pub chunk: usize,
+    /// Whether it is plain that no sample can leave the field.
+    pub inside: bool,
     /// Rows of a tile.
     pub tile_rows: usize,
-    /// Whether a tile's samples stay near enough to one another to leave steps out.
-    pub sifts: bool,
-    /// The numbers of all steps, filled up.
+    /// The slack at the last step, cells.
+    pub most_slack_cells: f64,
+    /// The numbers of all steps, in whole groups.
     pub every_step: Vec<i32>,
     /// For each step how far, in units, a chunk's samples are at most from its middle one.
     pub apart: Vec<i32>,
@@ -144,7 +144,8 @@ impl Course {
         // 1.41422 is above the root of two.
         let diagonal = 1.41422 * cell;
         self.every_step.clear();
-        self.every_step.extend(0..self.steps as i32);
+        let groups = (header.steps as usize).next_multiple_of(GROUP);
+        self.every_step.extend(0..groups as i32);
         self.apart.clear();
         self.slack.clear();
         for step in 1..=self.steps {
@@ -156,8 +157,14 @@ impl Course {
             self.apart.push(apart as i32);
             self.slack.push((further + diagonal + ROUNDING) as i32);
         }
-        let slack = f64::from(self.slack.last().copied().unwrap_or_default());
-        self.sifts = self.in_any_order && slack <= MOST_SLACK_CELLS * cell;
+        self.most_slack_cells = f64::from(self.slack.last().copied().unwrap_or_default()) / cell;
+        // Nothing moves further than straight ahead at the greatest speed.
+        let margin = fastest * steps + f64::from(reach) + 2.0 * ROUNDING;
+        let within = |start: i32, cells: u32| {
+            let start = f64::from(start);
+            start > margin && start + margin < f64::from(cells) * cell
+        };
+        self.inside = within(header.start_x, header.width) && within(header.start_y, header.height);
     }
 
     /// The columns x and y of one moving obstacle.

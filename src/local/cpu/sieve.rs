@@ -15,8 +15,12 @@ use super::moving::Moving;
 use super::table::{Table, lane_numbers, stays_inside};
 use crate::local::Prepared;
 
+/// With more slack than this at the last step, cells, sifting costs more than it saves: with one disc and cheap gathers, and
+/// otherwise.
+const MOST_SLACK_CELLS: (f64, f64) = (4.0, 12.0);
+
 /// Steps that are looked at together.
-const GROUP: usize = 4;
+pub const GROUP: usize = 2;
 
 /// What one row needs, and room for it.
 #[derive(Debug, Default)]
@@ -79,7 +83,14 @@ impl Sieve {
         course: &Course,
         table: &Table,
     ) {
-        self.is_sifted = course.sifts && stays_inside::<L>(proof, problem, course, table);
+        let most_slack = if L::GATHERS_ARE_CHEAP && problem.discs.len() == 1 {
+            MOST_SLACK_CELLS.0
+        } else {
+            MOST_SLACK_CELLS.1
+        };
+        self.is_sifted = course.in_any_order
+            && course.most_slack_cells <= most_slack
+            && stays_inside::<L>(proof, problem, course, table);
         if !self.is_sifted {
             return;
         }

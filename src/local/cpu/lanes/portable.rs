@@ -49,6 +49,7 @@ impl Mask {
 
 impl Lanes for Portable {
     const COUNT: usize = COUNT;
+    const GATHERS_ARE_CHEAP: bool = false;
     type Proof = ();
     type Mask = Mask;
 

@@ -131,6 +131,7 @@ fn floats(lanes: __m256i) -> (__m256d, __m256d) {
 
 impl Lanes for Avx2 {
     const COUNT: usize = COUNT;
+    const GATHERS_ARE_CHEAP: bool = true;
     type Proof = Proof;
     type Mask = Mask;
 
@@ -241,12 +242,19 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        // Exact: a quotient that is no integer is further from the next one than f64 rounds.
-        let ((low, high), (by_low, by_high)) = (floats(self.0), floats(divisor.0));
-        run!(truncate(
-            _mm256_div_pd(low, by_low),
-            _mm256_div_pd(high, by_high)
-        ))
+        // A float is off by less than one; the remainder corrects it. The half of an unsigned value is a signed one.
+        run!({
+            let half = _mm256_cvtepi32_ps(_mm256_srli_epi32::<1>(self.0));
+            let floats = _mm256_div_ps(_mm256_add_ps(half, half), _mm256_cvtepi32_ps(divisor.0));
+            let quotient = _mm256_cvttps_epi32(floats);
+            let product = _mm256_mullo_epi32(quotient, divisor.0);
+            let remainder = _mm256_sub_epi32(self.0, product);
+            // Minus one where true.
+            let much = _mm256_srai_epi32::<31>(remainder);
+            let enough = _mm256_cmpgt_epi32(divisor.0, remainder);
+            let little = _mm256_andnot_si256(enough, _mm256_set1_epi32(1));
+            Self(_mm256_add_epi32(_mm256_add_epi32(quotient, much), little))
+        })
     }
 
     #[inline(always)]

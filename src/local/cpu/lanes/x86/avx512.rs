@@ -18,6 +18,9 @@ use super::super::Lanes;
 
 const COUNT: usize = 16;
 
+/// To whole numbers, without raising a flag.
+const TOWARDS_ZERO: i32 = _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC;
+
 /// Sixteen lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512i);
@@ -72,11 +75,25 @@ fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
     )))
 }
 
+/// `floor(sqrt(x^2 + y^2))`. The squares and their sum are exact; a root from a reciprocal one and a step of Newton's is off
+/// by less than one, and its own square, exact as well, corrects it.
 #[inline(always)]
 fn length(x: __m256i, y: __m256i) -> __m512d {
     run!({
         let (x, y) = (_mm512_cvtepi32_pd(x), _mm512_cvtepi32_pd(y));
-        _mm512_sqrt_pd(_mm512_fmadd_pd(x, x, _mm512_mul_pd(y, y)))
+        let squared = _mm512_fmadd_pd(x, x, _mm512_mul_pd(y, y));
+        let one = _mm512_set1_pd(1.0);
+        let positive = _mm512_max_pd(squared, one);
+        let guess = _mm512_rsqrt14_pd(positive);
+        let half = _mm512_mul_pd(positive, _mm512_set1_pd(0.5));
+        let error = _mm512_fnmadd_pd(_mm512_mul_pd(half, guess), guess, _mm512_set1_pd(1.5));
+        let root = _mm512_mul_pd(positive, _mm512_mul_pd(guess, error));
+        let root = _mm512_roundscale_pd::<TOWARDS_ZERO>(root);
+        let remainder = _mm512_fnmadd_pd(root, root, squared);
+        let much = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(remainder, _mm512_setzero_pd());
+        let little = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(remainder, _mm512_add_pd(root, root));
+        let root = _mm512_mask_sub_pd(root, much, root, one);
+        _mm512_mask_add_pd(root, little, root, one)
     })
 }
 
@@ -92,6 +109,7 @@ fn count(bits: u32) -> __m512i {
 
 impl Lanes for Avx512 {
     const COUNT: usize = COUNT;
+    const GATHERS_ARE_CHEAP: bool = true;
     type Proof = Proof;
     type Mask = __mmask16;
 
@@ -195,12 +213,18 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        // Exact: a quotient that is no integer is further from the next one than f64 rounds.
-        let ((low, high), (by_low, by_high)) = (halves(self.0), halves(divisor.0));
-        run!(truncate(
-            _mm512_div_pd(_mm512_cvtepu32_pd(low), _mm512_cvtepu32_pd(by_low)),
-            _mm512_div_pd(_mm512_cvtepu32_pd(high), _mm512_cvtepu32_pd(by_high))
-        ))
+        // A float is off by less than one; the remainder corrects it.
+        run!({
+            let floats = _mm512_div_ps(_mm512_cvtepu32_ps(self.0), _mm512_cvtepi32_ps(divisor.0));
+            let quotient = _mm512_cvttps_epi32(floats);
+            let one = _mm512_set1_epi32(1);
+            let product = _mm512_mullo_epi32(quotient, divisor.0);
+            let remainder = _mm512_sub_epi32(self.0, product);
+            let much = _mm512_cmplt_epi32_mask(remainder, _mm512_setzero_si512());
+            let little = _mm512_cmpge_epi32_mask(remainder, divisor.0);
+            let quotient = _mm512_mask_sub_epi32(quotient, much, quotient, one);
+            Self(_mm512_mask_add_epi32(quotient, little, quotient, one))
+        })
     }
 
     #[inline(always)]
@@ -215,7 +239,6 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
-        // Exact, as the portable lanes say; a fused product changes nothing that is exact without.
         let ((x_low, x_high), (y_low, y_high)) = (halves(self.0), halves(other.0));
         truncate(length(x_low, y_low), length(x_high, y_high))
     }
