@@ -181,7 +181,7 @@ mod tests {
     fn equals_brute_force_on_the_longest_grids() {
         for long in [32_767, 40_000_i32] {
             let few = |i| [5, 300, 30_000].contains(&i);
-            let many = |i| i % 100 == 7 || i == 32_766;
+            let many = |i| i % 100 == 7 || i == long - 1;
             let last = |i| i == long - 1;
             check(long, 1, (0..long).map(few).collect());
             check(1, long, (0..long).map(few).collect());
@@ -189,6 +189,7 @@ mod tests {
             check(1, long, (0..long).map(many).collect());
             check(long, 1, (0..long).map(last).collect());
             check(long, 3, (0..3 * long).map(last).collect());
+            check(long, 3, (0..3 * long).map(many).collect());
         }
     }
 }
