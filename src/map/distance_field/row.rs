@@ -24,11 +24,11 @@ impl Reach {
         Self(vec![usize::from(FAR); width.div_ceil(BLOCK) + 1])
     }
 
-    /// Whether `i16` does for the next row. At the columns known here distances are then at most 140, so at others
-    /// at most 155, and the sites compared with a column are at most 140 + 16 columns away, or 8 beyond the reach:
-    /// squares below `181^2`, which is the least that a longer distance counts as.
+    /// Whether `i16` does for the next row. The distances at the columns known here are then at most 140 cells, so
+    /// those between are at most 148, and sites are at most 156 columns from the columns they are compared at. Both
+    /// are below 181, whose square is the least that anything farther counts as.
     pub(super) fn is_near(&self, width: usize) -> bool {
-        width <= i16::MAX as usize && self.0.iter().all(|&reach| reach < 140)
+        i16::try_from(width).is_ok() && self.0.iter().all(|&reach| reach < 140)
     }
 }
 
@@ -53,7 +53,7 @@ impl<T: Lane> Row<T> {
         }
     }
 
-    /// Writes the squared distances of a row with an obstacle in reach of some column, from its columns' heights.
+    /// Writes the squared distances of a row from its columns' heights, of which one at least is not [`FAR`].
     pub(super) fn lower(&mut self, heights: &[u16], reach: &mut Reach, squared: &mut [u32]) {
         for (square, &height) in self.squared_heights.iter_mut().zip(heights) {
             *square = T::square_of_height(height);
