@@ -57,15 +57,6 @@ impl Avx2 {
     }
 }
 
-/// Runs an intrinsic.
-macro_rules! run {
-    ($call:expr) => {{
-        // SAFETY: a vector exists only where its proof does, and that only where the processor has the instructions.
-        // Addresses are those of arrays of the right length.
-        unsafe { $call }
-    }};
-}
-
 #[inline(always)]
 fn halves(lanes: __m256i) -> (__m128i, __m128i) {
     run!((
@@ -152,19 +143,22 @@ impl Lanes for Avx2 {
         run!(_mm256_storeu_si256(to.as_mut_ptr().cast(), self.0));
     }
 
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        run!(Self(_mm256_add_epi32(self.0, other.0)))
+    one_instruction! {
+        add = _mm256_add_epi32,
+        sub = _mm256_sub_epi32,
+        mul = _mm256_mullo_epi32,
+        and = _mm256_and_si256,
+        min = _mm256_min_epi32,
+        max = _mm256_max_epi32,
+        min_loose = _mm256_min_epu16,
+        shl_each = _mm256_sllv_epi32,
+        mul_halves = _mm256_madd_epi16,
     }
 
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        run!(Self(_mm256_sub_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        run!(Self(_mm256_mullo_epi32(self.0, other.0)))
+    shifts! {
+        shl = _mm256_sllv_epi32,
+        sar = _mm256_srav_epi32,
+        shr = _mm256_srlv_epi32,
     }
 
     #[inline(always)]
@@ -181,46 +175,6 @@ impl Lanes for Avx2 {
             _mm256_mul_epu32(self.0, other.0),
             _mm256_mul_epu32(odd(self), odd(other))
         ))
-    }
-
-    #[inline(always)]
-    fn shl(self, bits: u32) -> Self {
-        run!(Self(_mm256_sllv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn sar(self, bits: u32) -> Self {
-        run!(Self(_mm256_srav_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shr(self, bits: u32) -> Self {
-        run!(Self(_mm256_srlv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shl_each(self, bits: Self) -> Self {
-        run!(Self(_mm256_sllv_epi32(self.0, bits.0)))
-    }
-
-    #[inline(always)]
-    fn mul_halves(self, halves: Self) -> Self {
-        run!(Self(_mm256_madd_epi16(self.0, halves.0)))
-    }
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        run!(Self(_mm256_and_si256(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        run!(Self(_mm256_min_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        run!(Self(_mm256_max_epi32(self.0, other.0)))
     }
 
     #[inline(always)]
@@ -294,11 +248,6 @@ impl Lanes for Avx2 {
             let index = _mm256_min_epu32(self.0, _mm256_set1_epi32(last));
             Self(_mm256_i32gather_epi32::<2>(list.as_ptr().cast(), index))
         })
-    }
-
-    #[inline(always)]
-    fn min_loose(self, other: Self) -> Self {
-        run!(Self(_mm256_min_epu16(self.0, other.0)))
     }
 
     #[inline(always)]

@@ -39,15 +39,6 @@ impl Avx512 {
     }
 }
 
-/// Runs an intrinsic.
-macro_rules! run {
-    ($call:expr) => {{
-        // SAFETY: a vector exists only where its proof does, and that only where the processor has the instructions.
-        // Addresses are those of arrays of the right length.
-        unsafe { $call }
-    }};
-}
-
 #[inline(always)]
 fn halves(lanes: __m512i) -> (__m256i, __m256i) {
     run!((
@@ -130,19 +121,22 @@ impl Lanes for Avx512 {
         run!(_mm512_storeu_si512(to.as_mut_ptr().cast(), self.0));
     }
 
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        run!(Self(_mm512_add_epi32(self.0, other.0)))
+    one_instruction! {
+        add = _mm512_add_epi32,
+        sub = _mm512_sub_epi32,
+        mul = _mm512_mullo_epi32,
+        and = _mm512_and_si512,
+        min = _mm512_min_epi32,
+        max = _mm512_max_epi32,
+        min_loose = _mm512_min_epu16,
+        shl_each = _mm512_sllv_epi32,
+        mul_halves = _mm512_madd_epi16,
     }
 
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        run!(Self(_mm512_sub_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        run!(Self(_mm512_mullo_epi32(self.0, other.0)))
+    shifts! {
+        shl = _mm512_sllv_epi32,
+        sar = _mm512_srav_epi32,
+        shr = _mm512_srlv_epi32,
     }
 
     #[inline(always)]
@@ -159,46 +153,6 @@ impl Lanes for Avx512 {
             _mm512_mul_epu32(self.0, other.0),
             _mm512_mul_epu32(odd(self), odd(other))
         ))
-    }
-
-    #[inline(always)]
-    fn shl(self, bits: u32) -> Self {
-        run!(Self(_mm512_sllv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn sar(self, bits: u32) -> Self {
-        run!(Self(_mm512_srav_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shr(self, bits: u32) -> Self {
-        run!(Self(_mm512_srlv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shl_each(self, bits: Self) -> Self {
-        run!(Self(_mm512_sllv_epi32(self.0, bits.0)))
-    }
-
-    #[inline(always)]
-    fn mul_halves(self, halves: Self) -> Self {
-        run!(Self(_mm512_madd_epi16(self.0, halves.0)))
-    }
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        run!(Self(_mm512_and_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        run!(Self(_mm512_min_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        run!(Self(_mm512_max_epi32(self.0, other.0)))
     }
 
     #[inline(always)]
@@ -267,11 +221,6 @@ impl Lanes for Avx512 {
             let index = _mm512_min_epu32(self.0, _mm512_set1_epi32(last));
             Self(_mm512_i32gather_epi32::<2>(index, list.as_ptr().cast()))
         })
-    }
-
-    #[inline(always)]
-    fn min_loose(self, other: Self) -> Self {
-        run!(Self(_mm512_min_epu16(self.0, other.0)))
     }
 
     #[inline(always)]
