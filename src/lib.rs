@@ -16,7 +16,7 @@
 //! | [`navigator`] | when to do which? |
 //! | [`base`] | what goes over the wire? |
 //! | [`sim`] | what would happen? |
-//! | [`bench`] | how fast, and is it right? |
+//! | [`mod@bench`] | how fast, and is it right? |
 //! | [`report`] | what does it look like? |
 //!
 //! [`geometry`], [`numeric`] and [`digest`] stand above them all.

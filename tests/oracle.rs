@@ -19,6 +19,8 @@
 //! from the centre of the cell that it lies in, which is how the field is read. The last row reads it that way too, and
 //! is asked only where every term is divided by enough to tell it from rounding (`closeness::SCALES`).
 
+#[path = "support/any_scene.rs"]
+mod any_scene;
 #[path = "support/closeness.rs"]
 mod closeness;
 #[path = "support/extremes.rs"]

@@ -1,19 +1,26 @@
 //! `inbye bench`.
 
-use std::fs::File;
-use std::io::Write;
-use std::path::Path;
-
-use anyhow::{Context, bail};
-use inbye::bench::{DensityPlan, DensityRow, measure_density};
-use inbye::local::Engine;
+use anyhow::bail;
+use inbye::bench::{
+    Density, DensityPlan, QualityPlan, QualityRow, crossovers, measure_density, measure_quality,
+};
+use inbye::local::{CpuEngine, Engine};
+use inbye::report::density_svg;
 use serde_json::json;
 
 use super::arguments::DensityArguments;
 use super::clock::wall_clock;
-use super::{engines, output};
+use super::density_file::Output;
+use super::{density_words, engines, output};
 
-/// Sampling density against latency.
+/// Samples of the sampling that the others are judged by, unless more are measured.
+const DENSEST: usize = 1 << 20;
+/// Windows in which commands are compared, seconds: that of a control loop at 10 Hz, and a wide one.
+const WINDOWS_S: [f64; 2] = [0.1, 1.0];
+/// Forward speeds for each turn rate: as many, or a quarter.
+const SHAPES: [f64; 2] = [1.0, 0.25];
+
+/// Sampling density against latency and quality.
 pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     let (least, most) = (arguments.min_samples, arguments.max_samples);
     if least > most {
@@ -21,102 +28,114 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
             "--min-samples {least} is above --max-samples {most}: lower the one or raise the other"
         );
     }
+    let table = Output::create("--record", arguments.record.as_deref(), &["csv", "json"])?;
+    let losses = Output::create(
+        "--record-quality",
+        arguments.record_quality.as_deref(),
+        &["csv", "json"],
+    )?;
+    let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
     let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);
-    let table = arguments.record.as_deref().map(Table::create).transpose()?;
-    let rows = measure(&mut engines::all()?, &plan)?;
+    let mut all = with_every_thread_count(engines::all()?, engines::cores())?;
+    let Density { rows, skipped } = measure(&mut all, &plan)?;
+    let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
+    let crossovers = crossovers(&rows);
     if let Some(table) = table {
-        table.write(&rows)?;
+        table.rows(&rows)?;
+    }
+    if let Some(losses) = losses {
+        losses.rows(&quality)?;
+    }
+    if let Some(chart) = chart {
+        chart.text(&density_svg(&rows, &quality))?;
     }
     if json {
-        output::json(&json!({ "rows": rows }))?;
+        output::json(&json!({
+            "rows": rows,
+            "skipped": skipped,
+            "crossover": crossovers,
+            "quality": quality,
+        }))?;
         return Ok(true);
     }
-    output::line(HEADER);
-    for row in &rows {
-        output::line(table_row(row));
-    }
+    density_words::density(&rows, &skipped, &crossovers)
+        .iter()
+        .chain(&density_words::quality(&quality))
+        .for_each(output::line);
     Ok(true)
 }
 
+/// Adds CPU engines of 2, 4, 8... threads, fewer than there are cores, behind that of one.
+fn with_every_thread_count(
+    mut all: Vec<Box<dyn Engine>>,
+    cores: usize,
+) -> anyhow::Result<Vec<Box<dyn Engine>>> {
+    let doubled = std::iter::successors(Some(2_usize), |threads| threads.checked_mul(2));
+    for (place, threads) in doubled.take_while(|&threads| threads < cores).enumerate() {
+        let engine = CpuEngine::with_threads(threads)?;
+        all.insert((place + 1).min(all.len()), Box::new(engine));
+    }
+    Ok(all)
+}
+
 /// Measures with a progress bar.
-pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Result<Vec<DensityRow>> {
+pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Result<Density> {
     let cells = plan.samples.len() * all.len();
     let bar = output::progress(cells as u64, "density");
-    let rows = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
+    let density = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(density)
+}
+
+/// Compares the commands of the plan's densities with those of a denser sampling, with a progress bar. Only the CPU
+/// engine is asked, since [`measure_density`] has seen to it that all answer alike. No decisions, no rows.
+pub fn compare(
+    plan: &DensityPlan,
+    densest: usize,
+    ticks: usize,
+) -> anyhow::Result<Vec<QualityRow>> {
+    let below = |samples: &usize| *samples < densest;
+    let samples: Vec<usize> = plan.samples.iter().copied().filter(below).collect();
+    if ticks == 0 || samples.is_empty() {
+        return Ok(Vec::new());
+    }
+    let plan = QualityPlan {
+        steps: plan.steps,
+        densest,
+        samples,
+        shapes: SHAPES.to_vec(),
+        windows_s: WINDOWS_S.to_vec(),
+        ticks,
+    };
+    let mut engine = CpuEngine::with_threads(engines::cores())?;
+    let bar = output::progress((ticks * WINDOWS_S.len()) as u64, "quality");
+    let rows = measure_quality(&mut engine, &plan, || bar.inc(1))?;
     bar.finish_and_clear();
     Ok(rows)
 }
 
-/// Heads the rows of [`table_row`].
-pub const HEADER: &str = "engine                                    samples  steps    p50 ms    p99 ms    max ms   M steps/s";
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// A row for people.
-pub fn table_row(row: &DensityRow) -> String {
-    let engine = match &row.adapter {
-        Some(adapter) => adapter.clone(),
-        None if row.threads == 1 => "CPU, 1 thread".to_owned(),
-        None => format!("CPU, {} threads", row.threads),
-    };
-    format!(
-        "{engine:40} {:8} {:6} {:9.3} {:9.3} {:9.3} {:11.1}",
-        row.samples,
-        row.steps,
-        row.p50_ms,
-        row.p99_ms,
-        row.max_ms,
-        row.steps_per_s / 1e6,
-    )
-}
-
-/// The file that the rows go into, opened before they are measured.
-struct Table<'a> {
-    name: &'a Path,
-    file: File,
-    text: fn(&[DensityRow]) -> anyhow::Result<String>,
-}
-
-impl<'a> Table<'a> {
-    fn create(name: &'a Path) -> anyhow::Result<Self> {
-        let text: fn(&[DensityRow]) -> anyhow::Result<String> =
-            match name.extension().and_then(|ending| ending.to_str()) {
-                Some("json") => |rows| Ok(serde_json::to_string_pretty(rows)? + "\n"),
-                Some("csv") => |rows| Ok(csv(rows)),
-                _ => bail!(
-                    "--record {}: the name must end in .csv or .json",
-                    name.display()
-                ),
-            };
-        let file = output::create_record(name)?;
-        Ok(Self { name, file, text })
+    #[test]
+    fn every_power_of_two_up_to_the_cores_has_an_engine() {
+        let threads = |cores: usize| -> Vec<usize> {
+            let mut first: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
+            if cores > 1 {
+                first.push(Box::new(CpuEngine::with_threads(cores).expect("threads")));
+            }
+            let all = with_every_thread_count(first, cores).expect("threads");
+            all.iter().map(|engine| engine.threads()).collect()
+        };
+        for (cores, expected) in [
+            (1, &[1][..]),
+            (2, &[1, 2]),
+            (3, &[1, 2, 3]),
+            (8, &[1, 2, 4, 8]),
+            (12, &[1, 2, 4, 8, 12]),
+        ] {
+            assert_eq!(threads(cores), expected, "{cores} cores");
+        }
     }
-
-    fn write(mut self, rows: &[DensityRow]) -> anyhow::Result<()> {
-        let text = (self.text)(rows)?;
-        self.file
-            .write_all(text.as_bytes())
-            .with_context(|| format!("--record {}", self.name.display()))
-    }
-}
-
-fn csv(rows: &[DensityRow]) -> String {
-    const HEADER: &str =
-        "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s\n";
-    let line = |row: &DensityRow| {
-        let adapter = row.adapter.as_deref().unwrap_or_default().replace('"', "'");
-        format!(
-            "{},\"{adapter}\",{},{},{},{},{},{},{},{},{}\n",
-            row.engine,
-            row.threads,
-            row.samples,
-            row.steps,
-            row.p50_ms,
-            row.p95_ms,
-            row.p99_ms,
-            row.max_ms,
-            row.decisions,
-            row.steps_per_s,
-        )
-    };
-    let lines: Vec<String> = rows.iter().map(line).collect();
-    HEADER.to_owned() + &lines.concat()
 }

@@ -2,7 +2,7 @@
 
 use std::thread::available_parallelism;
 
-use inbye::local::{Engine, Opened, Preference, open, open_all};
+use inbye::local::{Engine, Opened, Preference, open, open_all, open_to_compare};
 
 use super::output;
 
@@ -35,4 +35,10 @@ pub fn choose(preference: &Preference, threads: Option<usize>) -> anyhow::Result
 pub fn all() -> anyhow::Result<Vec<Box<dyn Engine>>> {
     let tell = |error| output::note(format!("left out: {error}"));
     Ok(open_all(cores(), tell)?)
+}
+
+/// Every way to evaluate here, CPU instruction sets apart.
+pub fn to_compare() -> anyhow::Result<Vec<Box<dyn Engine>>> {
+    let tell = |error| output::note(format!("left out: {error}"));
+    Ok(open_to_compare(cores(), tell)?)
 }

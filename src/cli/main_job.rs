@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use inbye::bench::{DensityPlan, verify};
+use inbye::bench::{Density, DensityPlan, crossovers, verify};
 use inbye::local::{Engine, Opened, Preference, open};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, Report, html};
@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::arguments::Arguments;
 use super::report_file::{self, MissionPage};
-use super::{bench, drive, engines, output};
+use super::{bench, density_words, drive, engines, output};
 
 /// Where the report goes when nothing else is said.
 const FOLDER: &str = "inbye-report";
@@ -23,12 +23,18 @@ const SEED: u64 = 1;
 /// Densities measured, and for how long each.
 const STEPS: u32 = 40;
 const SAMPLES: (usize, usize) = (256, 16_384);
-const SECONDS: f64 = 0.3;
+const SECONDS: f64 = 0.15;
+/// Most time for one cell: a software adapter could take most of the job otherwise.
+const MOST_SECONDS: f64 = 1.5;
+/// The sampling that commands are compared with, and in how many decisions: less than `inbye bench density` does, to
+/// stay short.
+const DENSEST: usize = 1 << 18;
+const TICKS: usize = 25;
 
 const INTRO: &str = "Three scenes made by the program itself: a global path, searched, pruned and smoothed, then \
     driven in a closed loop among moving people by the dynamic window approach.\n\n\
     After them, every engine of this machine: the same problems, compared bit for bit, and sampling density \
-    against the time of one decision.";
+    against the time of one decision and the quality of its command.";
 
 /// Plans, drives, compares engines, measures, writes the report. False when a goal was missed or bits differ.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
@@ -63,8 +69,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             agrees: *digest == verification.digests[0],
         })
         .collect();
-    let plan = DensityPlan::powers_of_four(STEPS, SAMPLES.0, SAMPLES.1, SECONDS);
-    let density = bench::measure(&mut all, &plan)?;
+    let plan = DensityPlan {
+        most_seconds: MOST_SECONDS,
+        ..DensityPlan::powers_of_four(STEPS, SAMPLES.0, SAMPLES.1, SECONDS)
+    };
+    let Density { rows, skipped } = bench::measure(&mut all, &plan)?;
+    let quality = bench::compare(&plan, DENSEST, TICKS)?;
+    let crossovers = crossovers(&rows);
     let machine = engines::machine();
     let page = html(&Report {
         title: "inbye: the main job",
@@ -75,7 +86,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             .map(|(_, mission, result, page)| page.view(&mission.map, mission, &config, result))
             .collect(),
         comparisons: &comparisons,
-        density: &density,
+        density: &rows,
+        skipped: &skipped,
+        quality: &quality,
         density_command: "inbye bench density",
     });
     report_file::write(&folder, &page)?;
@@ -95,7 +108,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             "missions": missions,
             "cases": verification.cases,
             "agree": agree,
-            "rows": density,
+            "rows": rows,
+            "skipped": skipped,
+            "crossover": crossovers,
+            "quality": quality,
             "report": folder.join("index.html"),
         }))?;
     } else {
@@ -105,10 +121,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         } else {
             format!("the engines DIFFER: run `inbye verify --cases {cases} --seed {SEED}`")
         });
-        output::line(bench::HEADER);
-        density
+        density_words::density(&rows, &skipped, &crossovers)
             .iter()
-            .for_each(|row| output::line(bench::table_row(row)));
+            .chain(&density_words::quality(&quality))
+            .for_each(output::line);
     }
     Ok(reached && agree)
 }

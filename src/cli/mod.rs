@@ -4,6 +4,8 @@ mod arguments;
 mod bench;
 mod clock;
 mod config;
+mod density_file;
+mod density_words;
 mod devices;
 mod drive;
 mod engines;

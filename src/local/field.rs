@@ -48,20 +48,17 @@ impl ClearanceField {
             cell_bits += 1;
         }
         let units_per_cell = f64::from(1_u32 << cell_bits);
-        let in_units = |&squared: &u32| {
-            let units = (f64::from(squared).sqrt() * units_per_cell).round();
-            units.min(f64::from(u16::MAX)) as u16
-        };
-        let field = DistanceField::new(obstacles);
+        let width = frame.width as usize;
+        let mut units = vec![0; frame.len() + 1];
+        DistanceField::each_row(obstacles, |row, squared| {
+            for (units, &squared) in units[row * width..].iter_mut().zip(squared) {
+                *units = in_units(squared, units_per_cell);
+            }
+        });
         Ok(Self {
             frame,
             cell_bits,
-            units: field
-                .squared_cells()
-                .iter()
-                .map(in_units)
-                .chain([0])
-                .collect(),
+            units,
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
         })
     }
@@ -112,5 +109,42 @@ impl ClearanceField {
     #[must_use]
     pub const fn id(&self) -> u64 {
         self.id
+    }
+}
+
+/// A distance in units, from its square in cells: rounded to the nearest, and no more than 16 bits hold.
+///
+/// Adding `2^52` rounds and leaves the whole number in the low bits, which vectors do and `f64::round` does not. The
+/// root of a whole number is never midway between two whole numbers, and up to 65535 not by far so close that `f64`
+/// could take it for midway: so it does not matter which way ties go.
+#[inline]
+fn in_units(squared_cells: u32, units_per_cell: f64) -> u16 {
+    const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
+    let units = (f64::from(squared_cells).sqrt() * units_per_cell).min(f64::from(u16::MAX));
+    (units + TWO_TO_52).to_bits() as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_units;
+
+    /// Halfway squares are `k^2 + k + 1/4` in units, so those next to them decide.
+    #[test]
+    fn units_are_the_nearest_in_integers_too() {
+        for cell_bits in 0..=13 {
+            let scale = 1_u64 << (2 * cell_bits);
+            let units_of = |squared| u64::from(in_units(squared, f64::from(1_u32 << cell_bits)));
+            for below in 0..65_535_u64 {
+                let halfway = (below * below + below) / scale;
+                for squared in halfway..halfway + 2 {
+                    let units = units_of(squared as u32);
+                    let square = squared * scale;
+                    let least = units == 0 || square > units * units - units;
+                    let most = units == 65_535 || square <= units * units + units;
+                    assert!(least && most, "root of {squared} x {scale} is not {units}");
+                }
+            }
+            assert_eq!(units_of(u32::MAX), 65_535);
+        }
     }
 }

@@ -34,7 +34,7 @@ pub use error::{EngineError, ProblemError};
 pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
 pub use field::ClearanceField;
 pub use inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
-pub use open::{Opened, Preference, open, open_all};
+pub use open::{Opened, Preference, open, open_all, open_to_compare};
 pub use planner::{ChooseError, LocalPlanner, Situation};
 pub use prepare::Prepared;
 pub use problem::{Normalization, Outside, Problem, Stopping, Weights};

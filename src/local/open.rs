@@ -2,7 +2,7 @@
 
 use core::str::FromStr;
 
-use super::{CpuEngine, Engine, EngineError};
+use super::{CpuEngine, Engine, EngineError, Instructions};
 
 /// What the user asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -63,6 +63,28 @@ pub fn open_all(
     left_out: impl FnMut(EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
+    if threads > 1 {
+        engines.push(Box::new(CpuEngine::with_threads(threads)?));
+    }
+    add_adapters(&mut engines, left_out);
+    Ok(engines)
+}
+
+/// Every way to evaluate on this machine, to be compared: each set of instructions on one thread, the scalar reference
+/// first; the best on all threads; then each adapter.
+///
+/// # Errors
+/// When the system does not give the threads.
+pub fn open_to_compare(
+    threads: usize,
+    left_out: impl FnMut(EngineError),
+) -> Result<Vec<Box<dyn Engine>>, EngineError> {
+    let mut engines: Vec<Box<dyn Engine>> = Vec::new();
+    for instructions in Instructions::ALL {
+        if instructions.are_here() {
+            engines.push(Box::new(CpuEngine::with_instructions(instructions, 1)?));
+        }
+    }
     if threads > 1 {
         engines.push(Box::new(CpuEngine::with_threads(threads)?));
     }

@@ -3,34 +3,60 @@
 use maud::{Markup, html};
 
 use super::axis::Axis;
-use super::figure::{Figure, Table, key, line_key, nothing_to_show};
+use super::curves::{Curve, Far, Plot};
+use super::figure::{Figure, Table, nothing_to_show};
 use super::number::{coordinate, shortened, significant};
 use super::panel::{Panel, chart};
-use crate::bench::DensityRow;
+use crate::bench::{DensityRow, RATES_HZ, SkippedCell};
 
 const TITLE: &str = "Sampling density against latency";
 const HEIGHT: f64 = 360.0;
 
-/// Rates of common control loops, Hz: a decision must fit into their period.
-const RATES_HZ: [f64; 3] = [20.0, 50.0, 100.0];
-
-/// Engines that a drawing can tell apart; further ones repeat the colours.
-const COLOURS: usize = 6;
-
 /// One engine with its rows in order of density.
 struct Series<'a> {
     name: String,
-    class: String,
-    index: usize,
     rows: Vec<&'a DensityRow>,
 }
 
 pub(super) fn figure(rows: &[DensityRow]) -> Markup {
+    let Some(plot) = plot(rows) else {
+        return nothing_to_show(TITLE, "No engine was timed at any density.");
+    };
+    Figure {
+        title: TITLE,
+        picture: chart(plot.height, &plot.alternative, &plot.content),
+        legend: plot.legend(),
+        caption: caption(rows),
+        table: table(rows),
+    }
+    .markup()
+}
+
+/// What follows from the figure, and what it does not show.
+pub(super) fn beside(rows: &[DensityRow], skipped: &[SkippedCell]) -> Markup {
+    let series = series(rows);
+    html! {
+        @if !series.is_empty() {
+            div class="beside" {
+                h3 { "Most samples that fit" }
+                p { "As measured: up to this many samples, 99 of 100 decisions end within the period of the loop." }
+                (densest(&series).markup())
+            }
+        }
+        @if !skipped.is_empty() {
+            div class="beside" {
+                h3 { "Not measured" }
+                ul { @for cell in skipped { li { (cell.name) " with " (cell.samples) " samples: " (cell.reason) } } }
+            }
+        }
+    }
+}
+
+/// The panel with all engines; none where no row can be shown.
+pub(super) fn plot(rows: &[DensityRow]) -> Option<Plot> {
     let series = series(rows);
     let usable = || series.iter().flat_map(|series| &series.rows);
-    if usable().next().is_none() {
-        return nothing_to_show(TITLE, "No engine was timed at any density.");
-    }
+    usable().next()?;
     let bounds = |value: &dyn Fn(&DensityRow) -> f64| {
         usable().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), row| {
             (low.min(value(row)), high.max(value(row)))
@@ -51,32 +77,33 @@ pub(super) fn figure(rows: &[DensityRow]) -> Markup {
     );
     // Room for the rates to the right.
     panel.width -= 44.0;
-    let picture = html! {
+    let curves: Vec<Curve> = series
+        .iter()
+        .enumerate()
+        .map(|(index, series)| series.curve(index))
+        .collect();
+    let content = html! {
         (panel.axes(Some("Samples of the dynamic window (logarithmic)"), "Latency of one decision, ms (logarithmic)"))
         @for (rate, ms) in RATES_HZ.iter().zip(deadlines_ms) {
             @let y = coordinate(panel.y_at(ms));
             line class="limit" x1=(coordinate(panel.left)) x2=(coordinate(panel.right())) y1=(y) y2=(y) {}
             text x=(coordinate(panel.right() + 5.0)) y=(y) dy=".35em" { (rate) " Hz" }
         }
-        @for series in &series { (series.draw(&panel)) }
+        @for curve in &curves { (curve.draw(&panel)) }
     };
-    let mut legend: Vec<Markup> = series.iter().map(Series::key).collect();
-    legend.push(line_key("limit", "period of a control loop at that rate"));
-    let figure = Figure {
+    let mut keys: Vec<(Markup, String)> = curves
+        .into_iter()
+        .map(|curve| (curve.piece(), curve.name))
+        .collect();
+    let limit = html! { line class="limit" x1="1" x2="27" y1="7" y2="7" {} };
+    keys.push((limit, "period of a control loop".to_owned()));
+    Some(Plot {
         title: TITLE,
-        picture: chart(HEIGHT, &alternative(&series), &picture),
-        legend,
-        caption: caption(rows),
-        table: table(rows),
-    };
-    html! {
-        (figure.markup())
-        div class="beside" {
-            h3 { "Most samples that fit" }
-            p { "As measured: up to this many samples, 99 of 100 decisions end within the period of the loop." }
-            (densest(&series).markup())
-        }
-    }
+        content,
+        height: HEIGHT,
+        keys,
+        alternative: alternative(&series),
+    })
 }
 
 /// Engines in the order in which they first occur. Rows that a logarithmic scale cannot show are left out.
@@ -89,20 +116,15 @@ fn series(rows: &[DensityRow]) -> Vec<Series<'_>> {
         .filter(|row| row.samples > 0 && shown(row.p50_ms) && shown(row.p99_ms))
     {
         let name = if several_horizons {
-            format!("{}, {} steps", engine_name(row), row.steps)
+            format!("{}, {} steps", row.name, row.steps)
         } else {
-            engine_name(row)
+            row.name.clone()
         };
         if let Some(series) = all.iter_mut().find(|series| series.name == name) {
             series.rows.push(row);
         } else {
-            let index = all.len();
-            all.push(Series {
-                name,
-                class: format!("engine-{}", index % COLOURS),
-                index,
-                rows: vec![row],
-            });
+            let rows = vec![row];
+            all.push(Series { name, rows });
         }
     }
     for series in &mut all {
@@ -111,31 +133,14 @@ fn series(rows: &[DensityRow]) -> Vec<Series<'_>> {
     all
 }
 
-fn engine_name(row: &DensityRow) -> String {
-    match (&row.adapter, row.threads) {
-        (Some(adapter), _) => format!("{}, {adapter}", row.engine),
-        (None, 0) => row.engine.clone(),
-        (None, 1) => format!("{}, 1 thread", row.engine),
-        (None, threads) => format!("{}, {threads} threads", row.engine),
-    }
-}
-
 impl Series<'_> {
-    fn draw(&self, panel: &Panel) -> Markup {
-        let samples = |row: &DensityRow| row.samples as f64;
-        let band: Vec<(f64, f64, f64)> = self
-            .rows
-            .iter()
-            .map(|row| (samples(row), row.p50_ms, row.p99_ms))
-            .collect();
-        html! {
-            g class=(self.class) {
-                (panel.band("tail", &band))
-                (panel.line("median", self.rows.iter().map(|row| (samples(row), row.p50_ms))))
-                @for row in &self.rows {
-                    (marker(self.index, panel.x_at(samples(row)), panel.y_at(row.p50_ms)))
-                }
-            }
+    fn curve(&self, index: usize) -> Curve {
+        let point = |row: &&DensityRow| (row.samples as f64, row.p50_ms, row.p99_ms);
+        Curve {
+            name: self.name.clone(),
+            index,
+            points: self.rows.iter().map(point).collect(),
+            far: Far::Band,
         }
     }
 
@@ -149,29 +154,6 @@ impl Series<'_> {
             Some(row) => format!("{} or more", row.samples),
         }
     }
-
-    fn key(&self) -> Markup {
-        let mark = html! {
-            g class=(self.class) {
-                line class="median" x1="1" x2="27" y1="7" y2="7" {}
-                (marker(self.index, 14.0, 7.0))
-            }
-        };
-        key(&mark, &self.name)
-    }
-}
-
-/// A mark whose shape tells engines apart without their colours.
-fn marker(index: usize, x: f64, y: f64) -> Markup {
-    const SHAPES: [&str; 5] = [
-        "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0 -8 0z",
-        "m-3.5 -3.5h7v7h-7z",
-        "m0 -4.8l4.4 8h-8.8z",
-        "m0 -5l5 5l-5 5l-5 -5z",
-        "m0 4.8l4.4 -8h-8.8z",
-    ];
-    let shape = SHAPES[index % SHAPES.len()];
-    html! { path class="marker" d=(format!("M{} {}{shape}", coordinate(x), coordinate(y))) {} }
 }
 
 fn caption(rows: &[DensityRow]) -> String {
@@ -239,13 +221,16 @@ fn table(rows: &[DensityRow]) -> Table<'static> {
             "p99, ms",
             "slowest, ms",
             "decisions",
+            "late at 20 Hz",
+            "late at 50 Hz",
+            "late at 100 Hz",
             "trajectory-steps per second",
         ],
         rows: rows
             .iter()
             .map(|row| {
                 vec![
-                    engine_name(row),
+                    row.name.clone(),
                     row.samples.to_string(),
                     row.steps.to_string(),
                     significant(row.p50_ms),
@@ -253,6 +238,9 @@ fn table(rows: &[DensityRow]) -> Table<'static> {
                     significant(row.p99_ms),
                     significant(row.max_ms),
                     row.decisions.to_string(),
+                    row.missed_20_hz.to_string(),
+                    row.missed_50_hz.to_string(),
+                    row.missed_100_hz.to_string(),
                     shortened(row.steps_per_s),
                 ]
             })

@@ -5,7 +5,9 @@
 //! same bytes.
 
 mod axis;
+mod curves;
 mod density_chart;
+mod density_picture;
 mod encounters;
 mod figure;
 mod gap_chart;
@@ -19,17 +21,19 @@ mod motion_chart;
 mod number;
 mod page;
 mod panel;
+mod quality_chart;
 mod raster;
 mod simplify;
 mod snapshot;
 mod viewport;
 
-use crate::bench::DensityRow;
+use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
 use crate::robot::Footprint;
 use crate::sim::Trace;
 
+pub use density_picture::density_svg;
 pub use page::html;
 
 /// All that one page shows. Text may hold any characters; it is escaped.
@@ -47,6 +51,10 @@ pub struct Report<'a> {
     pub comparisons: &'a [EngineComparison],
     /// The density benchmark. Empty: no such section, unless there is a command for it.
     pub density: &'a [DensityRow],
+    /// What it left out. Empty: nothing.
+    pub skipped: &'a [SkippedCell],
+    /// The commands of few samples beside those of many. Empty: no such chart.
+    pub quality: &'a [QualityRow],
     /// How to run the density benchmark again. Empty: not said.
     pub density_command: &'a str,
 }

@@ -3,9 +3,9 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::simplify::TOLERANCE;
-use super::{EngineComparison, MissionView, Report, density_chart, mission};
+use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
 
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = concat!(include_str!("chart.css"), include_str!("style.css"));
 
 /// What the page may load: nothing but what it holds.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
@@ -96,8 +96,12 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
 fn density(report: &Report) -> Markup {
     html! {
         section id="density" {
-            h2 { "How dense can the samples be?" }
-            div class="charts" { (density_chart::figure(report.density)) }
+            h2 { "How dense can the samples be, and how dense need they be?" }
+            div class="charts" {
+                (density_chart::figure(report.density))
+                @if !report.quality.is_empty() { (quality_chart::figure(report.quality)) }
+                (density_chart::beside(report.density, report.skipped))
+            }
             @if !report.density_command.is_empty() {
                 h3 { "The same again" }
                 pre tabindex="0" { code { (report.density_command) } }

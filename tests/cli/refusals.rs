@@ -168,6 +168,14 @@ bench density --max-samples 99999999 -> --max-samples; 1 to 4194304
 bench density --min-samples 9 --max-samples 4 -> --min-samples 9; --max-samples 4; lower
 bench density --record rows.txt -> --record rows.txt; .csv or .json
 bench density --record gone/rows.csv -> --record gone/rows.csv; folder that exists
+bench density --record rows -> --record rows; .csv or .json
+bench density --record-quality rows.svg -> --record-quality rows.svg; .csv or .json
+bench density --record-quality gone/rows.csv -> --record-quality gone/rows.csv; folder that exists
+bench density --chart density.png -> --chart density.png; .svg
+bench density --chart gone/density.svg -> --chart gone/density.svg; folder that exists
+bench density --ticks 101 -> --ticks; 0 to 100
+bench density --ticks -1 -> --ticks; 0 to 100
+bench density --seconds 0 -> --seconds; above zero
 ";
     assert_table(&place, "", table);
 }

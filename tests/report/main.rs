@@ -5,10 +5,10 @@ mod scene;
 
 use inbye::geometry::{Point, Pose};
 use inbye::map::{GridFrame, OccupancyGrid};
-use inbye::report::{Report, html};
+use inbye::report::{Report, density_svg, html};
 use inbye::sim::Trace;
 use markup::{attribute, check_well_formed, numbers_that_are_none, opening_tag, pictures};
-use scene::{Scene, comparisons, density, scene};
+use scene::{Scene, comparisons, density, quality, scene, skipped};
 
 fn page_of(scenes: &[Scene]) -> String {
     html(&Report {
@@ -18,6 +18,8 @@ fn page_of(scenes: &[Scene]) -> String {
         missions: scenes.iter().map(Scene::view).collect(),
         comparisons: &comparisons(),
         density: &density(),
+        skipped: &skipped(),
+        quality: &quality(),
         density_command: "inbye bench density",
     })
 }
@@ -50,11 +52,11 @@ fn a_whole_page_is_self_contained_well_formed_and_described() {
     let meant = drawn
         .iter()
         .filter(|picture| picture.contains("role=\"img\""));
-    // Map, motion, gap, latency over time, its distribution, density.
-    assert_eq!(meant.count(), 6);
+    // Map, motion, gap, latency over time, its distribution, density, quality.
+    assert_eq!(meant.count(), 7);
     assert_eq!(
         page.matches("<table").count(),
-        9,
+        10,
         "a table under each picture, one of paths, one of engines, one of densities"
     );
 }
@@ -90,18 +92,22 @@ fn hostile_text_stays_text() {
     (view.title, view.command, view.engine, view.facts) = (hostile, hostile, hostile, &facts);
     let mut rows = density();
     for row in &mut rows {
-        row.adapter = Some(hostile.to_owned());
+        (row.adapter, row.name) = (Some(hostile.to_owned()), hostile.to_owned());
     }
+    let mut cells = skipped();
+    (cells[0].name, cells[0].reason) = (hostile.to_owned(), hostile.to_owned());
     let page = html(&Report {
         title: hostile,
         intro: hostile,
         machine: hostile,
         missions: vec![view],
         density: &rows,
+        skipped: &cells,
         density_command: hostile,
         ..Report::default()
     });
     check(&page);
+    check(&density_svg(&rows, &[]));
     assert!(page.contains("&lt;script&gt;"));
 }
 
@@ -152,13 +158,54 @@ fn numbers_that_are_not_finite_never_reach_the_page() {
         );
         let mut rows = density();
         (rows[0].p50_ms, rows[4].p99_ms, rows[7].steps_per_s) = (bad, bad, bad);
+        let mut lost = quality();
+        (lost[0].window_s, lost[1].regret_p50, lost[2].v_off_p50_m_s) = (bad, Some(bad), Some(bad));
+        (lost[3].regret_max, lost[4].omega_off_max_rad_s) = (None, Some(bad));
         let page = html(&Report {
             missions: vec![view],
             density: &rows,
+            quality: &lost,
             ..Report::default()
         });
         check(&page);
+        check(&density_svg(&rows, &lost));
     }
+}
+
+/// The picture that `bench density --chart` writes, which no page explains.
+#[test]
+fn the_density_picture_stands_by_itself() {
+    let picture = density_svg(&density(), &quality());
+    check(&picture);
+    assert!(picture.starts_with("<svg") && picture.contains("</style>"));
+    // Its colours and text come with it, and its legends are drawn.
+    for drawn in [
+        "--engine-0:",
+        "CPU, 16 threads, AVX2",
+        "NVIDIA H200",
+        "20 Hz",
+        "100 Hz",
+        "window 0.1 s, v : omega = 1:1",
+        "window 1 s, v : omega = 1:4",
+    ] {
+        assert!(picture.contains(drawn), "{drawn}");
+    }
+    // A curve for each engine, and for each window and shape.
+    assert_eq!(picture.matches("<polyline class=\"median\"").count(), 3 + 4);
+    let alone = density_svg(&density(), &[]);
+    check(&alone);
+    assert_eq!(alone.matches("<polyline class=\"median\"").count(), 3);
+    let empty = density_svg(&[], &[]);
+    assert_eq!(check_well_formed(&empty), Ok(()));
+    assert!(empty.contains("No engine was timed at any density."));
+}
+
+#[test]
+fn what_was_not_measured_is_said() {
+    let page = page_of(&[]);
+    assert!(page.contains(
+        "SwiftShader Device (Subzero) with 1048576 samples: a decision would take about 6.2 s"
+    ));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A made mission: a robot runs along pillars while others cross its way. Not a simulation, only data of the shape.
 
-use inbye::bench::DensityRow;
+use inbye::bench::{DensityRow, QualityRow, SkippedCell};
 use inbye::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use inbye::map::{Cell, GridFrame, OccupancyGrid};
 use inbye::navigator::Mode;
@@ -120,7 +120,7 @@ impl Scene {
             trace: &self.trace,
             footprint: &self.footprint,
             latency_ms: &self.latency_ms,
-            engine: "cpu, 2 threads",
+            engine: "CPU, 2 threads, AVX2",
             outcome: Outcome {
                 reached: true,
                 collided: false,
@@ -136,43 +136,86 @@ impl Scene {
 }
 
 pub fn density() -> Vec<DensityRow> {
-    let engine =
-        |engine: &str, adapter: Option<&str>, threads, floor_ms: f64, per_sample_ms: f64| {
-            [100, 500, 2000, 10_000, 50_000, 200_000]
-                .map(|samples| {
-                    let p50_ms = floor_ms + per_sample_ms * samples as f64;
-                    DensityRow {
-                        engine: engine.to_owned(),
-                        adapter: adapter.map(str::to_owned),
-                        threads,
-                        samples,
-                        steps: 40,
-                        p50_ms,
-                        p95_ms: p50_ms * 1.2,
-                        p99_ms: p50_ms * 1.6,
-                        max_ms: p50_ms * 3.0,
-                        decisions: 500,
-                        steps_per_s: samples as f64 * 40.0 / p50_ms * 1e3,
-                    }
-                })
-                .to_vec()
-        };
+    let engine = |name: &str, adapter: Option<&str>, threads, floor_ms: f64, per_sample_ms: f64| {
+        [100, 500, 2000, 10_000, 50_000, 200_000]
+            .map(|samples| {
+                let p50_ms = floor_ms + per_sample_ms * samples as f64;
+                DensityRow {
+                    engine: if adapter.is_some() { "gpu" } else { "cpu" }.to_owned(),
+                    adapter: adapter.map(str::to_owned),
+                    threads,
+                    samples,
+                    steps: 40,
+                    p50_ms,
+                    p95_ms: p50_ms * 1.2,
+                    p99_ms: p50_ms * 1.6,
+                    max_ms: p50_ms * 3.0,
+                    decisions: 500,
+                    steps_per_s: samples as f64 * 40.0 / p50_ms * 1e3,
+                    name: name.to_owned(),
+                    missed_20_hz: 0,
+                    missed_50_hz: if p50_ms > 20.0 { 499 } else { 0 },
+                    missed_100_hz: if p50_ms > 10.0 { 500 } else { 1 },
+                }
+            })
+            .to_vec()
+    };
     [
-        engine("cpu", None, 1, 0.01, 4e-3),
-        engine("cpu", None, 16, 0.05, 3e-4),
-        engine("gpu", Some("NVIDIA H200"), 0, 0.2, 6e-6),
+        engine("CPU, 1 thread, AVX2", None, 1, 0.01, 4e-3),
+        engine("CPU, 16 threads, AVX2", None, 16, 0.05, 3e-4),
+        engine("NVIDIA H200", Some("NVIDIA H200"), 0, 0.2, 6e-6),
     ]
     .concat()
 }
 
+pub fn skipped() -> Vec<SkippedCell> {
+    vec![SkippedCell {
+        name: "SwiftShader Device (Subzero)".to_owned(),
+        samples: 1_048_576,
+        reason: "a decision would take about 6.2 s".to_owned(),
+    }]
+}
+
+/// Two windows, two shapes, five densities; with the most samples nothing is lost.
+pub fn quality() -> Vec<QualityRow> {
+    let mut rows = Vec::new();
+    for window_s in [0.1, 1.0] {
+        for (side, lost) in [(16, 8.0), (32, 4.0), (64, 1.0), (128, 0.1), (256, 0.0)] {
+            for stretch in [1, 2] {
+                let regret = |share: f64| Some(share * lost * window_s / f64::from(stretch * 100));
+                rows.push(QualityRow {
+                    window_s,
+                    samples: (side * side) as usize,
+                    vx_samples: side / stretch,
+                    vtheta_samples: side * stretch,
+                    densest: 1_048_576,
+                    decisions: 100,
+                    without_command: 0,
+                    regret_p50: regret(1.0),
+                    regret_max: regret(7.0),
+                    v_off_p50_m_s: Some(0.01),
+                    v_off_max_m_s: Some(0.05),
+                    omega_off_p50_rad_s: Some(0.002),
+                    omega_off_max_rad_s: Some(0.03),
+                });
+            }
+        }
+    }
+    rows
+}
+
 pub fn comparisons() -> Vec<EngineComparison> {
-    ["cpu, 1 thread", "cpu, 16 threads", "gpu, NVIDIA H200"]
-        .map(|name| EngineComparison {
-            name: name.to_owned(),
-            digest: "5b1e".repeat(16),
-            agrees: true,
-        })
-        .to_vec()
+    [
+        "CPU, 1 thread, AVX2",
+        "CPU, 16 threads, AVX2",
+        "NVIDIA H200",
+    ]
+    .map(|name| EngineComparison {
+        name: name.to_owned(),
+        digest: "5b1e".repeat(16),
+        agrees: true,
+    })
+    .to_vec()
 }
 
 /// The steps of a grid search between corners.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use core::f64::consts::PI;
+use core::fmt;
 
 use inbye::geometry::{Point, Pose};
 use inbye::local::{
@@ -17,6 +18,28 @@ use rand_pcg::Pcg64Mcg;
 pub struct Scene {
     pub problem: Problem,
     pub blocked: Vec<Cell>,
+}
+
+/// All but the field, which the blocked cells give.
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let problem = &self.problem;
+        f.debug_struct("Scene")
+            .field("frame", problem.field.frame())
+            .field("blocked", &self.blocked)
+            .field("pose", &problem.pose)
+            .field("window", &problem.window)
+            .field("braking", &(problem.braking_x, problem.braking_theta))
+            .field("horizon", &(problem.steps, problem.step_s))
+            .field("footprint", &problem.footprint)
+            .field("max_clearance_m", &problem.max_clearance_m)
+            .field("outside", &problem.outside)
+            .field("obstacles", &problem.obstacles)
+            .field("goals", &(problem.target, problem.key_node))
+            .field("weights", &problem.weights)
+            .field("judging", &(problem.normalization, problem.stopping))
+            .finish()
+    }
 }
 
 impl Scene {

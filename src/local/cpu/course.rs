@@ -1,18 +1,19 @@
 //! What all rows of a decision share, laid out for lanes.
 
 use super::lanes::MOST_LANES;
+use super::sieve::GROUP;
 use crate::local::Prepared;
-use crate::local::inputs::{Header, MovingBody};
+use crate::local::inputs::{BodyDisc, Header, MovingBody, Turn};
 use crate::numeric::shift_round;
 
 /// The most samples of a chunk.
 pub const MOST_SAMPLES: usize = 128;
 
-/// With more slack than this at the last step, cells, sifting costs more than it saves.
-const MOST_SLACK_CELLS: i32 = 12;
+/// The most rows of a tile.
+const MOST_ROWS: usize = 8;
 
-/// Rounding of two stored distances, and of two positions, units.
-pub const ROUNDING: i64 = 4;
+/// More than the rounding of two stored distances, or of two positions with their tables and discs, units.
+pub const ROUNDING: f64 = 10.0;
 
 /// Lists of the problem as columns, filled up to whole vectors by repeating the last entry. Kept from one decision to
 /// the next, so that a decision allocates nothing.
@@ -34,13 +35,18 @@ pub struct Course {
     pub stride: usize,
     /// Steps filled up.
     pub steps: usize,
-    /// Whether positions are small enough for the short way from a product to a cell ([`super::row::Step`]).
-    pub short: bool,
+    /// Whether steps can be looked at in any order: samples are judged by their smallest clearance, and positions are
+    /// small enough for the short way from a product to a cell ([`super::row::Table`]).
+    pub in_any_order: bool,
     /// Samples of a chunk, whole vectors.
     pub chunk: usize,
-    /// With more slack at the last step than this, all steps are looked at.
-    most_slack: i32,
-    /// The numbers of all steps, filled up.
+    /// Whether it is plain that no sample can leave the field.
+    pub inside: bool,
+    /// Rows of a tile.
+    pub tile_rows: usize,
+    /// The slack at the last step, cells.
+    pub most_slack_cells: f64,
+    /// The numbers of all steps, in whole groups.
     pub every_step: Vec<i32>,
     /// For each step how far, in units, a chunk's samples are at most from its middle one.
     pub apart: Vec<i32>,
@@ -91,8 +97,8 @@ impl Course {
             self.tracks.extend(track(header.start_x, x, step_x));
             self.tracks.extend(track(header.start_y, y, step_y));
         }
-        self.short = self.is_short(header);
-        self.divide(header);
+        self.in_any_order = header.stop_by_arc == 0 && self.is_short(header);
+        self.divide(problem);
     }
 
     fn is_short(&self, header: &Header) -> bool {
@@ -110,48 +116,55 @@ impl Course {
         fits && growth < 65_535 && cells < 1 << 15 && header.width < 1 << 15
     }
 
-    /// Divides the rows into chunks of samples that end about a cell from their middle one.
-    fn divide(&mut self, header: &Header) {
-        let spread = i64::from(self.coarse[self.stride - 1]) - i64::from(self.coarse[0]);
-        let reach = spread.abs() * per_step(header.table_bits) * i64::from(header.steps);
-        let ends = (reach >> header.coarse_bits).max(1);
-        let samples = 2 * (i64::from(header.v_count) << header.cell_bits) / ends;
-        let most = MOST_SAMPLES.min(self.stride);
-        self.chunk = (samples.max(1) as usize)
-            .min(most)
-            .next_multiple_of(MOST_LANES);
+    /// Divides the samples into tiles: chunks of speeds, and rows, that end about a cell from their middle one.
+    fn divide(&mut self, problem: &Prepared) {
+        let header = &problem.header;
+        let cell = f64::from(1 << header.cell_bits);
+        let steps = f64::from(header.steps);
+        // Units that a sample moves in a step for each unit of its coarse speed.
+        let per_coarse = 2.0_f64.powi(20 - header.table_bits as i32 - header.coarse_bits as i32);
+        let (first, last) = (self.coarse[0], self.coarse[self.stride - 1]);
+        let fastest = f64::from(first.abs().max(last.abs())) * per_coarse;
 
-        let from_middle = |samples: &[i32]| {
-            let middle = samples[samples.len() / 2];
-            let [first, last] = [samples[0], samples[samples.len() - 1]];
-            i64::from((first - middle).abs().max((last - middle).abs()))
-        };
+        let spread = f64::from((last - first).abs()) * per_coarse * steps;
+        let samples = (2.0 * cell * f64::from(header.v_count) / spread.max(1.0)) as usize;
+        let most = MOST_SAMPLES.min(self.stride);
+        self.chunk = samples.clamp(1, most).next_multiple_of(MOST_LANES);
         let away = self.coarse.chunks(self.chunk).map(from_middle).max();
-        // In 256ths of a unit, so that little is added by rounding up.
-        let away =
-            ((away.unwrap_or_default() * per_step(header.table_bits)) << 8) >> header.coarse_bits;
-        let cell = 1 << header.cell_bits;
-        // 1.41422 in Q16 is above the root of two.
-        let diagonal = ((92_683_i64 << header.cell_bits) >> 16) + 1;
-        self.most_slack = MOST_SLACK_CELLS << header.cell_bits;
+        let away = f64::from(away.unwrap_or_default()) * per_coarse;
+
+        // Headings that turn apart: the way between two rows grows with the square of the steps.
+        let turn = largest_turn(problem);
+        let ends = fastest * turn * steps * steps / 2.0;
+        self.tile_rows = ((2.0 * cell / ends.max(1e-9)) as usize).clamp(1, MOST_ROWS);
+        let turn = turn * (self.tile_rows / 2) as f64;
+
+        let disc = |disc: &BodyDisc| disc.x.abs() + disc.y.abs();
+        let reach = problem.discs.iter().map(disc).max().unwrap_or_default();
+        // 1.41422 is above the root of two.
+        let diagonal = 1.41422 * cell;
         self.every_step.clear();
-        self.every_step.extend(0..self.steps as i32);
+        let groups = (header.steps as usize).next_multiple_of(GROUP);
+        self.every_step.extend(0..groups as i32);
         self.apart.clear();
         self.slack.clear();
-        for steps in 1..=self.steps as i64 {
-            let apart = ((steps * (away + 1)) >> 8) + ROUNDING;
+        for step in 1..=self.steps {
+            let step = step as f64;
+            let between_rows = turn * step * (fastest * step / 2.0 + f64::from(reach));
+            let apart = (away * step + between_rows).ceil() + ROUNDING;
             // Less than a cell apart, centres are no more than a diagonal apart.
-            let further = if apart < cell { 0 } else { apart };
+            let further = if apart < cell { 0.0 } else { apart };
             self.apart.push(apart as i32);
             self.slack.push((further + diagonal + ROUNDING) as i32);
         }
-    }
-
-    /// Whether a chunk's samples stay near enough to one another to leave steps out.
-    pub fn is_worth_sifting(&self) -> bool {
-        self.slack
-            .last()
-            .is_some_and(|&slack| slack <= self.most_slack)
+        self.most_slack_cells = f64::from(self.slack.last().copied().unwrap_or_default()) / cell;
+        // Nothing moves further than straight ahead at the greatest speed.
+        let margin = fastest * steps + f64::from(reach) + 2.0 * ROUNDING;
+        let within = |start: i32, cells: u32| {
+            let start = f64::from(start);
+            start > margin && start + margin < f64::from(cells) * cell
+        };
+        self.inside = within(header.start_x, header.width) && within(header.start_y, header.height);
     }
 
     /// The columns x and y of one moving obstacle.
@@ -160,15 +173,26 @@ impl Course {
     }
 }
 
+/// The largest difference from the middle one.
+fn from_middle(samples: &[i32]) -> i32 {
+    let middle = samples[samples.len() / 2];
+    let [first, last] = [samples[0], samples[samples.len() - 1]];
+    (first - middle).abs().max((last - middle).abs())
+}
+
+/// The largest angle by which neighbouring rows turn apart in a step, radians.
+fn largest_turn(problem: &Prepared) -> f64 {
+    let apart = |pair: &[Turn]| {
+        let apart = pair[1].per_step.wrapping_sub(pair[0].per_step) as i32;
+        apart.unsigned_abs()
+    };
+    let apart = problem.turns.windows(2).map(apart).max();
+    f64::from(apart.unwrap_or_default()) / 2.0_f64.powi(32) * core::f64::consts::TAU
+}
+
 fn column(list: &mut Vec<i32>, stride: usize, values: impl Iterator<Item = i32>) {
     list.clear();
     list.extend(values);
     let last = list.last().copied().unwrap_or_default();
     list.resize(stride, last);
-}
-
-/// The most by which the coarse table's displacement grows in one step: a cosine of one, a rounding, and what the
-/// polynomials of sine and cosine may be off.
-const fn per_step(table_bits: u32) -> i64 {
-    (1 << (20 - table_bits)) + 2
 }

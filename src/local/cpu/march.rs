@@ -3,7 +3,8 @@
 use super::arithmetic::shift_round;
 use super::course::Course;
 use super::lanes::Lanes;
-use super::row::{Fate, Table};
+use super::row::Fate;
+use super::table::Table;
 use crate::local::Prepared;
 
 /// What the samples of one vector meet.

@@ -7,10 +7,12 @@ mod crew;
 mod instructions;
 mod lanes;
 mod march;
+mod moving;
 mod part;
 mod row;
 mod scalar;
 mod sieve;
+mod table;
 mod tally;
 #[cfg(target_arch = "x86_64")]
 mod x86;

@@ -6,13 +6,25 @@ use super::choice::{Share, largest_score};
 use super::course::Course;
 use super::instructions::Kernel;
 use super::lanes::Portable;
-use super::row::{COLUMNS, REASON_BITS, Scratch, judge_row};
+use super::row::{COLUMNS, REASON_BITS, judge_row};
 use super::scalar;
+use super::sieve::Sieve;
+use super::table::Table;
 use super::tally::Tally;
 use crate::local::contract::{Reason, SampleRecord, Terms};
 use crate::local::score::{self, Normalizer};
 use crate::local::select::{Candidate, NOBODY, better};
 use crate::local::{Prepared, Totals};
+
+/// Room for the lanes' work.
+#[derive(Debug, Default)]
+struct Scratch {
+    /// Table of a tile's middle row.
+    middle: Table,
+    /// Of another of its rows.
+    table: Table,
+    sieve: Sieve,
+}
 
 /// What choosing a sample takes.
 pub struct Choice<'a> {
@@ -87,11 +99,29 @@ impl Part {
         course: &Course,
     ) {
         let turns = &problem.turns[self.rows.clone()];
-        let rows = self.samples.chunks_exact_mut(COLUMNS * course.stride);
-        for (turn, row) in turns.iter().zip(rows) {
-            let tally = judge_row::<L>(proof, problem, course, turn, &mut self.scratch, row);
-            self.tallies.push(tally);
-            self.total.merge(&tally);
+        let words = COLUMNS * course.stride;
+        let Scratch {
+            middle,
+            table,
+            sieve,
+        } = &mut self.scratch;
+        let tiles = self.samples.chunks_mut(course.tile_rows * words);
+        for (turns, rows) in turns.chunks(course.tile_rows).zip(tiles) {
+            let in_middle = turns.len() / 2;
+            middle.fill::<L>(proof, problem, course, &turns[in_middle]);
+            sieve.sift::<L>(proof, problem, course, middle);
+            for ((number, turn), row) in turns.iter().enumerate().zip(rows.chunks_exact_mut(words))
+            {
+                let table = if number == in_middle {
+                    &*middle
+                } else {
+                    table.fill::<L>(proof, problem, course, turn);
+                    &*table
+                };
+                let tally = judge_row::<L>(proof, problem, course, turn, table, sieve, row);
+                self.total.merge(&tally);
+                self.tallies.push(tally);
+            }
         }
     }
 

@@ -1,28 +1,32 @@
-//! Which steps can matter to a chunk of neighbouring samples; the others change no bit and are left out.
+//! Which steps can matter to a tile of neighbouring samples, a few speeds of a few turn rates; the others change no bit
+//! and are left out.
 //!
-//! The distance field is 1-Lipschitz between cell centres. So the clearance of one sample of a chunk, the middle one,
+//! The distance field is 1-Lipschitz between cell centres. So the clearance of one sample of a tile, the middle one,
 //! bounds that of all others at the same step: they differ by no more than the samples are apart, and a cell's diagonal. The
 //! smallest upper bound of any step is above every sample's smallest clearance or equal to it, and a step whose lower
-//! bound is not below that cannot lower it. The same holds for moving obstacles, with the distance to their centres.
+//! bound is not below that cannot lower it.
 //!
 //! This is for trajectories that cannot leave the field and that are judged by their smallest clearance: there the
 //! order of the steps does not matter.
 
-use core::ops::Range;
-
-use super::arithmetic::shift_round;
-use super::course::{Course, ROUNDING};
+use super::course::Course;
 use super::lanes::{Lanes, MOST_LANES};
-use super::march::{MOST_ACROSS, bounded, moved, nearer, squared_distance};
-use super::row::{Step, Table, lane_numbers};
+use super::moving::Moving;
+use super::table::{Table, lane_numbers, stays_inside};
 use crate::local::Prepared;
 
+/// With more slack than this at the last step, cells, sifting costs more than it saves: with one disc and cheap gathers, and
+/// otherwise.
+const MOST_SLACK_CELLS: (f64, f64) = (4.0, 12.0);
+
 /// Steps that are looked at together.
-const GROUP: usize = 4;
+pub const GROUP: usize = 2;
 
 /// What one row needs, and room for it.
 #[derive(Debug, Default)]
 pub struct Sieve {
+    /// Whether the last tile was sifted.
+    is_sifted: bool,
     /// For each chunk and disc the steps that can matter, in whole groups; each has room for all.
     picks: Vec<i32>,
     /// How many picks there are.
@@ -33,25 +37,14 @@ pub struct Sieve {
     room: usize,
     /// Of one chunk: for each disc and step the lower bound of the clearance.
     lower: Vec<i32>,
-    /// Of one chunk: squared distances to moving obstacles, for each vector of steps, disc and obstacle.
-    squared: Vec<i32>,
-    /// Of one chunk: where moving obstacles can matter.
-    near: Vec<Near>,
+    moving: Moving,
     /// Smallest clearances of the row's samples.
     least: Vec<i32>,
 }
 
-/// A disc at a step at which a moving obstacle can be nearest.
-#[derive(Clone, Copy, Debug)]
-struct Near {
-    step: Step,
-    body_x: i32,
-    body_y: i32,
-    radii: i32,
-}
-
 impl Sieve {
-    /// Smallest clearance of each sample of a row that stays on the field, not above zero where it collides.
+    /// Smallest clearance of each sample of a row that stays on the field, not above zero where it collides. The row's tile
+    /// has been sifted.
     #[inline(always)]
     pub fn clearances<L: Lanes>(
         &mut self,
@@ -60,16 +53,9 @@ impl Sieve {
         course: &Course,
         table: &Table,
     ) -> &[i32] {
-        let discs = problem.discs.len();
-        let chunks = course.stride.div_ceil(course.chunk);
-        self.room = course.steps + MOST_LANES + GROUP;
         self.least.resize(course.stride, 0);
-        self.bounds.resize(chunks, 0);
-        self.counts.resize(chunks * discs, 0);
-        self.picks.resize(chunks * discs * self.room, 0);
-        self.lower.resize(course.steps * discs, 0);
-        if course.is_worth_sifting() {
-            self.sift::<L>(proof, problem, course, table);
+        let chunks = course.stride.div_ceil(course.chunk);
+        if self.is_sifted {
             for chunk in 0..chunks {
                 self.meet_picks::<L>(proof, problem, course, table, chunk);
             }
@@ -77,23 +63,44 @@ impl Sieve {
             self.meet_all::<L>(proof, problem, course, table);
         }
         if !problem.obstacles.is_empty() {
-            for chunk in 0..chunks {
-                self.sift_bodies::<L>(proof, problem, course, table, chunk);
+            let chunks = course.coarse.chunks(course.chunk);
+            for (coarse, least) in chunks.zip(self.least.chunks_mut(course.chunk)) {
+                self.moving
+                    .lower::<L>(proof, problem, course, table, coarse, least);
             }
         }
         &self.least
     }
 
-    /// Finds the steps that can matter to each chunk of a row. All chunks at once: they do not depend on one another, so
-    /// the processor need not wait for the gathers of one before it begins the next.
+    /// Finds the steps that can matter to each chunk of a tile's rows, from the table of the middle row. All chunks at
+    /// once: they do not depend on one another, so the processor need not wait for the gathers of one before it begins the
+    /// next.
     #[inline(always)]
-    fn sift<L: Lanes>(
+    pub fn sift<L: Lanes>(
         &mut self,
         proof: L::Proof,
         problem: &Prepared,
         course: &Course,
         table: &Table,
     ) {
+        let most_slack = if L::GATHERS_ARE_CHEAP && problem.discs.len() == 1 {
+            MOST_SLACK_CELLS.0
+        } else {
+            MOST_SLACK_CELLS.1
+        };
+        self.is_sifted = course.in_any_order
+            && course.most_slack_cells <= most_slack
+            && stays_inside::<L>(proof, problem, course, table);
+        if !self.is_sifted {
+            return;
+        }
+        let discs = problem.discs.len();
+        let chunks = course.stride.div_ceil(course.chunk);
+        self.room = course.steps + MOST_LANES + GROUP;
+        self.bounds.resize(chunks, 0);
+        self.counts.resize(chunks * discs, 0);
+        self.picks.resize(chunks * discs * self.room, 0);
+        self.lower.resize(course.steps * discs, 0);
         let cap = L::splat(proof, problem.header.max_clearance as i32);
         let numbers = lane_numbers::<L>(proof);
         let mut rooms = self.picks.chunks_exact_mut(self.room).zip(&mut self.counts);
@@ -163,17 +170,9 @@ impl Sieve {
         let picks = picks.chunks_exact(self.room);
         let counts = &self.counts[chunk * discs..][..discs];
         least.fill(problem.header.max_clearance as i32);
-        let entries = table.entries.chunks_exact(course.steps);
-        for ((disc, entries), (picks, &count)) in
-            problem.discs.iter().zip(entries).zip(picks.zip(counts))
-        {
-            let coarse = &course.coarse_twice[first..end];
-            let looked = Looked {
-                entries,
-                picks: &picks[..count],
-                radius: disc.radius,
-            };
-            looked.lower_all::<L>(proof, problem, coarse, least);
+        for (number, (picks, &count)) in picks.zip(counts).enumerate() {
+            let looked = Looked::new(problem, course, table, number, &picks[..count]);
+            looked.lower_all::<L>(proof, problem, &course.coarse_twice[first..end], least);
         }
     }
 
@@ -187,131 +186,47 @@ impl Sieve {
         table: &Table,
     ) {
         self.least.fill(problem.header.max_clearance as i32);
-        let entries = table.entries.chunks_exact(course.steps);
-        for (disc, entries) in problem.discs.iter().zip(entries) {
-            let looked = Looked {
-                entries,
-                picks: &course.every_step,
-                radius: disc.radius,
-            };
+        for number in 0..problem.discs.len() {
+            let looked = Looked::new(problem, course, table, number, &course.every_step);
             looked.lower_all::<L>(proof, problem, &course.coarse_twice, &mut self.least);
-        }
-    }
-
-    /// Finds where moving obstacles can come nearer than a chunk's clearances so far, and looks there.
-    ///
-    /// The nearest of them at any step lowers the bound first; most of the others are then too far.
-    #[inline(always)]
-    fn sift_bodies<L: Lanes>(
-        &mut self,
-        proof: L::Proof,
-        problem: &Prepared,
-        course: &Course,
-        table: &Table,
-        chunk: usize,
-    ) {
-        self.near.clear();
-        let first = chunk * course.chunk;
-        let samples = first..(first + course.chunk).min(course.stride);
-        let bound = self.least[samples.clone()].iter().copied().max();
-        let least_radius = problem.obstacles.iter().map(|body| body.radius).min();
-        let (Some(least_radius), Some(mut bound @ 1..)) = (least_radius, bound) else {
-            return;
-        };
-        let samples = &course.coarse[samples];
-        let middle = L::splat(proof, samples[samples.len() / 2]);
-        let words = course.steps * problem.discs.len() * problem.obstacles.len();
-        self.squared.resize(words, 0);
-        let mut places = (0..words).step_by(L::COUNT);
-        for at in (0..course.steps).step_by(L::COUNT) {
-            let moved = moved_steps(proof, problem, table, middle, at);
-            for (number, disc) in problem.discs.iter().enumerate() {
-                let (x, y) = disc_steps(proof, table, moved, number * course.steps + at);
-                let mut nearest = L::splat(proof, i32::MAX);
-                for (body, place) in (0..problem.obstacles.len()).zip(&mut places) {
-                    let (track_x, track_y) = course.track(body);
-                    let across = bounded(proof, x.sub(L::load(proof, &track_x[at..])));
-                    let along = bounded(proof, y.sub(L::load(proof, &track_y[at..])));
-                    // Above 2^31 only where the distance is beyond every bound.
-                    let squared = across.mul(across).add(along.mul(along));
-                    squared.store(&mut self.squared[place..]);
-                    nearest = nearest.min(squared.shr(1));
-                }
-                // Halved, for the comparison is signed: at most one less than it was.
-                let nearest = (2 * nearest.least() as u32 + 1).isqrt() as i32;
-                let apart = course.apart[at + L::COUNT - 1] + ROUNDING as i32;
-                bound = bound.min(nearest + apart - disc.radius - least_radius);
-            }
-        }
-        if bound <= 0 {
-            // All of them collide.
-            self.least[first..first + samples.len()].fill(0);
-            return;
-        }
-        let most = L::splat(proof, MOST_ACROSS);
-        let mut places = (0..words).step_by(L::COUNT);
-        for at in (0..course.steps).step_by(L::COUNT) {
-            let apart = L::load(proof, &course.apart[at..]);
-            let left = steps_left(problem.header.steps, at, L::COUNT);
-            for (number, disc) in problem.discs.iter().enumerate() {
-                for ((index, body), place) in problem.obstacles.iter().enumerate().zip(&mut places)
-                {
-                    let radii = disc.radius + body.radius;
-                    let within = apart.add(L::splat(proof, bound + radii + ROUNDING as i32));
-                    let squared = L::load(proof, &self.squared[place..]);
-                    let near =
-                        L::either(squared.less_unsigned(within.mul(within)), most.less(within));
-                    let mut steps = L::bits(near) & left;
-                    while steps != 0 {
-                        let step = at + steps.trailing_zeros() as usize;
-                        steps &= steps - 1;
-                        let (track_x, track_y) = course.track(index);
-                        self.near.push(Near {
-                            step: table.entries[number * course.steps + step],
-                            body_x: track_x[step],
-                            body_y: track_y[step],
-                            radii,
-                        });
-                    }
-                }
-            }
-        }
-        self.meet_bodies::<L>(proof, problem, course, first);
-    }
-
-    #[inline(always)]
-    fn meet_bodies<L: Lanes>(
-        &mut self,
-        proof: L::Proof,
-        problem: &Prepared,
-        course: &Course,
-        first: usize,
-    ) {
-        if self.near.is_empty() {
-            return;
-        }
-        let end = (first + course.chunk).min(course.stride);
-        for at in (first..end).step_by(L::COUNT) {
-            let coarse = L::load(proof, &course.coarse[at..]);
-            let mut nearest = L::load(proof, &self.least[at..]);
-            for near in &self.near {
-                let (x, y) = position(proof, problem, coarse, &near.step);
-                let squared = squared_distance(proof, x, y, near.body_x, near.body_y);
-                nearest = nearer(proof, nearest, squared, near.radii);
-            }
-            nearest.store(&mut self.least[at..]);
         }
     }
 }
 
 /// One disc at some of its steps.
 struct Looked<'a> {
-    entries: &'a [Step],
+    /// Of the table; all of one length.
+    x: &'a [i32],
+    y: &'a [i32],
+    across: &'a [i32],
+    along: &'a [i32],
+    cell: &'a [i32],
     picks: &'a [i32],
     radius: i32,
 }
 
-impl Looked<'_> {
+impl<'a> Looked<'a> {
+    #[inline(always)]
+    fn new(
+        problem: &Prepared,
+        course: &Course,
+        table: &'a Table,
+        disc: usize,
+        picks: &'a [i32],
+    ) -> Self {
+        let steps = course.steps;
+        let first = disc * steps;
+        Self {
+            x: &table.x_halves[..steps],
+            y: &table.y_halves[..steps],
+            across: &table.across[first..][..steps],
+            along: &table.along[first..][..steps],
+            cell: &table.cell[first..][..steps],
+            picks,
+            radius: problem.discs[disc].radius,
+        }
+    }
+
     /// Lowers the clearances of samples to what this disc meets.
     #[inline(always)]
     fn lower_all<L: Lanes>(
@@ -346,14 +261,12 @@ impl Looked<'_> {
         let mut nearest = [L::splat(proof, i32::from(u16::MAX)); N];
         for picks in self.picks.chunks_exact(GROUP) {
             for &pick in picks {
-                let step = &self.entries[pick as usize];
-                let (x, y) = (
-                    L::splat(proof, step.x_halves),
-                    L::splat(proof, step.y_halves),
-                );
-                let across = L::splat(proof, step.across);
-                let along = L::splat(proof, step.along);
-                let cell = L::splat(proof, step.cell);
+                let step = pick as usize;
+                let x = L::splat(proof, self.x[step]);
+                let y = L::splat(proof, self.y[step]);
+                let across = L::splat(proof, self.across[step]);
+                let along = L::splat(proof, self.along[step]);
+                let cell = L::splat(proof, self.cell[step]);
                 for (speed, nearest) in speeds.iter().zip(&mut nearest) {
                     let x = speed.mul_halves(x).add(across);
                     let y = speed.mul_halves(y).add(along);
@@ -370,7 +283,7 @@ impl Looked<'_> {
     }
 }
 
-/// The field's entry, in the lower half, for products with what leads from them to a cell ([`Step`]).
+/// The field's entry, in the lower half, for products with what leads from them to a cell ([`Table`]).
 #[inline(always)]
 fn entry<L: Lanes>(proof: L::Proof, problem: &Prepared, x: L, y: L, cell: L) -> L {
     let header = &problem.header;
@@ -378,85 +291,4 @@ fn entry<L: Lanes>(proof: L::Proof, problem: &Prepared, x: L, y: L, cell: L) -> 
     L::row_major(proof, x, y, bits, header.width as i32)
         .add(cell)
         .gather_loose(problem.field.padded_units())
-}
-
-/// Whether every disc of these samples stays on the field. Positions are monotonic in the speed, rounded as they are, so
-/// the first and the last sample bound the others.
-#[inline(always)]
-pub fn stay_inside<L: Lanes>(
-    proof: L::Proof,
-    problem: &Prepared,
-    course: &Course,
-    table: &Table,
-    samples: Range<usize>,
-) -> bool {
-    let header = &problem.header;
-    let width = L::splat(proof, header.width as i32);
-    let height = L::splat(proof, header.height as i32);
-    for coarse in [course.coarse[samples.start], course.coarse[samples.end - 1]] {
-        let coarse = L::splat(proof, coarse);
-        for at in (0..course.steps).step_by(L::COUNT) {
-            let moved = moved_steps(proof, problem, table, coarse, at);
-            for disc in 0..problem.discs.len() {
-                let (x, y) = disc_steps(proof, table, moved, disc * course.steps + at);
-                let on = L::both(
-                    x.sar(header.cell_bits).less_unsigned(width),
-                    y.sar(header.cell_bits).less_unsigned(height),
-                );
-                if L::bits(on) != u32::MAX >> (32 - L::COUNT) {
-                    return false;
-                }
-            }
-        }
-    }
-    true
-}
-
-/// The lanes that stand for steps of the horizon.
-fn steps_left(steps: u32, at: usize, lanes: usize) -> u32 {
-    let left = (steps as usize).saturating_sub(at);
-    if left >= lanes {
-        u32::MAX
-    } else {
-        (1 << left) - 1
-    }
-}
-
-/// How far one sample has moved at the steps from `at`.
-#[inline(always)]
-fn moved_steps<L: Lanes>(
-    proof: L::Proof,
-    problem: &Prepared,
-    table: &Table,
-    coarse: L,
-    at: usize,
-) -> (L, L) {
-    let bits = problem.header.coarse_bits;
-    let x = coarse.mul(L::load(proof, &table.x[at..]));
-    let y = coarse.mul(L::load(proof, &table.y[at..]));
-    (shift_round(proof, x, bits), shift_round(proof, y, bits))
-}
-
-/// Where a disc is then.
-#[inline(always)]
-fn disc_steps<L: Lanes>(
-    proof: L::Proof,
-    table: &Table,
-    (moved_x, moved_y): (L, L),
-    place: usize,
-) -> (L, L) {
-    (
-        moved_x.add(L::load(proof, &table.disc_x[place..])),
-        moved_y.add(L::load(proof, &table.disc_y[place..])),
-    )
-}
-
-/// Where a disc of many samples is at one step.
-#[inline(always)]
-fn position<L: Lanes>(proof: L::Proof, problem: &Prepared, coarse: L, step: &Step) -> (L, L) {
-    let bits = problem.header.coarse_bits;
-    (
-        moved(proof, coarse, step.x, bits).add(L::splat(proof, step.disc_x)),
-        moved(proof, coarse, step.y, bits).add(L::splat(proof, step.disc_y)),
-    )
 }

@@ -20,6 +20,8 @@ pub const MOST_LANES: usize = 16;
 pub trait Lanes: Copy {
     /// Number of lanes.
     const COUNT: usize;
+    /// Whether a gather is one instruction.
+    const GATHERS_ARE_CHEAP: bool;
     /// Shows that the processor has the instructions. Vectors are made from it, so none exists without.
     type Proof: Copy;
     /// A truth value for each lane.
@@ -63,7 +65,7 @@ pub trait Lanes: Copy {
     /// Number of leading zeros of a value above zero.
     fn leading_zeros(self) -> Self;
 
-    /// `floor(self / divisor)` of unsigned values with a quotient below 2^31 and a divisor above zero.
+    /// `floor(self / divisor)` of an unsigned value and a divisor from 1 to 2^17, with a quotient up to 2^17.
     fn div_unsigned(self, divisor: Self) -> Self;
     /// `floor(sqrt(self))` of unsigned values.
     fn isqrt(self) -> Self;

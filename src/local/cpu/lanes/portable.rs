@@ -1,4 +1,8 @@
 //! Lanes on any processor: loops over a short array, which compilers turn into what vectors there are.
+#![expect(
+    clippy::needless_range_loop,
+    reason = "one index for several arrays is what compilers turn into vectors"
+)]
 
 use super::Lanes;
 
@@ -45,6 +49,7 @@ impl Mask {
 
 impl Lanes for Portable {
     const COUNT: usize = COUNT;
+    const GATHERS_ARE_CHEAP: bool = false;
     type Proof = ();
     type Mask = Mask;
 

@@ -4,9 +4,13 @@
     reason = "vector instructions, several times the speed of the portable lanes"
 )]
 
-#[allow(
-    clippy::wildcard_imports,
-    reason = "every other name in this file is an intrinsic"
+// Clippy minds only outside of tests.
+#[cfg_attr(
+    not(test),
+    expect(
+        clippy::wildcard_imports,
+        reason = "every other name in this file is an intrinsic"
+    )
 )]
 use core::arch::x86_64::*;
 
@@ -51,15 +55,6 @@ impl Avx2 {
     pub fn detect() -> Option<Proof> {
         is_x86_feature_detected!("avx2").then_some(Proof(()))
     }
-}
-
-/// Runs an intrinsic.
-macro_rules! run {
-    ($call:expr) => {{
-        // SAFETY: a vector exists only where its proof does, and that only where the processor has the instructions.
-        // Addresses are those of arrays of the right length.
-        unsafe { $call }
-    }};
 }
 
 #[inline(always)]
@@ -127,6 +122,7 @@ fn floats(lanes: __m256i) -> (__m256d, __m256d) {
 
 impl Lanes for Avx2 {
     const COUNT: usize = COUNT;
+    const GATHERS_ARE_CHEAP: bool = true;
     type Proof = Proof;
     type Mask = Mask;
 
@@ -147,19 +143,22 @@ impl Lanes for Avx2 {
         run!(_mm256_storeu_si256(to.as_mut_ptr().cast(), self.0));
     }
 
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        run!(Self(_mm256_add_epi32(self.0, other.0)))
+    one_instruction! {
+        add = _mm256_add_epi32,
+        sub = _mm256_sub_epi32,
+        mul = _mm256_mullo_epi32,
+        and = _mm256_and_si256,
+        min = _mm256_min_epi32,
+        max = _mm256_max_epi32,
+        min_loose = _mm256_min_epu16,
+        shl_each = _mm256_sllv_epi32,
+        mul_halves = _mm256_madd_epi16,
     }
 
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        run!(Self(_mm256_sub_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        run!(Self(_mm256_mullo_epi32(self.0, other.0)))
+    shifts! {
+        shl = _mm256_sllv_epi32,
+        sar = _mm256_srav_epi32,
+        shr = _mm256_srlv_epi32,
     }
 
     #[inline(always)]
@@ -176,46 +175,6 @@ impl Lanes for Avx2 {
             _mm256_mul_epu32(self.0, other.0),
             _mm256_mul_epu32(odd(self), odd(other))
         ))
-    }
-
-    #[inline(always)]
-    fn shl(self, bits: u32) -> Self {
-        run!(Self(_mm256_sllv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn sar(self, bits: u32) -> Self {
-        run!(Self(_mm256_srav_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shr(self, bits: u32) -> Self {
-        run!(Self(_mm256_srlv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shl_each(self, bits: Self) -> Self {
-        run!(Self(_mm256_sllv_epi32(self.0, bits.0)))
-    }
-
-    #[inline(always)]
-    fn mul_halves(self, halves: Self) -> Self {
-        run!(Self(_mm256_madd_epi16(self.0, halves.0)))
-    }
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        run!(Self(_mm256_and_si256(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        run!(Self(_mm256_min_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        run!(Self(_mm256_max_epi32(self.0, other.0)))
     }
 
     #[inline(always)]
@@ -237,12 +196,19 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        // Exact: a quotient that is no integer is further from the next one than f64 rounds.
-        let ((low, high), (by_low, by_high)) = (floats(self.0), floats(divisor.0));
-        run!(truncate(
-            _mm256_div_pd(low, by_low),
-            _mm256_div_pd(high, by_high)
-        ))
+        // A float is off by less than one; the remainder corrects it. The half of an unsigned value is a signed one.
+        run!({
+            let half = _mm256_cvtepi32_ps(_mm256_srli_epi32::<1>(self.0));
+            let floats = _mm256_div_ps(_mm256_add_ps(half, half), _mm256_cvtepi32_ps(divisor.0));
+            let quotient = _mm256_cvttps_epi32(floats);
+            let product = _mm256_mullo_epi32(quotient, divisor.0);
+            let remainder = _mm256_sub_epi32(self.0, product);
+            // Minus one where true.
+            let much = _mm256_srai_epi32::<31>(remainder);
+            let enough = _mm256_cmpgt_epi32(divisor.0, remainder);
+            let little = _mm256_andnot_si256(enough, _mm256_set1_epi32(1));
+            Self(_mm256_add_epi32(_mm256_add_epi32(quotient, much), little))
+        })
     }
 
     #[inline(always)]
@@ -282,11 +248,6 @@ impl Lanes for Avx2 {
             let index = _mm256_min_epu32(self.0, _mm256_set1_epi32(last));
             Self(_mm256_i32gather_epi32::<2>(list.as_ptr().cast(), index))
         })
-    }
-
-    #[inline(always)]
-    fn min_loose(self, other: Self) -> Self {
-        run!(Self(_mm256_min_epu16(self.0, other.0)))
     }
 
     #[inline(always)]

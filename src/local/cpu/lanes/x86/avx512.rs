@@ -4,15 +4,22 @@
     reason = "vector instructions, several times the speed of the portable lanes"
 )]
 
-#[allow(
-    clippy::wildcard_imports,
-    reason = "every other name in this file is an intrinsic"
+// Clippy minds only outside of tests.
+#[cfg_attr(
+    not(test),
+    expect(
+        clippy::wildcard_imports,
+        reason = "every other name in this file is an intrinsic"
+    )
 )]
 use core::arch::x86_64::*;
 
 use super::super::Lanes;
 
 const COUNT: usize = 16;
+
+/// To whole numbers, without raising a flag.
+const TOWARDS_ZERO: i32 = _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC;
 
 /// Sixteen lanes.
 #[derive(Clone, Copy, Debug)]
@@ -30,15 +37,6 @@ impl Avx512 {
             && is_x86_feature_detected!("avx512cd");
         has.then_some(Proof(()))
     }
-}
-
-/// Runs an intrinsic.
-macro_rules! run {
-    ($call:expr) => {{
-        // SAFETY: a vector exists only where its proof does, and that only where the processor has the instructions.
-        // Addresses are those of arrays of the right length.
-        unsafe { $call }
-    }};
 }
 
 #[inline(always)]
@@ -68,11 +66,25 @@ fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
     )))
 }
 
+/// `floor(sqrt(x^2 + y^2))`. The squares and their sum are exact; a root from a reciprocal one and a step of Newton's is off
+/// by less than one, and its own square, exact as well, corrects it.
 #[inline(always)]
 fn length(x: __m256i, y: __m256i) -> __m512d {
     run!({
         let (x, y) = (_mm512_cvtepi32_pd(x), _mm512_cvtepi32_pd(y));
-        _mm512_sqrt_pd(_mm512_fmadd_pd(x, x, _mm512_mul_pd(y, y)))
+        let squared = _mm512_fmadd_pd(x, x, _mm512_mul_pd(y, y));
+        let one = _mm512_set1_pd(1.0);
+        let positive = _mm512_max_pd(squared, one);
+        let guess = _mm512_rsqrt14_pd(positive);
+        let half = _mm512_mul_pd(positive, _mm512_set1_pd(0.5));
+        let error = _mm512_fnmadd_pd(_mm512_mul_pd(half, guess), guess, _mm512_set1_pd(1.5));
+        let root = _mm512_mul_pd(positive, _mm512_mul_pd(guess, error));
+        let root = _mm512_roundscale_pd::<TOWARDS_ZERO>(root);
+        let remainder = _mm512_fnmadd_pd(root, root, squared);
+        let much = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(remainder, _mm512_setzero_pd());
+        let little = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(remainder, _mm512_add_pd(root, root));
+        let root = _mm512_mask_sub_pd(root, much, root, one);
+        _mm512_mask_add_pd(root, little, root, one)
     })
 }
 
@@ -88,6 +100,7 @@ fn count(bits: u32) -> __m512i {
 
 impl Lanes for Avx512 {
     const COUNT: usize = COUNT;
+    const GATHERS_ARE_CHEAP: bool = true;
     type Proof = Proof;
     type Mask = __mmask16;
 
@@ -108,19 +121,22 @@ impl Lanes for Avx512 {
         run!(_mm512_storeu_si512(to.as_mut_ptr().cast(), self.0));
     }
 
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        run!(Self(_mm512_add_epi32(self.0, other.0)))
+    one_instruction! {
+        add = _mm512_add_epi32,
+        sub = _mm512_sub_epi32,
+        mul = _mm512_mullo_epi32,
+        and = _mm512_and_si512,
+        min = _mm512_min_epi32,
+        max = _mm512_max_epi32,
+        min_loose = _mm512_min_epu16,
+        shl_each = _mm512_sllv_epi32,
+        mul_halves = _mm512_madd_epi16,
     }
 
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        run!(Self(_mm512_sub_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        run!(Self(_mm512_mullo_epi32(self.0, other.0)))
+    shifts! {
+        shl = _mm512_sllv_epi32,
+        sar = _mm512_srav_epi32,
+        shr = _mm512_srlv_epi32,
     }
 
     #[inline(always)]
@@ -140,46 +156,6 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn shl(self, bits: u32) -> Self {
-        run!(Self(_mm512_sllv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn sar(self, bits: u32) -> Self {
-        run!(Self(_mm512_srav_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shr(self, bits: u32) -> Self {
-        run!(Self(_mm512_srlv_epi32(self.0, count(bits))))
-    }
-
-    #[inline(always)]
-    fn shl_each(self, bits: Self) -> Self {
-        run!(Self(_mm512_sllv_epi32(self.0, bits.0)))
-    }
-
-    #[inline(always)]
-    fn mul_halves(self, halves: Self) -> Self {
-        run!(Self(_mm512_madd_epi16(self.0, halves.0)))
-    }
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        run!(Self(_mm512_and_si512(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        run!(Self(_mm512_min_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        run!(Self(_mm512_max_epi32(self.0, other.0)))
-    }
-
-    #[inline(always)]
     fn abs(self) -> Self {
         run!(Self(_mm512_abs_epi32(self.0)))
     }
@@ -191,12 +167,18 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        // Exact: a quotient that is no integer is further from the next one than f64 rounds.
-        let ((low, high), (by_low, by_high)) = (halves(self.0), halves(divisor.0));
-        run!(truncate(
-            _mm512_div_pd(_mm512_cvtepu32_pd(low), _mm512_cvtepu32_pd(by_low)),
-            _mm512_div_pd(_mm512_cvtepu32_pd(high), _mm512_cvtepu32_pd(by_high))
-        ))
+        // A float is off by less than one; the remainder corrects it.
+        run!({
+            let floats = _mm512_div_ps(_mm512_cvtepu32_ps(self.0), _mm512_cvtepi32_ps(divisor.0));
+            let quotient = _mm512_cvttps_epi32(floats);
+            let one = _mm512_set1_epi32(1);
+            let product = _mm512_mullo_epi32(quotient, divisor.0);
+            let remainder = _mm512_sub_epi32(self.0, product);
+            let much = _mm512_cmplt_epi32_mask(remainder, _mm512_setzero_si512());
+            let little = _mm512_cmpge_epi32_mask(remainder, divisor.0);
+            let quotient = _mm512_mask_sub_epi32(quotient, much, quotient, one);
+            Self(_mm512_mask_add_epi32(quotient, little, quotient, one))
+        })
     }
 
     #[inline(always)]
@@ -211,7 +193,6 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
-        // Exact, as the portable lanes say; a fused product changes nothing that is exact without.
         let ((x_low, x_high), (y_low, y_high)) = (halves(self.0), halves(other.0));
         truncate(length(x_low, y_low), length(x_high, y_high))
     }
@@ -240,11 +221,6 @@ impl Lanes for Avx512 {
             let index = _mm512_min_epu32(self.0, _mm512_set1_epi32(last));
             Self(_mm512_i32gather_epi32::<2>(index, list.as_ptr().cast()))
         })
-    }
-
-    #[inline(always)]
-    fn min_loose(self, other: Self) -> Self {
-        run!(Self(_mm512_min_epu16(self.0, other.0)))
     }
 
     #[inline(always)]

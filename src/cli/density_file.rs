@@ -1,0 +1,131 @@
+//! The files that `inbye bench density` leaves behind, opened before anything is measured.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use inbye::bench::{DensityRow, QualityRow};
+use serde::Serialize;
+
+/// A row that has a line in a CSV file.
+pub trait Line: Serialize {
+    /// The line with the names of the columns.
+    const HEADER: &str;
+
+    /// The row's line.
+    fn line(&self) -> String;
+}
+
+impl Line for DensityRow {
+    const HEADER: &str = "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s,\
+        name,missed_20_hz,missed_50_hz,missed_100_hz";
+
+    fn line(&self) -> String {
+        format!(
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            self.engine,
+            quoted(self.adapter.as_deref().unwrap_or_default()),
+            self.threads,
+            self.samples,
+            self.steps,
+            self.p50_ms,
+            self.p95_ms,
+            self.p99_ms,
+            self.max_ms,
+            self.decisions,
+            self.steps_per_s,
+            quoted(&self.name),
+            self.missed_20_hz,
+            self.missed_50_hz,
+            self.missed_100_hz,
+        )
+    }
+}
+
+impl Line for QualityRow {
+    const HEADER: &str = "window_s,samples,vx_samples,vtheta_samples,densest,decisions,without_command,regret_p50,\
+        regret_max,v_off_p50_m_s,v_off_max_m_s,omega_off_p50_rad_s,omega_off_max_rad_s";
+
+    fn line(&self) -> String {
+        let figures = [
+            self.regret_p50,
+            self.regret_max,
+            self.v_off_p50_m_s,
+            self.v_off_max_m_s,
+            self.omega_off_p50_rad_s,
+            self.omega_off_max_rad_s,
+        ];
+        let figures = figures.map(|figure| figure.map_or_else(String::new, |it| it.to_string()));
+        format!(
+            "{},{},{},{},{},{},{},{}",
+            self.window_s,
+            self.samples,
+            self.vx_samples,
+            self.vtheta_samples,
+            self.densest,
+            self.decisions,
+            self.without_command,
+            figures.join(","),
+        )
+    }
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "'"))
+}
+
+/// A file of a flag, emptied, to be written later.
+pub struct Output<'a> {
+    flag: &'static str,
+    name: &'a Path,
+    file: File,
+    ending: &'static str,
+}
+
+impl<'a> Output<'a> {
+    /// The file of a flag, none where the flag is not given. Its name must have one of these endings.
+    pub fn create(
+        flag: &'static str,
+        name: Option<&'a Path>,
+        endings: &[&'static str],
+    ) -> anyhow::Result<Option<Self>> {
+        let Some(name) = name else {
+            return Ok(None);
+        };
+        let given = name.extension().and_then(|ending| ending.to_str());
+        let Some(&ending) = endings.iter().find(|ending| given == Some(**ending)) else {
+            let endings = endings.join(" or .");
+            bail!("{flag} {}: the name must end in .{endings}", name.display());
+        };
+        let file = File::create(name).with_context(|| {
+            let name = name.display();
+            format!("{flag} {name}: cannot be written: name a file in a folder that exists")
+        })?;
+        Ok(Some(Self {
+            flag,
+            name,
+            file,
+            ending,
+        }))
+    }
+
+    /// Writes rows, as JSON or CSV by the ending.
+    pub fn rows<R: Line>(self, rows: &[R]) -> anyhow::Result<()> {
+        let text = if self.ending == "json" {
+            serde_json::to_string_pretty(rows)?
+        } else {
+            let lines = rows.iter().map(Line::line);
+            let lines: Vec<String> = [R::HEADER.to_owned()].into_iter().chain(lines).collect();
+            lines.join("\n")
+        };
+        self.text(&(text + "\n"))
+    }
+
+    /// Writes a text.
+    pub fn text(mut self, text: &str) -> anyhow::Result<()> {
+        self.file
+            .write_all(text.as_bytes())
+            .with_context(|| format!("{} {}", self.flag, self.name.display()))
+    }
+}

@@ -1,0 +1,144 @@
+//! Moving obstacles: where one can come nearer to a chunk of neighbouring samples than anything else, it is looked at. As in
+//! `sieve.rs` the middle sample bounds the others, here by the distance to the obstacle's centre.
+
+use super::course::{Course, ROUNDING};
+use super::lanes::Lanes;
+use super::march::{MOST_ACROSS, bounded, moved, nearer, squared_distance};
+use super::table::{Table, disc_steps, moved_steps};
+use crate::local::Prepared;
+
+const ROUNDING_UNITS: i32 = ROUNDING as i32;
+
+/// Room for the work on one chunk.
+#[derive(Debug, Default)]
+pub struct Moving {
+    /// Squared distances from the middle sample, for each vector of steps, disc and obstacle.
+    squared: Vec<i32>,
+    /// What can be nearest.
+    near: Vec<Near>,
+}
+
+/// A disc at a step at which a moving obstacle can be nearest.
+#[derive(Clone, Copy, Debug)]
+struct Near {
+    x: i32,
+    y: i32,
+    disc_x: i32,
+    disc_y: i32,
+    body_x: i32,
+    body_y: i32,
+    radii: i32,
+}
+
+impl Moving {
+    /// Lowers the clearances of a chunk's samples, which have these coarse speeds, to those to moving obstacles.
+    ///
+    /// The nearest of them at any step lowers the bound first; most of the others are then too far.
+    #[inline(always)]
+    pub fn lower<L: Lanes>(
+        &mut self,
+        proof: L::Proof,
+        problem: &Prepared,
+        course: &Course,
+        table: &Table,
+        coarse: &[i32],
+        least: &mut [i32],
+    ) {
+        self.near.clear();
+        let bound = least.iter().copied().max();
+        let least_radius = problem.obstacles.iter().map(|body| body.radius).min();
+        let (Some(least_radius), Some(mut bound @ 1..)) = (least_radius, bound) else {
+            return;
+        };
+        let middle = L::splat(proof, coarse[coarse.len() / 2]);
+        let words = course.steps * problem.discs.len() * problem.obstacles.len();
+        self.squared.resize(words, 0);
+        let mut places = (0..words).step_by(L::COUNT);
+        for at in (0..course.steps).step_by(L::COUNT) {
+            let moved = moved_steps(proof, problem, table, middle, at);
+            for (number, disc) in problem.discs.iter().enumerate() {
+                let (x, y) = disc_steps(proof, table, moved, number * course.steps + at);
+                let mut nearest = L::splat(proof, i32::MAX);
+                for (body, place) in (0..problem.obstacles.len()).zip(&mut places) {
+                    let (track_x, track_y) = course.track(body);
+                    let across = bounded(proof, x.sub(L::load(proof, &track_x[at..])));
+                    let along = bounded(proof, y.sub(L::load(proof, &track_y[at..])));
+                    // Above 2^31 only where the distance is beyond every bound.
+                    let squared = across.mul(across).add(along.mul(along));
+                    squared.store(&mut self.squared[place..]);
+                    nearest = nearest.min(squared.shr(1));
+                }
+                // Halved, for the comparison is signed: at most one less than it was.
+                let nearest = (2 * nearest.least() as u32 + 1).isqrt() as i32;
+                let apart = course.apart[at + L::COUNT - 1] + ROUNDING_UNITS;
+                bound = bound.min(nearest + apart - disc.radius - least_radius);
+            }
+        }
+        if bound <= 0 {
+            // All of them collide.
+            least.fill(0);
+            return;
+        }
+        let most = L::splat(proof, MOST_ACROSS);
+        let mut places = (0..words).step_by(L::COUNT);
+        for at in (0..course.steps).step_by(L::COUNT) {
+            let apart = L::load(proof, &course.apart[at..]);
+            let left = steps_left(problem.header.steps, at, L::COUNT);
+            for (number, disc) in problem.discs.iter().enumerate() {
+                for ((index, body), place) in problem.obstacles.iter().enumerate().zip(&mut places)
+                {
+                    let radii = disc.radius + body.radius;
+                    let within = apart.add(L::splat(proof, bound + radii + ROUNDING_UNITS));
+                    let squared = L::load(proof, &self.squared[place..]);
+                    let near =
+                        L::either(squared.less_unsigned(within.mul(within)), most.less(within));
+                    let mut steps = L::bits(near) & left;
+                    while steps != 0 {
+                        let step = at + steps.trailing_zeros() as usize;
+                        steps &= steps - 1;
+                        let (track_x, track_y) = course.track(index);
+                        self.near.push(Near {
+                            x: table.x[step],
+                            y: table.y[step],
+                            disc_x: table.disc_x[number * course.steps + step],
+                            disc_y: table.disc_y[number * course.steps + step],
+                            body_x: track_x[step],
+                            body_y: track_y[step],
+                            radii,
+                        });
+                    }
+                }
+            }
+        }
+        for (coarse, least) in coarse.chunks(L::COUNT).zip(least.chunks_mut(L::COUNT)) {
+            let coarse = L::load(proof, coarse);
+            let mut nearest = L::load(proof, least);
+            for near in &self.near {
+                let (x, y) = position(proof, problem, coarse, near);
+                let squared = squared_distance(proof, x, y, near.body_x, near.body_y);
+                nearest = nearer(proof, nearest, squared, near.radii);
+            }
+            nearest.store(least);
+        }
+    }
+}
+
+/// The lanes that stand for steps of the horizon.
+fn steps_left(steps: u32, at: usize, lanes: usize) -> u32 {
+    let left = (steps as usize).saturating_sub(at);
+    if left >= lanes {
+        u32::MAX
+    } else {
+        (1 << left) - 1
+    }
+}
+
+/// Where a disc of many samples is at one step.
+#[inline(always)]
+fn position<L: Lanes>(proof: L::Proof, problem: &Prepared, coarse: L, step: &Near) -> (L, L) {
+    let bits = problem.header.coarse_bits;
+    (
+        moved(proof, coarse, step.x, bits).add(L::splat(proof, step.disc_x)),
+        moved(proof, coarse, step.y, bits).add(L::splat(proof, step.disc_y)),
+    )
+}

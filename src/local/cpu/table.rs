@@ -1,0 +1,228 @@
+//! The table of one turn rate: where the discs of the footprint are at each step. Lanes are steps here.
+
+use super::arithmetic::{cos_q20, shift_round, sin_q20};
+use super::course::Course;
+use super::lanes::{Lanes, MOST_LANES};
+use crate::local::Prepared;
+use crate::local::inputs::Turn;
+
+/// The table of one turn rate, by step.
+///
+/// A disc's position along x is `disc_x + round(coarse x / 2^coarse_bits)`, and its column that divided by `2^cell_bits`. The
+/// divisions are one: with the part of `disc_x` below a cell, and the half that rounds, in the product's scale as `across`,
+/// the column is that of `disc_x` plus `(coarse x + across) >> (coarse_bits + cell_bits)`.
+#[derive(Debug, Default)]
+pub struct Table {
+    cosines: Vec<i32>,
+    sines: Vec<i32>,
+    /// Coarse displacement along x.
+    pub x: Vec<i32>,
+    /// Coarse displacement along y.
+    pub y: Vec<i32>,
+    /// `x` as two numbers of 16 bits, which add up to it.
+    pub x_halves: Vec<i32>,
+    /// `y` as two numbers of 16 bits, which add up to it.
+    pub y_halves: Vec<i32>,
+    /// For each disc and step its centre for a robot that did not move, along x.
+    pub disc_x: Vec<i32>,
+    /// And along y.
+    pub disc_y: Vec<i32>,
+    /// For each disc and step what leads from a product to its cell.
+    pub across: Vec<i32>,
+    /// The same along y.
+    pub along: Vec<i32>,
+    /// The cell of that disc for a robot that did not move.
+    pub cell: Vec<i32>,
+    /// Sum of cosines in Q20.
+    pub end_x: i32,
+    /// Sum of sines in Q20.
+    pub end_y: i32,
+}
+
+impl Table {
+    /// The table of a turn rate; entries beyond the last step repeat it.
+    #[inline(always)]
+    pub fn fill<L: Lanes>(
+        &mut self,
+        proof: L::Proof,
+        problem: &Prepared,
+        course: &Course,
+        turn: &Turn,
+    ) {
+        let header = &problem.header;
+        let steps = header.steps as usize;
+        // A step's discs stand turned already: one angle more than steps.
+        let angles = (steps + 1).next_multiple_of(L::COUNT);
+        self.cosines.resize(course.steps + MOST_LANES, 0);
+        self.sines.resize(course.steps + MOST_LANES, 0);
+        let mut first = [0; MOST_LANES];
+        for (lane, angle) in first.iter_mut().enumerate() {
+            *angle = header
+                .heading
+                .wrapping_add(turn.per_step.wrapping_mul(lane as u32)) as i32;
+        }
+        let mut angle = L::load(proof, &first);
+        let further = L::splat(proof, turn.per_step.wrapping_mul(L::COUNT as u32) as i32);
+        for at in (0..angles).step_by(L::COUNT) {
+            cos_q20(proof, angle).store(&mut self.cosines[at..]);
+            sin_q20(proof, angle).store(&mut self.sines[at..]);
+            angle = angle.add(further);
+        }
+        self.x.resize(course.steps, 0);
+        self.y.resize(course.steps, 0);
+        self.end_x = sums(&self.cosines[..steps], &mut self.x);
+        self.end_y = sums(&self.sines[..steps], &mut self.y);
+        repeat_last(&mut self.x, steps);
+        repeat_last(&mut self.y, steps);
+        for at in (0..course.steps).step_by(L::COUNT) {
+            for list in [&mut self.x, &mut self.y] {
+                let sum = L::load(proof, &list[at..]);
+                shift_round(proof, sum, header.table_bits).store(&mut list[at..]);
+            }
+        }
+        self.disc_x.resize(course.steps * problem.discs.len(), 0);
+        self.disc_y.resize(course.steps * problem.discs.len(), 0);
+        for (number, disc) in problem.discs.iter().enumerate() {
+            let list_x = &mut self.disc_x[number * course.steps..][..course.steps];
+            let list_y = &mut self.disc_y[number * course.steps..][..course.steps];
+            let (disc_x, disc_y) = (L::splat(proof, disc.x), L::splat(proof, disc.y));
+            let start_x = L::splat(proof, header.start_x);
+            let start_y = L::splat(proof, header.start_y);
+            for at in (0..course.steps).step_by(L::COUNT) {
+                let cosine = shift_round(proof, L::load(proof, &self.cosines[at + 1..]), 6);
+                let sine = shift_round(proof, L::load(proof, &self.sines[at + 1..]), 6);
+                let x = disc_x.mul(cosine).sub(disc_y.mul(sine));
+                let y = disc_x.mul(sine).add(disc_y.mul(cosine));
+                start_x
+                    .add(shift_round(proof, x, 14))
+                    .store(&mut list_x[at..]);
+                start_y
+                    .add(shift_round(proof, y, 14))
+                    .store(&mut list_y[at..]);
+            }
+            repeat_last(list_x, steps);
+            repeat_last(list_y, steps);
+        }
+        if course.in_any_order {
+            self.find_cells::<L>(proof, problem, course);
+        }
+    }
+
+    #[inline(always)]
+    fn find_cells<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
+        let header = &problem.header;
+        let words = self.disc_x.len();
+        for list in [&mut self.across, &mut self.along, &mut self.cell] {
+            list.resize(words, 0);
+        }
+        let within_cell = L::splat(proof, (1 << header.cell_bits) - 1);
+        let half = L::splat(proof, (1 << header.coarse_bits) >> 1);
+        let width = L::splat(proof, header.width as i32);
+        for at in (0..words).step_by(L::COUNT) {
+            let x = L::load(proof, &self.disc_x[at..]);
+            let y = L::load(proof, &self.disc_y[at..]);
+            let across = x.and(within_cell).shl(header.coarse_bits).add(half);
+            let along = y.and(within_cell).shl(header.coarse_bits).add(half);
+            let row = y.sar(header.cell_bits).mul(width);
+            across.store(&mut self.across[at..]);
+            along.store(&mut self.along[at..]);
+            row.add(x.sar(header.cell_bits)).store(&mut self.cell[at..]);
+        }
+        for (sums, halves) in [(&self.x, &mut self.x_halves), (&self.y, &mut self.y_halves)] {
+            halves.resize(course.steps, 0);
+            let low = L::splat(proof, 0xFFFF);
+            for at in (0..course.steps).step_by(L::COUNT) {
+                let sum = L::load(proof, &sums[at..]);
+                let half = sum.sar(1);
+                let packed = sum.sub(half).shl(16).add(half.and(low));
+                packed.store(&mut halves[at..]);
+            }
+        }
+    }
+}
+
+/// Writes the sums of the values so far; the last of them.
+fn sums(values: &[i32], sums: &mut [i32]) -> i32 {
+    let mut sum = 0_i32;
+    for (value, place) in values.iter().zip(sums) {
+        // At most 2^20 for each of 1023 steps.
+        sum = sum.wrapping_add(*value);
+        *place = sum;
+    }
+    sum
+}
+
+fn repeat_last(list: &mut [i32], len: usize) {
+    let last = list[len - 1];
+    list[len..].fill(last);
+}
+
+/// Whether every disc of a row's samples stays on the field. Positions are monotonic in the speed, rounded as they are, so
+/// the first and the last sample bound the others.
+#[inline(always)]
+pub fn stays_inside<L: Lanes>(
+    proof: L::Proof,
+    problem: &Prepared,
+    course: &Course,
+    table: &Table,
+) -> bool {
+    if course.inside {
+        return true;
+    }
+    let header = &problem.header;
+    let width = L::splat(proof, header.width as i32);
+    let height = L::splat(proof, header.height as i32);
+    for coarse in [course.coarse[0], course.coarse[course.stride - 1]] {
+        let coarse = L::splat(proof, coarse);
+        for at in (0..course.steps).step_by(L::COUNT) {
+            let moved = moved_steps(proof, problem, table, coarse, at);
+            for disc in 0..problem.discs.len() {
+                let (x, y) = disc_steps(proof, table, moved, disc * course.steps + at);
+                let on = L::both(
+                    x.sar(header.cell_bits).less_unsigned(width),
+                    y.sar(header.cell_bits).less_unsigned(height),
+                );
+                if L::bits(on) != u32::MAX >> (32 - L::COUNT) {
+                    return false;
+                }
+            }
+        }
+    }
+    true
+}
+
+/// How far one sample has moved at the steps from `at`.
+#[inline(always)]
+pub fn moved_steps<L: Lanes>(
+    proof: L::Proof,
+    problem: &Prepared,
+    table: &Table,
+    coarse: L,
+    at: usize,
+) -> (L, L) {
+    let bits = problem.header.coarse_bits;
+    let x = coarse.mul(L::load(proof, &table.x[at..]));
+    let y = coarse.mul(L::load(proof, &table.y[at..]));
+    (shift_round(proof, x, bits), shift_round(proof, y, bits))
+}
+
+/// Where a disc is then.
+#[inline(always)]
+pub fn disc_steps<L: Lanes>(
+    proof: L::Proof,
+    table: &Table,
+    (moved_x, moved_y): (L, L),
+    place: usize,
+) -> (L, L) {
+    (
+        moved_x.add(L::load(proof, &table.disc_x[place..])),
+        moved_y.add(L::load(proof, &table.disc_y[place..])),
+    )
+}
+
+/// Zero in the first lane, one in the second, and so on.
+#[inline(always)]
+pub fn lane_numbers<L: Lanes>(proof: L::Proof) -> L {
+    const NUMBERS: [i32; MOST_LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    L::load(proof, &NUMBERS)
+}

@@ -1,0 +1,195 @@
+//! Distance from every cell to the nearest obstacle, exact, in integers.
+
+mod lane;
+mod row;
+
+use super::{Cell, GridFrame, ObstacleGrid};
+use row::{Reach, Row};
+
+/// For each cell the squared distance, in cells, from its centre to the centre of the nearest obstacle cell.
+///
+/// Exact Euclidean distances by two passes, as of Meijster, Roerdink and Hesselink (2000): one along the columns, then
+/// along each row the lowest of the parabolas that stand on its columns. Whole numbers throughout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DistanceField {
+    frame: GridFrame,
+    squared: Vec<u32>,
+}
+
+/// Stands for "no obstacle in this column": longer than any distance within a grid, and its square fits in an `i32`.
+const FAR: u16 = 46_000;
+
+impl DistanceField {
+    /// The squared distance stored where the grid holds no obstacle at all.
+    pub const NO_OBSTACLE: u32 = FAR as u32 * FAR as u32;
+
+    /// The field of an obstacle grid. Ground outside the grid is not an obstacle here: the field knows only cells.
+    #[must_use]
+    pub fn new(obstacles: &ObstacleGrid) -> Self {
+        let frame = *obstacles.frame();
+        let width = frame.width as usize;
+        let mut squared = vec![0; frame.len()];
+        Self::each_row(obstacles, |row, squared_cells| {
+            squared[row * width..][..width].copy_from_slice(squared_cells);
+        });
+        Self { frame, squared }
+    }
+
+    /// The squared distances of [`Self::new`] row by row, each with its number, in no promised order: for who keeps
+    /// them in another form, and so need not write and read them all once more.
+    pub(crate) fn each_row(obstacles: &ObstacleGrid, mut take: impl FnMut(usize, &[u32])) {
+        let width = obstacles.frame().width as usize;
+        let mut squared = vec![Self::NO_OBSTACLE; width];
+        if !obstacles.cells().contains(&true) {
+            (0..obstacles.frame().height as usize).for_each(|row| take(row, &squared));
+            return;
+        }
+        let mut reach = Reach::unknown(width);
+        let (mut near, mut any) = (Row::<i16>::new(width), Row::<f64>::new(width));
+        let mut heights = vec![FAR; width];
+        let downwards = distance_downwards(obstacles);
+        // From the highest row down, so that the distances upwards are at hand.
+        for (row, downwards) in downwards.chunks_exact(width).enumerate().rev() {
+            for (height, &below) in heights.iter_mut().zip(downwards) {
+                *height = height.saturating_add(1).min(below);
+            }
+            if reach.is_near(width) {
+                near.lower(&heights, &mut reach, &mut squared);
+            } else {
+                any.lower(&heights, &mut reach, &mut squared);
+            }
+            take(row, &squared);
+        }
+    }
+
+    /// Size and placement.
+    #[must_use]
+    pub const fn frame(&self) -> &GridFrame {
+        &self.frame
+    }
+
+    /// All squared distances in cells, row-major, lowest row first.
+    #[must_use]
+    pub fn squared_cells(&self) -> &[u32] {
+        &self.squared
+    }
+
+    /// Distance in metres from the centre of a cell to the centre of the nearest obstacle cell; infinite where the
+    /// grid holds no obstacle. The cell must lie inside the grid.
+    #[must_use]
+    pub fn distance_m(&self, cell: Cell) -> f64 {
+        match self.squared[self.frame.index(cell)] {
+            Self::NO_OBSTACLE.. => f64::INFINITY,
+            squared => f64::from(squared).sqrt() * self.frame.resolution_m,
+        }
+    }
+}
+
+/// For each cell the distance, in rows, to the nearest obstacle of its own column in its row or below, or [`FAR`].
+fn distance_downwards(obstacles: &ObstacleGrid) -> Vec<u16> {
+    let width = obstacles.frame().width as usize;
+    let mut distances = vec![0; obstacles.cells().len()];
+    let mut heights = vec![FAR; width];
+    let rows = obstacles.cells().chunks_exact(width);
+    for (blocked, out) in rows.zip(distances.chunks_exact_mut(width)) {
+        for ((height, &blocked), out) in heights.iter_mut().zip(blocked).zip(out) {
+            let above = height.saturating_add(1).min(FAR);
+            *height = if blocked { 0 } else { above };
+            *out = *height;
+        }
+    }
+    distances
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use rand::{RngExt, SeedableRng};
+
+    fn brute_force(obstacles: &ObstacleGrid) -> Vec<u32> {
+        let frame = obstacles.frame();
+        let sites: Vec<Cell> = (0..frame.len())
+            .filter(|&i| obstacles.cells()[i])
+            .map(|i| frame.cell_at(i))
+            .collect();
+        (0..frame.len())
+            .map(|index| {
+                let cell = frame.cell_at(index);
+                sites
+                    .iter()
+                    .map(|site| {
+                        let (dx, dy) = (site.column - cell.column, site.row - cell.row);
+                        (dx * dx + dy * dy) as u32
+                    })
+                    .min()
+                    .unwrap_or(DistanceField::NO_OBSTACLE)
+            })
+            .collect()
+    }
+
+    fn check(width: i32, height: i32, blocked: Vec<bool>) {
+        let frame = GridFrame {
+            width,
+            height,
+            resolution_m: 0.1,
+            origin: Pose::default(),
+        };
+        let obstacles = ObstacleGrid::new(frame, blocked);
+        let field = DistanceField::new(&obstacles);
+        let expected = brute_force(&obstacles);
+        let wrong = (0..frame.len()).find(|&i| field.squared_cells()[i] != expected[i]);
+        assert_eq!(
+            wrong.map(|i| (frame.cell_at(i), field.squared_cells()[i], expected[i])),
+            None,
+            "of {width} x {height}"
+        );
+    }
+
+    #[test]
+    fn equals_brute_force_on_random_grids() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(7);
+        for case in 0..400 {
+            let (width, height) = match case % 8 {
+                0 => (1, rng.random_range(1..100)),
+                1 => (rng.random_range(1..100), 1),
+                _ => (rng.random_range(1..70), rng.random_range(1..40)),
+            };
+            let density = [0.0, 0.002, 0.05, 0.5, 1.0][case % 5];
+            let cells = (width * height) as usize;
+            let blocked = (0..cells).map(|_| rng.random_bool(density)).collect();
+            check(width, height, blocked);
+        }
+    }
+
+    /// A few obstacles in wide ground: rows near and far from all of them, and both kinds of numbers by turns.
+    #[test]
+    fn equals_brute_force_where_obstacles_are_rare() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(8);
+        for _ in 0..30 {
+            let (width, height) = (rng.random_range(200..700), rng.random_range(150..400));
+            let mut blocked = vec![false; (width * height) as usize];
+            for _ in 0..rng.random_range(1..12) {
+                let place = rng.random_range(0..blocked.len());
+                blocked[place] = true;
+            }
+            check(width, height, blocked);
+        }
+    }
+
+    #[test]
+    fn equals_brute_force_on_the_longest_grids() {
+        for long in [32_767, 40_000_i32] {
+            let few = |i| [5, 300, 30_000].contains(&i);
+            let many = |i| i % 100 == 7 || i == long - 1;
+            let last = |i| i == long - 1;
+            check(long, 1, (0..long).map(few).collect());
+            check(1, long, (0..long).map(few).collect());
+            check(long, 1, (0..long).map(many).collect());
+            check(1, long, (0..long).map(many).collect());
+            check(long, 1, (0..long).map(last).collect());
+            check(long, 3, (0..3 * long).map(last).collect());
+            check(long, 3, (0..3 * long).map(many).collect());
+        }
+    }
+}
