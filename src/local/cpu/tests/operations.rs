@@ -198,28 +198,38 @@ fn bits<L: Lanes>() -> Vec<Operation<L>> {
     ]
 }
 
-/// The domain of `div_unsigned`: a divisor above zero and a quotient below 2^31.
-fn dividable([x, y]: Case) -> Case {
-    let divisor = (y as u32).max(1);
-    let value = if divisor == 1 { x & i32::MAX } else { x };
-    [value, divisor as i32]
+/// The greatest divisor and quotient of `div_unsigned`.
+const MOST_DIVIDED: u32 = 1 << 17;
+
+/// A divisor from 1 to 2^17, and a value with a quotient up to that.
+fn dividable([x, y]: Case, _: &Shared) -> Case {
+    let divisor = y as u32 % MOST_DIVIDED + 1;
+    let limit = u64::from(divisor) * u64::from(MOST_DIVIDED + 1);
+    [(u64::from(x as u32) % limit) as i32, divisor as i32]
+}
+
+/// A multiple of such a divisor, or one less.
+fn about_multiple([x, y]: Case, shared: &Shared) -> Case {
+    let divisor = y as u32 % MOST_DIVIDED + 1;
+    let most = MOST_DIVIDED.min(u32::MAX / divisor);
+    let multiple = x as u32 % (most + 1) * divisor;
+    [
+        multiple.saturating_sub(shared.bits % 2) as i32,
+        divisor as i32,
+    ]
 }
 
 fn roots<L: Lanes>() -> Vec<Operation<L>> {
     vec![
         each(
             "div_unsigned",
-            |case, _| dividable(case),
+            dividable,
             |_, x, y, _| x.div_unsigned(y),
             |x, y, _| (x as u32 / y as u32) as i32,
         ),
         each(
             "div_unsigned about multiples",
-            |[x, y], s| {
-                let divisor = (y as u32).max(1);
-                let multiple = x as u32 / divisor * divisor;
-                dividable([multiple.wrapping_sub(s.bits % 2) as i32, y])
-            },
+            about_multiple,
             |_, x, y, _| x.div_unsigned(y),
             |x, y, _| (x as u32 / y as u32) as i32,
         ),
