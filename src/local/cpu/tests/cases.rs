@@ -22,7 +22,7 @@ pub struct Shared {
 impl Shared {
     /// A list to gather from, one entry longer than the width.
     pub fn list(&self) -> &'static [u16] {
-        &LIST[..self.width as usize + 1]
+        &LIST[..=self.width as usize]
     }
 }
 
