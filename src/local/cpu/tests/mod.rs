@@ -68,10 +68,12 @@ fn differences<L: Lanes>(
                 outcome.found[0] ^= 1 << 31;
             }
             let wrong = wrong_places(&outcome);
-            if !wrong.is_empty() && differing < TOLD {
-                tell(&outcome, &operation.way, wrong[0], &mut told);
+            for place in wrong {
+                if differing < TOLD {
+                    tell(&outcome, &operation.way, place, &mut told);
+                }
+                differing += 1;
             }
-            differing += wrong.len();
             all += outcome.expected.len();
             vector += 1;
         }
