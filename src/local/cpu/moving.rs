@@ -9,6 +9,9 @@ use crate::local::Prepared;
 
 const ROUNDING_UNITS: i32 = ROUNDING as i32;
 
+/// So many are looked at together: room that does not depend on how many there are.
+const MOST_NEAR: usize = 256;
+
 /// Room for the work on one chunk.
 #[derive(Debug, Default)]
 pub struct Moving {
@@ -45,14 +48,15 @@ impl Moving {
         least: &mut [i32],
     ) {
         self.near.clear();
+        self.near.reserve(MOST_NEAR);
+        let words = course.steps * problem.discs.len() * problem.obstacles.len();
+        self.squared.resize(words, 0);
         let bound = least.iter().copied().max();
         let least_radius = problem.obstacles.iter().map(|body| body.radius).min();
         let (Some(least_radius), Some(mut bound @ 1..)) = (least_radius, bound) else {
             return;
         };
         let middle = L::splat(proof, coarse[coarse.len() / 2]);
-        let words = course.steps * problem.discs.len() * problem.obstacles.len();
-        self.squared.resize(words, 0);
         let mut places = (0..words).step_by(L::COUNT);
         for at in (0..course.steps).step_by(L::COUNT) {
             let moved = moved_steps(proof, problem, table, middle, at);
@@ -97,6 +101,10 @@ impl Moving {
                         let step = at + steps.trailing_zeros() as usize;
                         steps &= steps - 1;
                         let (track_x, track_y) = course.track(index);
+                        if self.near.len() == MOST_NEAR {
+                            self.look::<L>(proof, problem, coarse, least);
+                            self.near.clear();
+                        }
                         self.near.push(Near {
                             x: table.x[step],
                             y: table.y[step],
@@ -110,6 +118,18 @@ impl Moving {
                 }
             }
         }
+        self.look::<L>(proof, problem, coarse, least);
+    }
+
+    /// Lowers the clearances to what is near.
+    #[inline(always)]
+    fn look<L: Lanes>(
+        &self,
+        proof: L::Proof,
+        problem: &Prepared,
+        coarse: &[i32],
+        least: &mut [i32],
+    ) {
         for (coarse, least) in coarse.chunks(L::COUNT).zip(least.chunks_mut(L::COUNT)) {
             let coarse = L::load(proof, coarse);
             let mut nearest = L::load(proof, least);

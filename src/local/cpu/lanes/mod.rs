@@ -77,7 +77,7 @@ pub trait Lanes: Copy {
     /// The entries of a list in the lower halves of the lanes; the upper halves hold anything. The list has at least one
     /// entry more than the greatest index; other indices give one of its entries as well.
     fn gather_loose(self, list: &[u16]) -> Self;
-    /// The smaller of two in the lower halves, unsigned; the upper halves hold anything.
+    /// The smaller of two that loose operations gave, or of one and a value below 2^16; again loose.
     fn min_loose(self, other: Self) -> Self;
     /// Clears the upper halves of what the loose operations gave.
     fn tighten(self) -> Self;
