@@ -169,16 +169,33 @@ impl CpuEngine {
         (tally, best.fold(NOBODY, better))
     }
 
-    fn sample(&mut self, problem: &Prepared, index: usize) -> SampleRecord {
-        let (row, column) = (index / problem.speeds.len(), index % problem.speeds.len());
+    /// The winner, unless nobody won.
+    fn winner(&mut self, problem: &Prepared, (score, index): Candidate) -> Option<Winner> {
+        let speeds = problem.speeds.len();
+        let (row, column) = (index as usize / speeds, index as usize % speeds);
         let course = &self.course;
+        let mut parts = self.parts.iter_mut().map(unlocked);
+        let part = parts.find(|part| part.rows().contains(&row))?;
+        Some(Winner {
+            index,
+            score,
+            terms: part.sample(problem, course, row, column).terms,
+        })
+    }
+
+    /// All samples in order: parts follow one another as their rows do.
+    fn samples(&mut self, problem: &Prepared) -> Vec<SampleRecord> {
+        let course = &self.course;
+        let mut samples = Vec::with_capacity(problem.len());
         for part in &mut self.parts {
             let part = unlocked(part);
-            if part.rows().contains(&row) {
-                return part.sample(problem, course, row, column);
+            for row in part.rows().clone() {
+                let row =
+                    (0..problem.speeds.len()).map(|index| part.sample(problem, course, row, index));
+                samples.extend(row);
             }
         }
-        unreachable!("every row belongs to a part");
+        samples
     }
 }
 
@@ -230,16 +247,8 @@ impl Engine for CpuEngine {
         self.course.fill(problem);
         self.judge(problem);
         let (tally, best) = self.select(problem);
-        let winner = (best.1 != NOBODY.1).then(|| Winner {
-            index: best.1,
-            score: best.0,
-            terms: self.sample(problem, best.1 as usize).terms,
-        });
-        let samples = (detail == Detail::Samples).then(|| {
-            (0..problem.len())
-                .map(|index| self.sample(problem, index))
-                .collect()
-        });
+        let winner = self.winner(problem, best);
+        let samples = (detail == Detail::Samples).then(|| self.samples(problem));
         Ok(Evaluation {
             counts: tally.counts,
             totals: tally.totals,
