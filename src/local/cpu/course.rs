@@ -168,6 +168,7 @@ impl Course {
     }
 
     /// The columns x and y of one moving obstacle.
+    #[inline(always)]
     pub fn track(&self, body: usize) -> (&[i32], &[i32]) {
         self.tracks[2 * body * self.steps..][..2 * self.steps].split_at(self.steps)
     }

@@ -57,23 +57,25 @@ impl Moving {
             return;
         };
         let middle = L::splat(proof, coarse[coarse.len() / 2]);
-        let mut places = (0..words).step_by(L::COUNT);
+        // Counted by hand: an iterator here is called, not inlined.
+        let mut place = 0;
         for at in (0..course.steps).step_by(L::COUNT) {
             let moved = moved_steps(proof, problem, table, middle, at);
             for (number, disc) in problem.discs.iter().enumerate() {
                 let (x, y) = disc_steps(proof, table, moved, number * course.steps + at);
                 let mut nearest = L::splat(proof, i32::MAX);
-                for (body, place) in (0..problem.obstacles.len()).zip(&mut places) {
+                for body in 0..problem.obstacles.len() {
                     let (track_x, track_y) = course.track(body);
                     let across = bounded(proof, x.sub(L::load(proof, &track_x[at..])));
                     let along = bounded(proof, y.sub(L::load(proof, &track_y[at..])));
                     // Above 2^31 only where the distance is beyond every bound.
                     let squared = across.mul(across).add(along.mul(along));
                     squared.store(&mut self.squared[place..]);
+                    place += L::COUNT;
                     nearest = nearest.min(squared.shr(1));
                 }
                 // Halved, for the comparison is signed: at most one less than it was.
-                let nearest = (2 * nearest.least() as u32 + 1).isqrt() as i32;
+                let nearest = f64::from(2 * nearest.least() as u32 + 1).sqrt() as i32 + 1;
                 let apart = course.apart[at + L::COUNT - 1] + ROUNDING_UNITS;
                 bound = bound.min(nearest + apart - disc.radius - least_radius);
             }
@@ -84,16 +86,17 @@ impl Moving {
             return;
         }
         let most = L::splat(proof, MOST_ACROSS);
-        let mut places = (0..words).step_by(L::COUNT);
+        // Counted by hand: an iterator here is called, not inlined.
+        let mut place = 0;
         for at in (0..course.steps).step_by(L::COUNT) {
             let apart = L::load(proof, &course.apart[at..]);
             let left = steps_left(problem.header.steps, at, L::COUNT);
             for (number, disc) in problem.discs.iter().enumerate() {
-                for ((index, body), place) in problem.obstacles.iter().enumerate().zip(&mut places)
-                {
+                for (index, body) in problem.obstacles.iter().enumerate() {
                     let radii = disc.radius + body.radius;
                     let within = apart.add(L::splat(proof, bound + radii + ROUNDING_UNITS));
                     let squared = L::load(proof, &self.squared[place..]);
+                    place += L::COUNT;
                     let near =
                         L::either(squared.less_unsigned(within.mul(within)), most.less(within));
                     let mut steps = L::bits(near) & left;
