@@ -1,6 +1,8 @@
 //! The best sample of a row, found in loops that compile to vectors.
 
 use super::course::Course;
+use super::instructions::Work;
+use super::lanes::Lanes;
 use super::row::REASON_BITS;
 use crate::local::score::Normalizer;
 
@@ -36,22 +38,43 @@ impl Share {
     }
 }
 
-/// The largest score of a row's admissible samples; `i64::MIN` when none is.
-#[inline(always)]
-pub fn largest_score(course: &Course, row: &[i32], samples: usize, shares: &[Share; 4]) -> i64 {
-    let heading = &row[..samples];
-    let clearance = &row[course.stride..][..samples];
-    let path = &row[2 * course.stride..][..samples];
-    let velocity = &course.term[..samples];
-    let mut largest = i64::MIN;
-    for index in 0..samples {
-        let score = shares[0]
-            .of(heading[index])
-            .wrapping_add(shares[1].of(clearance[index]))
-            .wrapping_add(shares[2].of(velocity[index]))
-            .wrapping_sub(shares[3].of(path[index]));
-        let admissible = (heading[index] as u32) >> REASON_BITS == 0;
-        largest = largest.max(if admissible { score } else { i64::MIN });
+/// Looking for the largest score of a row's admissible samples; `i64::MIN` when none is.
+pub struct LargestScore<'a> {
+    /// Where the velocity terms are.
+    pub course: &'a Course,
+    /// The row's columns.
+    pub row: &'a [i32],
+    /// How many samples it has.
+    pub samples: usize,
+    /// What makes the score.
+    pub shares: &'a [Share; 4],
+}
+
+impl Work for LargestScore<'_> {
+    type Outcome = i64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L::Proof) -> i64 {
+        let Self {
+            course,
+            row,
+            samples,
+            shares,
+        } = self;
+        let heading = &row[..samples];
+        let clearance = &row[course.stride..][..samples];
+        let path = &row[2 * course.stride..][..samples];
+        let velocity = &course.term[..samples];
+        let mut largest = i64::MIN;
+        for index in 0..samples {
+            let score = shares[0]
+                .of(heading[index])
+                .wrapping_add(shares[1].of(clearance[index]))
+                .wrapping_add(shares[2].of(velocity[index]))
+                .wrapping_sub(shares[3].of(path[index]));
+            let admissible = (heading[index] as u32) >> REASON_BITS == 0;
+            largest = largest.max(if admissible { score } else { i64::MIN });
+        }
+        largest
     }
-    largest
 }

@@ -1,7 +1,10 @@
 //! Which vector instructions the CPU engine uses: found out when the program runs, never when it is built.
 
 #[cfg(target_arch = "x86_64")]
-use super::lanes::{Avx2, Avx512, Lanes};
+use super::lanes::{Avx2, Avx512};
+use super::lanes::{Lanes, Portable};
+#[cfg(target_arch = "x86_64")]
+use super::x86;
 
 /// A way to judge samples on a CPU. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +68,27 @@ pub enum Kernel {
     Avx512(<Avx512 as Lanes>::Proof),
 }
 
+/// Something to be done with whatever instructions there are. `run` must be `inline(always)`, to be compiled for them.
+pub trait Work {
+    /// What comes of it.
+    type Outcome;
+
+    /// Does it.
+    fn run<L: Lanes>(self, proof: L::Proof) -> Self::Outcome;
+}
+
 impl Kernel {
+    /// Does some work with these instructions; the scalar kernel, which has none of its own, with arrays.
+    pub fn run<W: Work>(self, work: W) -> W::Outcome {
+        match self {
+            Self::Scalar | Self::Portable => work.run::<Portable>(()),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(proof) => x86::avx2(proof, work),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(proof) => x86::avx512(proof, work),
+        }
+    }
+
     /// The kernel of these instructions, where the processor has them.
     pub fn of(instructions: Instructions) -> Option<Self> {
         match instructions {

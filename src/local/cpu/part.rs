@@ -2,10 +2,10 @@
 
 use core::ops::Range;
 
-use super::choice::{Share, largest_score};
+use super::choice::{LargestScore, Share};
 use super::course::Course;
-use super::instructions::Kernel;
-use super::lanes::Portable;
+use super::instructions::{Kernel, Work};
+use super::lanes::Lanes;
 use super::row::{COLUMNS, REASON_BITS, judge_row};
 use super::scalar;
 use super::sieve::Sieve;
@@ -66,13 +66,14 @@ impl Part {
         self.tallies.clear();
         self.total = Tally::default();
         self.rows = rows;
-        match kernel {
-            Kernel::Scalar => self.judge_scalar(problem, course),
-            Kernel::Portable => self.judge_portable(problem, course),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2(proof) => super::x86::judge_avx2(proof, self, problem, course),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx512(proof) => super::x86::judge_avx512(proof, self, problem, course),
+        if matches!(kernel, Kernel::Scalar) {
+            self.judge_scalar(problem, course);
+        } else {
+            kernel.run(Judging {
+                part: self,
+                problem,
+                course,
+            });
         }
     }
 
@@ -86,18 +87,8 @@ impl Part {
         }
     }
 
-    fn judge_portable(&mut self, problem: &Prepared, course: &Course) {
-        self.judge_lanes::<Portable>((), problem, course);
-    }
-
-    /// Judges in lanes: to be inlined where their instructions are enabled.
     #[inline(always)]
-    pub fn judge_lanes<L: super::lanes::Lanes>(
-        &mut self,
-        proof: L::Proof,
-        problem: &Prepared,
-        course: &Course,
-    ) {
+    fn judge_lanes<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
         let turns = &problem.turns[self.rows.clone()];
         let words = COLUMNS * course.stride;
         let Scratch {
@@ -181,17 +172,12 @@ impl Part {
         } = choice;
         let speeds = problem.speeds.len();
         let samples = self.row(course, row);
-        let largest = match kernel {
-            Kernel::Scalar | Kernel::Portable => largest_score(course, samples, speeds, shares),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2(proof) => {
-                super::x86::largest_avx2(*proof, course, samples, speeds, shares)
-            }
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx512(proof) => {
-                super::x86::largest_avx512(*proof, course, samples, speeds, shares)
-            }
-        };
+        let largest = kernel.run(LargestScore {
+            course,
+            row: samples,
+            samples: speeds,
+            shares,
+        });
         if better(candidate, (largest, (row * speeds) as u32)) == candidate {
             return candidate;
         }
@@ -225,6 +211,22 @@ impl Part {
     ) -> SampleRecord {
         let row = self.row(course, row);
         record(problem, course, row, index)
+    }
+}
+
+/// Judging a part in lanes.
+struct Judging<'a> {
+    part: &'a mut Part,
+    problem: &'a Prepared,
+    course: &'a Course,
+}
+
+impl Work for Judging<'_> {
+    type Outcome = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, proof: L::Proof) {
+        self.part.judge_lanes::<L>(proof, self.problem, self.course);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The limit that the engine is measured against: gathers from the distance field and nothing else.
 
-use super::instructions::Kernel;
-use super::lanes::{Lanes, MOST_LANES, Portable};
+use super::instructions::{Kernel, Work};
+use super::lanes::{Lanes, MOST_LANES};
 use super::{CpuEngine, Instructions};
 use crate::local::{ClearanceField, EngineError};
 
@@ -25,36 +25,43 @@ impl GatherOnly {
     #[must_use]
     pub fn least(&self, field: &ClearanceField, cells: &[i32]) -> i32 {
         let list = field.padded_units();
-        match self.0 {
-            Kernel::Scalar => cells.iter().fold(i32::MAX, |least, &cell| {
+        if matches!(self.0, Kernel::Scalar) {
+            return cells.iter().fold(i32::MAX, |least, &cell| {
                 let index = (cell as u32 as usize).min(list.len() - 1);
                 least.min(i32::from(list[index]))
-            }),
-            Kernel::Portable => gather_only::<Portable>((), list, cells),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2(proof) => super::x86::gather_avx2(proof, list, cells),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx512(proof) => super::x86::gather_avx512(proof, list, cells),
+            });
         }
+        self.0.run(Gathering { list, cells })
     }
 }
 
-/// The smallest of the entries: to be inlined where the instructions are enabled.
-#[inline(always)]
-pub fn gather_only<L: Lanes>(proof: L::Proof, list: &[u16], cells: &[i32]) -> i32 {
-    let most = L::splat(proof, i32::from(u16::MAX));
-    // Several at a time: no gather waits for the one before.
-    let (mut one, mut two, mut three, mut four) = (most, most, most, most);
-    for cells in cells.chunks_exact(4 * MOST_LANES) {
-        for at in (0..4 * MOST_LANES).step_by(4 * L::COUNT) {
-            one = one.min_loose(L::load(proof, &cells[at..]).gather_loose(list));
-            two = two.min_loose(L::load(proof, &cells[at + L::COUNT..]).gather_loose(list));
-            three = three.min_loose(L::load(proof, &cells[at + 2 * L::COUNT..]).gather_loose(list));
-            four = four.min_loose(L::load(proof, &cells[at + 3 * L::COUNT..]).gather_loose(list));
+struct Gathering<'a> {
+    list: &'a [u16],
+    cells: &'a [i32],
+}
+
+impl Work for Gathering<'_> {
+    type Outcome = i32;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, proof: L::Proof) -> i32 {
+        let Self { list, cells } = self;
+        let most = L::splat(proof, i32::from(u16::MAX));
+        // Several at a time: no gather waits for the one before.
+        let (mut one, mut two, mut three, mut four) = (most, most, most, most);
+        for cells in cells.chunks_exact(4 * MOST_LANES) {
+            for at in (0..4 * MOST_LANES).step_by(4 * L::COUNT) {
+                one = one.min_loose(L::load(proof, &cells[at..]).gather_loose(list));
+                two = two.min_loose(L::load(proof, &cells[at + L::COUNT..]).gather_loose(list));
+                three =
+                    three.min_loose(L::load(proof, &cells[at + 2 * L::COUNT..]).gather_loose(list));
+                four =
+                    four.min_loose(L::load(proof, &cells[at + 3 * L::COUNT..]).gather_loose(list));
+            }
         }
+        one.min_loose(two)
+            .min_loose(three.min_loose(four))
+            .tighten()
+            .least()
     }
-    one.min_loose(two)
-        .min_loose(three.min_loose(four))
-        .tighten()
-        .least()
 }
