@@ -3,6 +3,8 @@
 //! A grid lies on the ground with its own frame ([`GridFrame`]); row 0 is the lowest y. Everything outside a grid
 //! is an obstacle, and so is unknown ground unless [`UnknownPolicy::Free`] is asked for.
 
+mod bit_grid;
+mod dilation;
 mod distance_field;
 mod error;
 mod free_space;
@@ -17,6 +19,7 @@ mod scan;
 mod scenario;
 mod text_map;
 
+pub(crate) use bit_grid::BitGrid;
 pub use distance_field::DistanceField;
 pub use error::MapError;
 pub use free_space::FreeSpace;

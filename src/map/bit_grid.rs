@@ -1,0 +1,272 @@
+//! One bit for each cell of a grid, packed so that a search can look at 64 cells at once.
+
+use super::Cell;
+
+/// Bits of a word.
+const WORD: usize = u64::BITS as usize;
+
+/// A yes or no for each cell, with a rim of noes all round.
+///
+/// The rows lie one behind the other in one long line of bits, lowest row first, each padded with noes to whole words:
+/// at least one behind every row, which the next row has before it, and a row of them below the first and above the
+/// last. So what surrounds a cell of the grid can be read without asking where the grid ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct BitGrid {
+    width: i32,
+    height: i32,
+    /// Bits from a cell to the one above it.
+    stride: usize,
+    words: Vec<u64>,
+}
+
+impl BitGrid {
+    /// Of so many columns and rows, all noes.
+    pub fn new(width: i32, height: i32) -> Self {
+        // One more than the last column asks for.
+        let stride = (width as usize / WORD + 1) * WORD;
+        // A word before and behind, for windows that begin before the first row or run over the end of the last.
+        let words = vec![0; stride / WORD * (height as usize + 2) + 2];
+        Self {
+            width,
+            height,
+            stride,
+            words,
+        }
+    }
+
+    /// From a value for each cell, row-major, lowest row first.
+    pub fn from_cells(width: i32, height: i32, cells: impl Fn(usize) -> bool) -> Self {
+        let mut grid = Self::new(width, height);
+        for row in 0..height {
+            let first = row as usize * width as usize;
+            for (number, word) in grid.row_mut(row).iter_mut().enumerate() {
+                let from = number * WORD;
+                let to = (from + WORD).min(width as usize);
+                *word = (from..to).fold(0, |word, column| {
+                    word | u64::from(cells(first + column)) << (column - from)
+                });
+            }
+        }
+        grid
+    }
+
+    /// Rows become columns and columns rows.
+    pub fn transposed(&self) -> Self {
+        let mut turned = Self::new(self.height, self.width);
+        let mut block = [0; WORD];
+        for row in (0..self.height).step_by(WORD) {
+            for column in (0..self.width).step_by(WORD) {
+                let number = column as usize / WORD;
+                for (line, word) in (row..).zip(&mut block) {
+                    *word = if line < self.height {
+                        self.row(line)[number]
+                    } else {
+                        0
+                    };
+                }
+                transpose(&mut block);
+                let number = row as usize / WORD;
+                for (line, &word) in (column..turned.height).zip(&block) {
+                    turned.row_mut(line)[number] = word;
+                }
+            }
+        }
+        turned
+    }
+
+    /// The cells that are set neither here nor in another grid of the same size.
+    pub fn neither(&self, other: &Self) -> Self {
+        let mut grid = Self::new(self.width, self.height);
+        for row in 0..self.height {
+            let pairs = self.row(row).iter().zip(other.row(row));
+            for (to, (one, other)) in grid.row_mut(row).iter_mut().zip(pairs) {
+                *to = !(one | other);
+            }
+            clear_padding(grid.row_mut(row), self.width);
+        }
+        grid
+    }
+
+    /// Bits from a cell to the one above it.
+    pub const fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Position of a cell in the line of bits. It may lie one cell outside the grid.
+    pub const fn position(&self, column: i32, row: i32) -> usize {
+        ((row + 1) as usize * self.stride + WORD).wrapping_add_signed(column as isize)
+    }
+
+    /// 64 bits from a position on, which is the lowest of them.
+    #[inline]
+    pub fn window(&self, position: usize) -> u64 {
+        let (word, shift) = (position / WORD, position % WORD);
+        self.words[word] >> shift | self.words[word + 1] << 1 << (WORD - 1 - shift)
+    }
+
+    /// The bit of a position.
+    #[inline]
+    pub fn at(&self, position: usize) -> bool {
+        self.words[position / WORD] >> (position % WORD) & 1 != 0
+    }
+
+    /// The bit of a cell; no outside the grid.
+    pub fn get(&self, cell: Cell) -> bool {
+        let inside = (0..self.width).contains(&cell.column) && (0..self.height).contains(&cell.row);
+        inside && self.at(self.position(cell.column, cell.row))
+    }
+
+    /// Sets the bit of a cell, which must lie inside the grid.
+    pub fn set(&mut self, cell: Cell, value: bool) {
+        debug_assert!(
+            (0..self.width).contains(&cell.column) && (0..self.height).contains(&cell.row)
+        );
+        let position = self.position(cell.column, cell.row);
+        let bit = 1 << (position % WORD);
+        let word = &mut self.words[position / WORD];
+        *word = if value { *word | bit } else { *word & !bit };
+    }
+
+    /// The words of a row, its padding included.
+    pub fn row(&self, row: i32) -> &[u64] {
+        let first = self.position(0, row) / WORD;
+        &self.words[first..first + self.stride / WORD]
+    }
+
+    /// The same, to change. The padding must stay zero.
+    pub fn row_mut(&mut self, row: i32) -> &mut [u64] {
+        let first = self.position(0, row) / WORD;
+        &mut self.words[first..first + self.stride / WORD]
+    }
+
+    /// Whether all cells of a row between two columns, both included, are set; not when one lies outside the grid.
+    pub fn all_of_row(&self, row: i32, columns: core::ops::RangeInclusive<i32>) -> bool {
+        let inside = *columns.start() >= 0 && *columns.end() < self.width;
+        if !(inside && (0..self.height).contains(&row)) {
+            return columns.is_empty();
+        }
+        let mut position = self.position(*columns.start(), row);
+        let mut left = (*columns.end() - *columns.start() + 1).max(0) as usize;
+        while left > WORD {
+            if self.window(position) != u64::MAX {
+                return false;
+            }
+            position += WORD;
+            left -= WORD;
+        }
+        left == 0 || !self.window(position) << (WORD - left) == 0
+    }
+
+    /// Number of cells that are set.
+    pub fn count(&self) -> usize {
+        self.words
+            .iter()
+            .map(|word| word.count_ones() as usize)
+            .sum()
+    }
+
+    /// The cells that are set, in storage order.
+    pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        (0..self.height).flat_map(move |row| {
+            self.row(row)
+                .iter()
+                .enumerate()
+                .flat_map(move |(number, &word)| {
+                    let rest = |&word: &u64| Some(word & (word - 1)).filter(|&rest| rest != 0);
+                    core::iter::successors(Some(word).filter(|&word| word != 0), rest).map(
+                        move |word| {
+                            Cell::new((number * WORD) as i32 + word.trailing_zeros() as i32, row)
+                        },
+                    )
+                })
+        })
+    }
+}
+
+/// Clears what lies behind the last column of a row.
+pub(super) fn clear_padding(row: &mut [u64], width: i32) {
+    let (whole, rest) = (width as usize / WORD, width as usize % WORD);
+    row[whole] &= (1 << rest) - 1;
+}
+
+/// Turns a square of bits: bit `i` of word `j` becomes bit `j` of word `i`. Swaps halves of halves of halves.
+fn transpose(block: &mut [u64; WORD]) {
+    let (mut width, mut mask) = (WORD / 2, u64::MAX >> (WORD / 2));
+    while width > 0 {
+        for line in (0..WORD).filter(|line| line & width == 0) {
+            let swapped = (block[line] >> width ^ block[line + width]) & mask;
+            block[line] ^= swapped << width;
+            block[line + width] ^= swapped;
+        }
+        width /= 2;
+        mask ^= mask << width;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sides below, at and above whole words.
+    const SIDES: [(i32, i32); 7] = [
+        (1, 1),
+        (5, 70),
+        (63, 3),
+        (64, 64),
+        (65, 2),
+        (130, 67),
+        (3, 200),
+    ];
+
+    fn is_set(width: i32, cell: Cell) -> bool {
+        (cell.row * width + cell.column) * 7919 % 11 < 6
+    }
+
+    fn grid(width: i32, height: i32) -> BitGrid {
+        BitGrid::from_cells(width, height, |index| {
+            let index = index as i32;
+            is_set(width, Cell::new(index % width, index / width))
+        })
+    }
+
+    #[test]
+    fn cells_are_where_they_were_put_and_the_rim_is_empty() {
+        for (width, height) in SIDES {
+            let grid = grid(width, height);
+            let turned = grid.transposed();
+            assert_eq!(turned.transposed(), grid);
+            let mut set = Vec::new();
+            for row in -1..=height {
+                for column in -1..=width {
+                    let cell = Cell::new(column, row);
+                    let inside = (0..width).contains(&column) && (0..height).contains(&row);
+                    let expected = inside && is_set(width, cell);
+                    assert_eq!(grid.get(cell), expected);
+                    assert_eq!(grid.at(grid.position(column, row)), expected);
+                    assert_eq!(turned.get(Cell::new(row, column)), expected);
+                    assert_eq!(grid.window(grid.position(column, row)) & 1 != 0, expected);
+                    set.extend(expected.then_some(cell));
+                }
+            }
+            assert_eq!(grid.count(), set.len());
+            assert_eq!(grid.cells().collect::<Vec<_>>(), set);
+        }
+    }
+
+    #[test]
+    fn a_stretch_of_a_row_is_all_set_or_not() {
+        let (width, height) = (200, 3);
+        let mut grid = BitGrid::from_cells(width, height, |_| true);
+        for (row, columns) in [(-1, 0..=1), (3, 0..=1), (0, -1..=3), (0, 4..=200)] {
+            assert!(!grid.all_of_row(row, columns));
+        }
+        grid.set(Cell::new(100, 1), false);
+        for from in 0..width {
+            for to in from - 1..width {
+                assert!(grid.all_of_row(0, from..=to));
+                let holds = to < 100 || from > 100 || to < from;
+                assert_eq!(grid.all_of_row(1, from..=to), holds, "{from} to {to}");
+            }
+        }
+    }
+}
