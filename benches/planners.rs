@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use inbye::global::{Ground, Heuristic, Settings, plan};
+use inbye::global::{Ground, Heuristic, Searcher, Settings, plan};
 use inbye::map::{FreeSpace, UnknownPolicy};
 use inbye::sim::scenes;
 
@@ -36,7 +36,14 @@ fn scene_plan(criterion: &mut Criterion) {
         };
         criterion.bench_function(&format!("plan 25 m, {name}"), |bencher| {
             bencher.iter(|| {
-                let found = plan(&ground, start, scene.goal, &settings, &mut || 0.0);
+                let found = plan(
+                    &mut Searcher::default(),
+                    &ground,
+                    start,
+                    scene.goal,
+                    &settings,
+                    &mut || 0.0,
+                );
                 black_box(found.expect("the scene has a path"))
             });
         });

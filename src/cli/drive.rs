@@ -164,7 +164,7 @@ pub fn seeded_walkers(
         return Ok(Walkers::default());
     }
     let obstacles = map.obstacles(config.unknown);
-    let planner = config.route_planner(map.frame().resolution_m);
+    let mut planner = config.route_planner(map.frame().resolution_m);
     let plan = planner
         .plan(&obstacles, start, goal, &mut || 0.0)
         .map_err(Fault::Plan)?;

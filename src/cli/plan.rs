@@ -2,7 +2,7 @@
 
 use anyhow::anyhow;
 use inbye::geometry::Point;
-use inbye::global::{self, Ground, Path, Plan, PlanError, min_clearance_m};
+use inbye::global::{self, Ground, Path, Plan, PlanError, Searcher, min_clearance_m};
 use inbye::map::{FreeSpace, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::sim::Config;
 use serde_json::{Value, json};
@@ -94,7 +94,14 @@ fn search(
             search: &space,
             proof: &space,
         };
-        return global::plan(&ground, start, goal, &config.global, &mut clock);
+        return global::plan(
+            &mut Searcher::default(),
+            &ground,
+            start,
+            goal,
+            &config.global,
+            &mut clock,
+        );
     }
     let resolution_m = obstacles.frame().resolution_m;
     config

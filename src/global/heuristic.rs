@@ -93,7 +93,7 @@ pub(super) struct Estimator {
 }
 
 /// Estimates stop here, so that a path's cost and an estimate always add up.
-const MOST: f64 = 1e15;
+const MOST: f64 = 1e14;
 
 impl Estimator {
     /// Estimated cost from a cell to the goal, rounded down.

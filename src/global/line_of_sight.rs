@@ -1,7 +1,7 @@
 //! Whether a straight way between two points stays on free cells.
 
 use crate::geometry::Point;
-use crate::map::{Cell, FreeSpace};
+use crate::map::{BitGrid, Cell, FreeSpace};
 
 /// A segment this near to a cell touches it, in cells: far above the rounding of the arithmetic here (1e-11 on grids
 /// of 32,767 cells), far below anything that matters.
@@ -50,30 +50,43 @@ fn is_blocked_at_a_probe(space: &FreeSpace, a: &Point, b: &Point) -> bool {
         })
 }
 
-/// Row by row, the columns that the segment touches; both ends in cell units, inside the grid.
+/// Line by line, what the segment touches: along rows, or along columns where it is steep, so that there are few lines
+/// and each is read 64 cells at once. Both ends in cell units, inside the grid.
 fn all_touched_are_free(space: &FreeSpace, a: &Point, b: &Point) -> bool {
-    let (low, high) = if a.y <= b.y { (a, b) } else { (b, a) };
-    let rise = high.y - low.y;
-    let first = (low.y - TOUCH).floor() as i32;
-    let last = (high.y + TOUCH).floor() as i32;
-    (first..=last).all(|row| {
-        // The part of the segment within this row, and the columns it spans.
-        let share = |y: f64| {
+    let (rows, columns) = space.bits();
+    let whole = b - a;
+    if whole.x.abs() >= whole.y.abs() {
+        all_along(rows, (a.x, a.y), (b.x, b.y))
+    } else {
+        all_along(columns, (a.y, a.x), (b.y, b.x))
+    }
+}
+
+/// Whether the segment between two points, each a place along the lines of a grid of bits and one across them, touches
+/// only what is set.
+fn all_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> bool {
+    let (low, high) = if a.1 <= b.1 { (a, b) } else { (b, a) };
+    let rise = high.1 - low.1;
+    let first = (low.1 - TOUCH).floor() as i32;
+    let last = (high.1 + TOUCH).floor() as i32;
+    (first..=last).all(|line| {
+        // The part of the segment within this line, and the cells it spans.
+        let share = |at: f64| {
             if rise == 0.0 {
                 0.0
             } else {
-                ((y - low.y) / rise).clamp(0.0, 1.0)
+                ((at - low.1) / rise).clamp(0.0, 1.0)
             }
         };
-        let x_at = |share: f64| low.x + (high.x - low.x) * share;
-        let enters = x_at(share(f64::from(row) - TOUCH));
+        let along = |share: f64| low.0 + (high.0 - low.0) * share;
+        let enters = along(share(f64::from(line) - TOUCH));
         let leaves = if rise == 0.0 {
-            high.x
+            high.0
         } else {
-            x_at(share(f64::from(row + 1) + TOUCH))
+            along(share(f64::from(line + 1) + TOUCH))
         };
-        let left = (enters.min(leaves) - TOUCH).floor() as i32;
-        let right = (enters.max(leaves) + TOUCH).floor() as i32;
-        (left..=right).all(|column| space.is_free(Cell::new(column, row)))
+        let from = (enters.min(leaves) - TOUCH).floor() as i32;
+        let to = (enters.max(leaves) + TOUCH).floor() as i32;
+        bits.all_of_row(line, from..=to)
     })
 }

@@ -1,6 +1,5 @@
 //! Which way: the global path on a grid, searched, pruned and smoothed (paper, section 3).
 
-mod astar;
 mod basis;
 mod clearance;
 mod cost;
@@ -10,10 +9,10 @@ mod line_of_sight;
 mod path;
 mod plan;
 mod prune;
+mod search;
 mod settings;
 mod spline;
 
-pub use astar::{Found, NotFound, astar};
 pub use clearance::min_clearance_m;
 pub use cost::{DIAGONAL, STRAIGHT};
 pub use error::PlanError;
@@ -22,5 +21,6 @@ pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
 pub use plan::{Ground, Plan, StageTimes, plan};
 pub use prune::prune;
-pub use settings::Settings;
+pub use search::{Found, NotFound, Searcher};
+pub use settings::{Method, Settings};
 pub use spline::smooth;

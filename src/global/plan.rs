@@ -1,6 +1,6 @@
 //! Search, prune, smooth: in that order.
 
-use super::{Path, PlanError, Settings, astar, prune, smooth};
+use super::{Method, Path, PlanError, Searcher, Settings, prune, smooth};
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};
 
@@ -42,12 +42,14 @@ pub struct Plan {
     pub time_s: StageTimes,
 }
 
-/// A path from start to goal, in metres in the map frame. `clock` is read between the stages, in seconds; it decides
+/// A path from start to goal, in metres in the map frame. The searcher lends its memory and leaves no trace in the answer;
+/// `clock` is read between the stages, in seconds; it decides
 /// nothing.
 ///
 /// # Errors
 /// When an end is off the map or not free, when no path joins the two, or a setting is out of range.
 pub fn plan(
+    searcher: &mut Searcher,
     ground: &Ground<'_>,
     start: Point,
     goal: Point,
@@ -65,7 +67,11 @@ pub fn plan(
         Refusal::Occupied(why) => PlanError::GoalOccupied { place: goal, why },
     })?;
     let began = clock();
-    let found = astar(space, start_cell, goal_cell, settings.heuristic).map_err(|not_found| {
+    let found = match settings.search {
+        Method::AStar => searcher.astar(space, start_cell, goal_cell, settings.heuristic),
+        Method::JumpPoints => searcher.jump_points(space, start_cell, goal_cell),
+    };
+    let found = found.map_err(|not_found| {
         let expanded = not_found.expanded;
         PlanError::NoValidPath {
             start,
@@ -74,7 +80,7 @@ pub fn plan(
             expanded,
         }
     })?;
-    let raw = through_centers(space, start, &found.cells, goal);
+    let raw = through_centers(space, start, found.cells, goal);
     let searched = clock();
     let pruned = prune(space, &raw);
     let pruned_at = clock();

@@ -4,11 +4,24 @@ use serde::{Deserialize, Serialize};
 
 use super::{Heuristic, PlanError};
 
+/// How the grid is searched.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// A*, guided by [`Settings::heuristic`].
+    #[default]
+    AStar,
+    /// Jump points: a shortest path whatever the heuristic set, in a fraction of the time.
+    JumpPoints,
+}
+
 /// Settings of the global planner.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Estimate that guides the search.
+    /// How the grid is searched.
+    pub search: Method,
+    /// Estimate that guides A*.
     pub heuristic: Heuristic,
     /// Degree of the smoothing B-spline, 1 to 9; 1 leaves the pruned path as it is.
     pub spline_degree: usize,
@@ -17,6 +30,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            search: Method::default(),
             heuristic: Heuristic::default(),
             spline_degree: 3,
         }

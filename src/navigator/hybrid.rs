@@ -74,7 +74,7 @@ impl Navigator {
         Journey { start, goal }: Journey,
         robot: RobotModel,
         planner: LocalPlanner,
-        route_planner: RoutePlanner,
+        mut route_planner: RoutePlanner,
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {

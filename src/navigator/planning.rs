@@ -2,7 +2,7 @@
 
 use super::NavigatorSettings;
 use crate::geometry::Point;
-use crate::global::{self, Ground, Plan, PlanError};
+use crate::global::{self, Ground, Plan, PlanError, Searcher};
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::robot::Footprint;
 
@@ -14,6 +14,7 @@ const END_REACH_MARGINS: f64 = 4.0;
 #[derive(Clone, Debug)]
 pub struct RoutePlanner {
     settings: global::Settings,
+    searcher: Searcher,
     body_radius_m: f64,
     least_radius_m: f64,
     comfortable_radius_m: f64,
@@ -36,6 +37,7 @@ impl RoutePlanner {
         let comfortable_radius_m = least_radius_m + navigator.comfort_margin_m;
         Self {
             settings,
+            searcher: Searcher::default(),
             body_radius_m: footprint.largest_disc_m(),
             least_radius_m,
             comfortable_radius_m,
@@ -56,7 +58,7 @@ impl RoutePlanner {
     /// # Errors
     /// When there is none even at the least radius.
     pub fn plan(
-        &self,
+        &mut self,
         obstacles: &ObstacleGrid,
         start: Point,
         goal: Point,
@@ -68,15 +70,28 @@ impl RoutePlanner {
         for end in [start, goal] {
             comfortable.admit_near(&least, &end, END_REACH_MARGINS * margin_m);
         }
-        let mut search = |search| {
-            let ground = Ground {
-                search,
-                proof: &least,
-            };
-            let from = self.way_out(obstacles, search, start);
-            global::plan(&ground, from, goal, &self.settings, clock)
-        };
-        search(&comfortable).or_else(|_| search(&least))
+        self.plan_within(&comfortable, &least, obstacles, (start, goal), clock)
+            .or_else(|_| self.plan_within(&least, &least, obstacles, (start, goal), clock))
+    }
+
+    fn plan_within(
+        &mut self,
+        search: &FreeSpace,
+        proof: &FreeSpace,
+        obstacles: &ObstacleGrid,
+        (start, goal): (Point, Point),
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError> {
+        let from = self.way_out(obstacles, search, start);
+        let ground = Ground { search, proof };
+        global::plan(
+            &mut self.searcher,
+            &ground,
+            from,
+            goal,
+            &self.settings,
+            clock,
+        )
     }
 
     /// The nearest free point to a start within a margin. It is nearer than any free point beyond a wall can be.
@@ -142,7 +157,8 @@ mod tests {
             ..NavigatorSettings::default()
         };
         let footprint = Footprint::round(0.3).expect("a sound radius");
-        let planner = RoutePlanner::new(&footprint, &navigator, global::Settings::default(), 0.05);
+        let mut planner =
+            RoutePlanner::new(&footprint, &navigator, global::Settings::default(), 0.05);
         let close_m = 0.5 + planner.least_radius_m() + 0.06;
         let ends = [Point::new(2.0, close_m), Point::new(18.0, close_m)];
         let plan = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);

@@ -33,7 +33,7 @@ fn crosses() -> Result<(), Failed> {
     let config = Config::default();
     let (start, goal) = (Pose::new(57.37, 93.86, 0.0), Point::new(210.86, 169.48));
     let obstacles = map.obstacles(UnknownPolicy::Blocked);
-    let planner = config.route_planner(map.frame().resolution_m);
+    let mut planner = config.route_planner(map.frame().resolution_m);
     let path = planner
         .plan(&obstacles, start.position(), goal, &mut || 0.0)?
         .smoothed;

@@ -29,7 +29,7 @@ pub const TESTS: &[Test] = &[
 fn task(scene: &Scene, other: u64) -> Mission {
     let config = Config::default();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
-    let planner = config.route_planner(scene.map.frame().resolution_m);
+    let mut planner = config.route_planner(scene.map.frame().resolution_m);
     let start = scene.start.position();
     let plan = planner.plan(&obstacles, start, scene.goal, &mut || 0.0);
     let path = plan.expect("a scene has a way").smoothed;

@@ -7,7 +7,9 @@ mod random_ground;
 mod sight;
 
 use inbye::geometry::{Point, Pose};
-use inbye::global::{Ground, Heuristic, Path, Plan, PlanError, Settings, is_clear, plan, prune};
+use inbye::global::{
+    Ground, Heuristic, Path, Plan, PlanError, Searcher, Settings, is_clear, plan, prune,
+};
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -46,7 +48,7 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
     let proof_m = search_m * [1.0, 0.5, 0.8, 0.0][random.random_range(0..4)];
     let [search, proof] = FreeSpace::for_radii(&obstacles, [search_m, proof_m]);
     let free: Vec<usize> = (0..frame.len())
-        .filter(|&index| search.cells()[index])
+        .filter(|&index| search.is_free(frame.cell_at(index)))
         .collect();
     let any_free = |random: &mut Pcg64Mcg| {
         let index = free.get(random.random_range(0..free.len().max(1)))?;
@@ -56,12 +58,20 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
     let settings = Settings {
         heuristic: HEURISTICS[number % HEURISTICS.len()],
         spline_degree: random.random_range(1..=6),
+        ..Settings::default()
     };
     let ground = Ground {
         search: &search,
         proof: &proof,
     };
-    match plan(&ground, start, goal, &settings, &mut || 0.0) {
+    match plan(
+        &mut Searcher::default(),
+        &ground,
+        start,
+        goal,
+        &settings,
+        &mut || 0.0,
+    ) {
         Ok(plan) => Some(Case {
             obstacles,
             search,
@@ -325,12 +335,27 @@ fn ends_at_cell_centres_make_no_turn_of_their_own() {
         let settings = Settings::default();
         let center = |point| frame.center_of(frame.cell_of(point).expect("on the map"));
         let (start, goal) = (center(&case.start), center(&case.goal));
-        let exact = plan(&ground, start, goal, &settings, &mut || 0.0).expect("as before");
+        let exact = plan(
+            &mut Searcher::default(),
+            &ground,
+            start,
+            goal,
+            &settings,
+            &mut || 0.0,
+        )
+        .expect("as before");
         let nudged = |point: Point| {
             let up = |value: f64| f64::from_bits(value.to_bits() + 1);
             Point::new(up(point.x), up(point.y))
         };
-        let near = plan(&ground, nudged(start), nudged(goal), &settings, &mut || 0.0);
+        let near = plan(
+            &mut Searcher::default(),
+            &ground,
+            nudged(start),
+            nudged(goal),
+            &settings,
+            &mut || 0.0,
+        );
         let near = near.expect("as before");
         assert_eq!(near.raw.turns(), exact.raw.turns());
         assert_eq!(near.raw.points().len(), exact.raw.points().len());

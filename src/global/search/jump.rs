@@ -1,0 +1,254 @@
+//! Jump point search: the shortest paths of A* on an even grid, and only the cells where they turn.
+//!
+//! Harabor and Grastien (2011, 2014): of all paths of one length keep the one that goes diagonally first. Then a cell has
+//! to be expanded only where an obstacle beside a straight run ends, since only there a path may turn away; all
+//! others are jumped over. Without corner cutting that is the cell past the obstacle's end, and diagonal runs have
+//! none. Rows are looked through 64 cells at a time, columns as rows of the turned grid. A diagonal run is expanded
+//! on the spot: what its straight side runs find is added as reached from where it began.
+
+use super::astar::{Outcome, START};
+use super::labels::{Arrival, Labels};
+use super::node::Node;
+use super::open_list::{Buckets, OpenList};
+use crate::global::cost::{DIAGONAL, STRAIGHT};
+use crate::map::{BitGrid, Cell, FreeSpace};
+
+/// The four straight directions, counter-clockwise from that of the columns.
+const STRAIGHTS: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
+
+/// A search in progress.
+pub(super) struct Jumps<'a> {
+    pub space: &'a FreeSpace,
+    pub goal: Node,
+    pub labels: &'a mut Labels,
+    pub open: &'a mut Buckets,
+    /// For each cell reached, the one that its run began at.
+    pub parents: &'a mut [u32],
+    /// Cost of the best way found to the goal.
+    pub best: u64,
+}
+
+/// A run in progress: where it began, and what that cell cost to reach.
+#[derive(Clone, Copy)]
+struct Run {
+    from: Node,
+    cost: u64,
+}
+
+impl Jumps<'_> {
+    /// Labels cells until the cheapest way to the goal is known, as [`super::astar::search`] does.
+    pub fn search(&mut self, start: Node) -> Outcome {
+        let frame = self.space.frame();
+        let mut expanded = 0;
+        self.reach(start, 0, START, start);
+        while let Some((node, bound)) = self.open.pop() {
+            if self.best <= bound {
+                break;
+            }
+            let Some((cost, arrival)) = self.labels.expand(node.index(frame)) else {
+                continue;
+            };
+            if cost + self.estimate(node.cell()) >= self.best {
+                continue;
+            }
+            expanded += 1;
+            let run = Run { from: node, cost };
+            if arrival == START {
+                for direction in 0..4 {
+                    self.run_straight(run, node.cell(), 0, direction);
+                    self.run_diagonally(run, direction, (direction + 1) % 4);
+                }
+            } else {
+                self.turn(run, usize::from(arrival));
+            }
+        }
+        Outcome {
+            cost: (self.best < u64::MAX).then_some(self.best),
+            expanded,
+        }
+    }
+
+    /// Runs on from a cell reached straight, and to each side where an obstacle ended.
+    fn turn(&mut self, run: Run, ahead: usize) {
+        let Cell { column, row } = run.from.cell();
+        self.run_straight(run, run.from.cell(), 0, ahead);
+        let (dx, dy) = STRAIGHTS[ahead];
+        for side in [(ahead + 1) % 4, (ahead + 3) % 4] {
+            let (sx, sy) = STRAIGHTS[side];
+            let (free, _) = self.space.bits();
+            let beside = free.position(column + sx, row + sy);
+            let behind = free.position(column + sx - dx, row + sy - dy);
+            if free.at(beside) && !free.at(behind) {
+                self.run_straight(run, run.from.cell(), 0, side);
+                self.run_diagonally(run, ahead, side);
+            }
+        }
+    }
+
+    /// Looks straight on from a cell that the run has reached at a further cost.
+    #[inline]
+    fn run_straight(&mut self, run: Run, from: Cell, further: u64, direction: usize) {
+        let (rows, columns) = self.space.bits();
+        let goal = self.goal.cell();
+        let (bits, along, across, goal_along, goal_across) = if direction % 2 == 0 {
+            (rows, from.column, from.row, goal.column, goal.row)
+        } else {
+            (columns, from.row, from.column, goal.row, goal.column)
+        };
+        let position = bits.position(along, across);
+        let (stop, to_goal) = if direction < 2 {
+            (look_ahead(bits, position), goal_along - along)
+        } else {
+            (look_back(bits, position), along - goal_along)
+        };
+        let (dx, dy) = STRAIGHTS[direction];
+        let steps = if across == goal_across && (1..=stop.steps).contains(&to_goal) {
+            to_goal
+        } else if stop.may_turn {
+            stop.steps
+        } else {
+            return;
+        };
+        let to = Node::new(Cell::new(from.column + dx * steps, from.row + dy * steps));
+        let cost = run.cost + further + steps as u64 * STRAIGHT;
+        self.reach(to, cost, direction as Arrival, run.from);
+    }
+
+    /// Goes between two straight directions as far as there is room, and looks along both from every cell on the way.
+    fn run_diagonally(&mut self, run: Run, one: usize, other: usize) {
+        let (free, _) = self.space.bits();
+        let (dx, dy) = (
+            STRAIGHTS[one].0 + STRAIGHTS[other].0,
+            STRAIGHTS[one].1 + STRAIGHTS[other].1,
+        );
+        let stride = free.stride() as isize * dy as isize;
+        let mut cell = run.from.cell();
+        let mut position = free.position(cell.column, cell.row);
+        let mut further = 0;
+        loop {
+            let sideways = position.wrapping_add_signed(dx as isize);
+            let upwards = position.wrapping_add_signed(stride);
+            let next = sideways.wrapping_add_signed(stride);
+            if !(free.at(sideways) && free.at(upwards) && free.at(next)) {
+                return;
+            }
+            position = next;
+            cell = Cell::new(cell.column + dx, cell.row + dy);
+            further += DIAGONAL;
+            if Node::new(cell) == self.goal {
+                self.reach(self.goal, run.cost + further, one as Arrival, run.from);
+                return;
+            }
+            self.run_straight(run, cell, further, one);
+            self.run_straight(run, cell, further, other);
+        }
+    }
+
+    #[inline]
+    fn reach(&mut self, node: Node, cost: u64, arrival: Arrival, parent: Node) {
+        let index = node.index(self.space.frame());
+        if !self.labels.reach(index, cost, arrival, false) {
+            return;
+        }
+        self.parents[index] = parent.bits();
+        if node == self.goal {
+            self.best = cost;
+        }
+        let estimate = cost + self.estimate(node.cell());
+        if estimate < self.best {
+            self.open.push(estimate, cost, node);
+        }
+    }
+
+    #[inline]
+    fn estimate(&self, cell: Cell) -> u64 {
+        octile(cell, self.goal.cell())
+    }
+}
+
+/// Where a straight run ends.
+struct Stop {
+    /// Free cells passed, the last included.
+    steps: i32,
+    /// Whether a path may turn away there; else there is a wall behind it.
+    may_turn: bool,
+}
+
+/// Runs along a row of bits towards higher positions.
+#[inline]
+fn look_ahead(bits: &BitGrid, position: usize) -> Stop {
+    let mut from = position;
+    loop {
+        let here = bits.window(from);
+        let sides = [from + bits.stride(), from - bits.stride()].map(|side| bits.window(side));
+        // Free, and the cell before it is not.
+        let [above, below] = sides.map(|side| side & !(side << 1));
+        // The lowest bit has no cell before it in this window: it was the last one's highest.
+        let stops = (above | below | !here) & !1;
+        if stops != 0 {
+            let bit = stops.trailing_zeros();
+            return stop((from - position) as u32 + bit, here >> bit & 1 != 0);
+        }
+        from += 63;
+    }
+}
+
+/// Runs along a row of bits towards lower positions.
+#[inline]
+fn look_back(bits: &BitGrid, position: usize) -> Stop {
+    const HIGHEST: u64 = 1 << 63;
+    let mut from = position;
+    loop {
+        let here = bits.window(from - 63);
+        let sides = [from + bits.stride(), from - bits.stride()].map(|side| bits.window(side - 63));
+        let [above, below] = sides.map(|side| side & !(side >> 1));
+        let stops = (above | below | !here) & !HIGHEST;
+        if stops != 0 {
+            let bit = stops.leading_zeros();
+            return stop((position - from) as u32 + bit, here << bit & HIGHEST != 0);
+        }
+        from -= 63;
+    }
+}
+
+#[inline]
+fn stop(steps: u32, is_free: bool) -> Stop {
+    Stop {
+        steps: steps as i32 - i32::from(!is_free),
+        may_turn: is_free,
+    }
+}
+
+/// Cost of the way between two cells on open ground.
+#[inline]
+pub(super) fn octile(one: Cell, other: Cell) -> u64 {
+    let dx = (one.column - other.column).unsigned_abs();
+    let dy = (one.row - other.row).unsigned_abs();
+    u64::from(dx.max(dy)) * STRAIGHT + u64::from(dx.min(dy)) * (DIAGONAL - STRAIGHT)
+}
+
+/// The cells of the path that the parents tell, from the goal back to the start: each run is straight at its end and
+/// diagonal before.
+pub(super) fn trace_back(
+    space: &FreeSpace,
+    parents: &[u32],
+    ends: (Node, Node),
+    cells: &mut Vec<Cell>,
+) {
+    let (start, mut node) = ends;
+    cells.push(node.cell());
+    while node != start {
+        let parent = Node::from_bits(parents[node.index(space.frame())]);
+        let from = parent.cell();
+        let mut cell = node.cell();
+        while cell != from {
+            let (dx, dy) = (from.column - cell.column, from.row - cell.row);
+            // Straight while one side is longer.
+            let sideways = i32::from(dx.abs() >= dy.abs()) * dx.signum();
+            let upwards = i32::from(dy.abs() >= dx.abs()) * dy.signum();
+            cell = Cell::new(cell.column + sideways, cell.row + upwards);
+            cells.push(cell);
+        }
+        node = parent;
+    }
+}
