@@ -21,6 +21,7 @@ fn scene_plan(criterion: &mut Criterion) {
     let ground = Ground {
         search: &search,
         proof: &proof,
+        costs: None,
     };
     let start = scene.start.position();
     let modes = [

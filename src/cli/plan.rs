@@ -90,9 +90,11 @@ fn search(
     let mut clock = wall_clock();
     if let Some(radius_m) = arguments.radius {
         let space = FreeSpace::new(obstacles, radius_m);
+        let costs = config.global.costs(obstacles);
         let ground = Ground {
             search: &space,
             proof: &space,
+            costs: costs.as_ref(),
         };
         return global::plan(
             &mut Searcher::default(),

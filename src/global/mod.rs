@@ -2,6 +2,7 @@
 
 mod basis;
 mod clearance;
+mod clearance_cost;
 mod cost;
 mod error;
 mod heuristic;
@@ -14,6 +15,7 @@ mod settings;
 mod spline;
 
 pub use clearance::min_clearance_m;
+pub use clearance_cost::{ClearanceCosts, MAX_CLEARANCE_WEIGHT};
 pub use cost::{DIAGONAL, STRAIGHT};
 pub use error::PlanError;
 pub use heuristic::Heuristic;

@@ -1,6 +1,6 @@
 //! Search, prune, smooth: in that order.
 
-use super::{Method, Path, PlanError, Searcher, Settings, prune, smooth};
+use super::{ClearanceCosts, Method, Path, PlanError, Searcher, Settings, prune, smooth};
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};
 
@@ -14,6 +14,8 @@ pub struct Ground<'a> {
     pub search: &'a FreeSpace,
     /// Where the smoothed path is proved to stay.
     pub proof: &'a FreeSpace,
+    /// What ground costs; nothing for the shortest path. Of the same grid.
+    pub costs: Option<&'a ClearanceCosts>,
 }
 
 /// Time of each stage, seconds.
@@ -68,7 +70,10 @@ pub fn plan(
     })?;
     let began = clock();
     let found = match settings.search {
-        Method::AStar => searcher.astar(space, start_cell, goal_cell, settings.heuristic),
+        Method::AStar => {
+            let heuristic = settings.heuristic;
+            searcher.astar(space, start_cell, goal_cell, heuristic, ground.costs)
+        }
         Method::JumpPoints => searcher.jump_points(space, start_cell, goal_cell),
     };
     let found = found.map_err(|not_found| {
@@ -82,7 +87,7 @@ pub fn plan(
     })?;
     let raw = through_centers(space, start, found.cells, goal);
     let searched = clock();
-    let pruned = prune(space, &raw);
+    let pruned = prune(space, ground.costs, &raw);
     let pruned_at = clock();
     let smoothed = smooth(ground.proof, &pruned, settings.spline_degree);
     let time_s = StageTimes {

@@ -1,5 +1,6 @@
 //! Removal of redundant nodes (paper, section 3.2.2, eqs. 20-23).
 
+use super::ClearanceCosts;
 use super::line_of_sight::sees;
 use super::path::Path;
 use crate::geometry::Point;
@@ -17,24 +18,36 @@ const GAIN_M: f64 = 1e-9;
 /// predecessor that it sees, among all nodes up to 4096 back. Nodes on a straight stretch take part, since the best way
 /// round a corner may leave the stretch anywhere; those left on one in the end are merged. The chain is never longer
 /// than the path given (up to rounding), whose segments must be clear in `space`; lines of sight are
-/// [`is_clear`](super::is_clear). Ends are kept exactly. Quadratic in the number of nodes.
+/// [`is_clear`](super::is_clear). With costs, shortest and longer are by them. Ends are kept exactly. Quadratic in the
+/// number of nodes.
 #[must_use]
-pub fn prune(space: &FreeSpace, path: &Path) -> Path {
+pub fn prune(space: &FreeSpace, costs: Option<&ClearanceCosts>, path: &Path) -> Path {
     let nodes = path.points();
     let frame = space.frame();
     let in_cells: Vec<Point> = nodes.iter().map(|node| frame.to_cell_units(node)).collect();
     let mut best_m = vec![0.0; nodes.len()];
     let mut before = vec![0; nodes.len()];
+    let weighed = |earlier: usize, node: usize, length_m: f64| {
+        costs.map_or(length_m, |costs| {
+            costs.along(&in_cells[earlier], &in_cells[node]) * frame.resolution_m
+        })
+    };
     for node in 1..nodes.len() {
-        let through = |earlier: usize| best_m[earlier] + (nodes[node] - nodes[earlier]).norm();
-        let mut best = (through(node - 1), node - 1);
+        let length_m = |earlier: usize| (nodes[node] - nodes[earlier]).norm();
+        let before_m = best_m[node - 1] + weighed(node - 1, node, length_m(node - 1));
+        let mut best = (before_m, node - 1);
         // What the last node came from is most often the answer again, and a good bound for the rest.
         let last_choice = before[node - 1];
         let first = node.saturating_sub(MOST_SKIPPED);
         for earlier in core::iter::once(last_choice.max(first)).chain(first..node - 1) {
-            let cost_m = through(earlier);
-            if cost_m < best.0 - GAIN_M && sees(space, &in_cells[earlier], &in_cells[node]) {
-                best = (cost_m, earlier);
+            // No ground is cheaper than open ground, so the length is a bound.
+            let length_m = length_m(earlier);
+            let improves = |cost_m: f64| best_m[earlier] + cost_m < best.0 - GAIN_M;
+            if improves(length_m) && sees(space, &in_cells[earlier], &in_cells[node]) {
+                let cost_m = weighed(earlier, node, length_m);
+                if improves(cost_m) {
+                    best = (best_m[earlier] + cost_m, earlier);
+                }
             }
         }
         (best_m[node], before[node]) = best;

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Heuristic, PlanError};
+use super::{ClearanceCosts, Heuristic, MAX_CLEARANCE_WEIGHT, PlanError};
+use crate::map::ObstacleGrid;
 
 /// How the grid is searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,6 +24,11 @@ pub struct Settings {
     pub search: Method,
     /// Estimate that guides A*.
     pub heuristic: Heuristic,
+    /// How much dearer than open ground a path along a wall is, 0 to 15: with 1, a metre that touches it costs as much as two
+    /// of open ground. 0 asks for the shortest path. Takes effect with A* only.
+    pub clearance_weight: f64,
+    /// The distance to the nearest obstacle from which ground counts as open, metres, above zero.
+    pub preferred_clearance_m: f64,
     /// Degree of the smoothing B-spline, 1 to 9; 1 leaves the pruned path as it is.
     pub spline_degree: usize,
 }
@@ -32,26 +38,57 @@ impl Default for Settings {
         Self {
             search: Method::default(),
             heuristic: Heuristic::default(),
+            clearance_weight: 0.0,
+            preferred_clearance_m: 1.0,
             spline_degree: 3,
         }
     }
 }
 
 impl Settings {
+    /// The costs that these settings ask for among obstacles; none when they ask for the shortest path.
+    #[must_use]
+    pub fn costs(&self, obstacles: &ObstacleGrid) -> Option<ClearanceCosts> {
+        let Self {
+            clearance_weight: weight,
+            preferred_clearance_m,
+            ..
+        } = *self;
+        (weight > 0.0).then(|| ClearanceCosts::new(obstacles, preferred_clearance_m, weight))
+    }
+
     /// Checks every number.
     ///
     /// # Errors
     /// Names the first that is out of range.
     pub fn validate(&self) -> Result<(), PlanError> {
-        let degree = self.spline_degree;
-        if !(1..=9).contains(&degree) {
-            let (name, expected) = ("spline_degree", "1 to 9");
-            return Err(PlanError::BadSetting {
-                name,
-                value: degree as f64,
-                expected,
-            });
-        }
+        let weight = self.clearance_weight;
+        let preferred_m = self.preferred_clearance_m;
+        let only_shortest = self.search == Method::JumpPoints;
+        check(
+            "spline_degree",
+            self.spline_degree as f64,
+            (1..=9).contains(&self.spline_degree),
+            "1 to 9",
+        )?;
+        check(
+            "clearance_weight",
+            weight,
+            (0.0..=MAX_CLEARANCE_WEIGHT).contains(&weight),
+            "0 to 15",
+        )?;
+        check(
+            "clearance_weight",
+            weight,
+            weight == 0.0 || !only_shortest,
+            "0 with search = \"jump_points\", which finds shortest paths only; \"a_star\" knows costs",
+        )?;
+        check(
+            "preferred_clearance_m",
+            preferred_m,
+            preferred_m > 0.0 && preferred_m <= 1e6,
+            "above 0, at most 1e6",
+        )?;
         let (name, value, is_good, expected) = match self.heuristic {
             Heuristic::Manhattan | Heuristic::Euclid | Heuristic::Octile => return Ok(()),
             Heuristic::Theta { degrees } => {
@@ -67,15 +104,24 @@ impl Settings {
             Heuristic::Additive { k } => ("heuristic.additive.k", k, is_weight(k), "0 to 1e6"),
             Heuristic::Literal { k } => ("heuristic.literal.k", k, is_weight(k), "0 to 1e6"),
         };
-        if is_good {
-            return Ok(());
-        }
-        Err(PlanError::BadSetting {
-            name,
-            value,
-            expected,
-        })
+        check(name, value, is_good, expected)
     }
+}
+
+fn check(
+    name: &'static str,
+    value: f64,
+    is_good: bool,
+    expected: &'static str,
+) -> Result<(), PlanError> {
+    if is_good {
+        return Ok(());
+    }
+    Err(PlanError::BadSetting {
+        name,
+        value,
+        expected,
+    })
 }
 
 fn is_weight(k: f64) -> bool {

@@ -70,28 +70,18 @@ impl RoutePlanner {
         for end in [start, goal] {
             comfortable.admit_near(&least, &end, END_REACH_MARGINS * margin_m);
         }
-        self.plan_within(&comfortable, &least, obstacles, (start, goal), clock)
-            .or_else(|_| self.plan_within(&least, &least, obstacles, (start, goal), clock))
-    }
-
-    fn plan_within(
-        &mut self,
-        search: &FreeSpace,
-        proof: &FreeSpace,
-        obstacles: &ObstacleGrid,
-        (start, goal): (Point, Point),
-        clock: &mut dyn FnMut() -> f64,
-    ) -> Result<Plan, PlanError> {
-        let from = self.way_out(obstacles, search, start);
-        let ground = Ground { search, proof };
-        global::plan(
-            &mut self.searcher,
-            &ground,
-            from,
-            goal,
-            &self.settings,
-            clock,
-        )
+        let costs = self.settings.costs(obstacles);
+        let mut within = |search| {
+            let ground = Ground {
+                search,
+                proof: &least,
+                costs: costs.as_ref(),
+            };
+            let from = self.way_out(obstacles, search, start);
+            let settings = &self.settings;
+            global::plan(&mut self.searcher, &ground, from, goal, settings, clock)
+        };
+        within(&comfortable).or_else(|_| within(&least))
     }
 
     /// The nearest free point to a start within a margin. It is nearer than any free point beyond a wall can be.

@@ -52,7 +52,7 @@ pub fn empty_scan() -> Scan {
 impl Script {
     pub fn new(ground: &Ground, start: Pose, goal: Point) -> Self {
         let config = Config::default();
-        let mut planner = config.route_planner(RESOLUTION_M);
+        let planner = config.route_planner(RESOLUTION_M);
         let engine = Box::new(CpuEngine::single_threaded());
         let goal = Goal {
             position: goal,

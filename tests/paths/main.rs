@@ -63,6 +63,7 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
     let ground = Ground {
         search: &search,
         proof: &proof,
+        costs: None,
     };
     match plan(
         &mut Searcher::default(),
@@ -273,9 +274,9 @@ fn pruning_merges_what_lies_on_a_line_and_leaves_it_where_that_is_shorter() {
     let space = FreeSpace::new(&obstacles, 0.0);
     let straight = path(&[(0.5, 0.5), (1.5, 0.5), (2.5, 0.5), (7.5, 0.5)]);
     let ends = [(0.5, 0.5), (7.5, 0.5)];
-    assert_eq!(prune(&space, &straight), path(&ends));
+    assert_eq!(prune(&space, None, &straight), path(&ends));
     let alone = path(&[(3.2, 3.4)]);
-    assert_eq!(prune(&space, &alone), alone);
+    assert_eq!(prune(&space, None, &alone), alone);
     // Along the wall and then up: the best way leaves the lower stretch half way, where no turn was.
     for column in 3..=6 {
         for row in 3..=8 {
@@ -291,7 +292,7 @@ fn pruning_merges_what_lies_on_a_line_and_leaves_it_where_that_is_shorter() {
         (9.5, 2.5),
         (9.5, 9.5),
     ]);
-    let pruned = prune(&space, &around);
+    let pruned = prune(&space, None, &around);
     assert_eq!(pruned, path(&[(0.5, 2.5), (7.5, 2.5), (9.5, 9.5)]));
 }
 
@@ -331,6 +332,7 @@ fn ends_at_cell_centres_make_no_turn_of_their_own() {
         let ground = Ground {
             search: &case.search,
             proof: &case.proof,
+            costs: None,
         };
         let settings = Settings::default();
         let center = |point| frame.center_of(frame.cell_of(point).expect("on the map"));

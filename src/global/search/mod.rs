@@ -13,6 +13,7 @@ use labels::Labels;
 use node::Node;
 use open_list::{Buckets, Sorted};
 
+use super::ClearanceCosts;
 use super::cost::DIAGONAL;
 use super::heuristic::Heuristic;
 use crate::map::{Cell, FreeSpace};
@@ -56,14 +57,20 @@ impl Searcher {
     /// the fastest open list. The others keep to the textbook: cells are expanded by their estimates, of equal ones first
     /// the cell that cost more to reach, and none twice.
     ///
+    /// With `costs`, cheapest means by them instead of by length.
+    ///
     /// # Errors
     /// [`NotFound`] when no path joins the two, as when one of them is not free or lies outside the grid.
+    ///
+    /// # Panics
+    /// When the costs are of a smaller grid.
     pub fn astar(
         &mut self,
         space: &FreeSpace,
         start: Cell,
         goal: Cell,
         heuristic: Heuristic,
+        costs: Option<&ClearanceCosts>,
     ) -> Result<Found<'_>, NotFound> {
         let ends = self.begin(space, start, goal)?;
         let Self {
@@ -75,26 +82,25 @@ impl Searcher {
         let same = |_, cost| cost;
         let estimator = heuristic.estimator(start, goal);
         let estimate = |cell| estimator.cost(cell);
-        let outcome = if heuristic == Heuristic::Octile {
-            buckets.begin(octile(start, goal), 2 * DIAGONAL);
-            search(
-                space,
-                ends,
-                labels,
-                buckets,
-                |cell| octile(cell, goal),
-                same,
-            )
-        } else {
-            sorted.begin();
-            search(space, ends, labels, sorted, estimate, same)
+        sorted.begin();
+        let outcome = match (heuristic, costs) {
+            (Heuristic::Octile, None) => {
+                let estimate = |cell| octile(cell, goal);
+                buckets.begin(estimate(start), 2 * DIAGONAL);
+                search(space, ends, labels, buckets, estimate, same)
+            }
+            (_, None) => search(space, ends, labels, sorted, estimate, same),
+            (_, Some(costs)) => {
+                let price = |index, cost| costs.price(index, cost);
+                search(space, ends, labels, sorted, estimate, price)
+            }
         };
         self.finish(&outcome, |work, cells| {
             astar::trace_back(space, &work.labels, ends.1, cells);
         })
     }
 
-    /// A shortest path over free cells from start to goal, by jump points: as long as that of [`Self::astar`] with an
+    /// A shortest path over free cells from start to goal, by jump points: exactly as long as that of [`Self::astar`] with an
     /// admissible heuristic, and many times sooner found where there is open ground or long walls.
     ///
     /// # Errors
