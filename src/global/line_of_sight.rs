@@ -29,56 +29,66 @@ pub fn is_clear(space: &FreeSpace, from: &Point, to: &Point) -> bool {
 
 /// [`is_clear`] for ends in cell units of the grid.
 pub(super) fn sees(space: &FreeSpace, a: &Point, b: &Point) -> bool {
-    let frame = space.frame();
-    let (Some(one), Some(other)) = (frame.cell_at_units(a), frame.cell_at_units(b)) else {
-        return false;
-    };
-    if one == other {
-        return space.is_free(one);
-    }
-    !is_blocked_at_a_probe(space, a, b) && all_touched_are_free(space, a, b)
+    obstruction(space, a, b).is_none()
 }
 
-/// Whether some point on a long segment lies in a cell that is not free. Most segments that are not clear run through
-/// much rock, and a few points tell sooner than a walk along it.
-fn is_blocked_at_a_probe(space: &FreeSpace, a: &Point, b: &Point) -> bool {
-    let whole = b - a;
-    whole.amax() >= PROBED_FROM
-        && PROBES.iter().any(|&share| {
-            let at = a + whole * share;
-            !space.is_free(Cell::new(at.x as i32, at.y as i32))
-        })
+/// What keeps [`sees`] from holding: about which share of the segment from `a` to `b` it is blocked.
+pub(super) fn obstruction(space: &FreeSpace, a: &Point, b: &Point) -> Option<f64> {
+    let frame = space.frame();
+    let (Some(one), Some(other)) = (frame.cell_at_units(a), frame.cell_at_units(b)) else {
+        return Some(0.0);
+    };
+    if one == other {
+        return (!space.is_free(one)).then_some(0.0);
+    }
+    blocked_probe(space, a, b).or_else(|| first_blocked(space, a, b))
+}
+
+/// Whether the point at a share of the segment, 0 to 1, lies in a cell that is not free; then the segment is not clear.
+#[inline]
+pub(super) fn is_blocked_at(space: &FreeSpace, a: &Point, b: &Point, share: f64) -> bool {
+    let at = a + (b - a) * share;
+    !space.is_free(Cell::new(at.x as i32, at.y as i32))
+}
+
+/// Some share at which a long segment lies in a cell that is not free. Most segments that are not clear run through much
+/// rock, and a few points tell sooner than a walk along it.
+fn blocked_probe(space: &FreeSpace, a: &Point, b: &Point) -> Option<f64> {
+    let is_blocked = |&share: &f64| is_blocked_at(space, a, b, share);
+    ((b - a).amax() >= PROBED_FROM)
+        .then(|| PROBES.into_iter().find(is_blocked))
+        .flatten()
 }
 
 /// Line by line, what the segment touches: along rows, or along columns where it is steep, so that there are few lines
 /// and each is read 64 cells at once. Both ends in cell units, inside the grid.
-fn all_touched_are_free(space: &FreeSpace, a: &Point, b: &Point) -> bool {
+fn first_blocked(space: &FreeSpace, a: &Point, b: &Point) -> Option<f64> {
     let (rows, columns) = space.bits();
     let whole = b - a;
     if whole.x.abs() >= whole.y.abs() {
-        all_along(rows, (a.x, a.y), (b.x, b.y))
+        first_blocked_along(rows, (a.x, a.y), (b.x, b.y))
     } else {
-        all_along(columns, (a.y, a.x), (b.y, b.x))
+        first_blocked_along(columns, (a.y, a.x), (b.y, b.x))
     }
 }
 
-/// Whether the segment between two points, each a place along the lines of a grid of bits and one across them, touches
-/// only what is set.
-fn all_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> bool {
+/// About which share of the segment between two points, each a place along the lines of a grid of bits and one across
+/// them, it touches what is not set; none when it does not.
+fn first_blocked_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> Option<f64> {
     let (low, high) = if a.1 <= b.1 { (a, b) } else { (b, a) };
     let rise = high.1 - low.1;
     let first = (low.1 - TOUCH).floor() as i32;
     let last = (high.1 + TOUCH).floor() as i32;
-    (first..=last).all(|line| {
-        // The part of the segment within this line, and the cells it spans.
-        let share = |at: f64| {
-            if rise == 0.0 {
-                0.0
-            } else {
-                ((at - low.1) / rise).clamp(0.0, 1.0)
-            }
-        };
-        let along = |share: f64| low.0 + (high.0 - low.0) * share;
+    // The part of the segment within a line, and the cells it spans.
+    let share = |at: f64| {
+        if rise == 0.0 {
+            0.0
+        } else {
+            ((at - low.1) / rise).clamp(0.0, 1.0)
+        }
+    };
+    let along = |share: f64| low.0 + (high.0 - low.0) * share;
+    let is_blocked = |&line: &i32| {
         let enters = along(share(f64::from(line) - TOUCH));
         let leaves = if rise == 0.0 {
             high.0
@@ -87,6 +97,8 @@ fn all_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> bool {
         };
         let from = (enters.min(leaves) - TOUCH).floor() as i32;
         let to = (enters.max(leaves) + TOUCH).floor() as i32;
-        bits.all_of_row(line, from..=to)
-    })
+        !bits.all_of_row(line, from..=to)
+    };
+    let blocked = share(f64::from((first..=last).find(is_blocked)?) + 0.5);
+    Some(if a.1 <= b.1 { blocked } else { 1.0 - blocked })
 }

@@ -1,7 +1,7 @@
 //! Removal of redundant nodes (paper, section 3.2.2, eqs. 20-23).
 
 use super::ClearanceCosts;
-use super::line_of_sight::sees;
+use super::line_of_sight::{is_blocked_at, obstruction};
 use super::path::Path;
 use crate::geometry::Point;
 use crate::map::FreeSpace;
@@ -25,29 +25,40 @@ pub fn prune(space: &FreeSpace, costs: Option<&ClearanceCosts>, path: &Path) -> 
     let nodes = path.points();
     let frame = space.frame();
     let in_cells: Vec<Point> = nodes.iter().map(|node| frame.to_cell_units(node)).collect();
-    let mut best_m = vec![0.0; nodes.len()];
-    let mut before = vec![0; nodes.len()];
     let weighed = |earlier: usize, node: usize, length_m: f64| {
         costs.map_or(length_m, |costs| {
             costs.along(&in_cells[earlier], &in_cells[node]) * frame.resolution_m
         })
     };
+    let mut best_m = vec![0.0; nodes.len()];
+    let mut before = vec![0; nodes.len()];
+    // Where the last line of sight from each node was blocked: the next node is near the last, and so is what blocks it.
+    let mut blocked_at = vec![0.0; nodes.len()];
     for node in 1..nodes.len() {
         let length_m = |earlier: usize| (nodes[node] - nodes[earlier]).norm();
-        let before_m = best_m[node - 1] + weighed(node - 1, node, length_m(node - 1));
-        let mut best = (before_m, node - 1);
+        let neighbour_m = best_m[node - 1] + weighed(node - 1, node, length_m(node - 1));
+        let mut best = (neighbour_m, node - 1);
         // What the last node came from is most often the answer again, and a good bound for the rest.
         let last_choice = before[node - 1];
         let first = node.saturating_sub(MOST_SKIPPED);
         for earlier in core::iter::once(last_choice.max(first)).chain(first..node - 1) {
+            let (from, to) = (&in_cells[earlier], &in_cells[node]);
+            if is_blocked_at(space, from, to, blocked_at[earlier]) {
+                continue;
+            }
             // No ground is cheaper than open ground, so the length is a bound.
             let length_m = length_m(earlier);
             let improves = |cost_m: f64| best_m[earlier] + cost_m < best.0 - GAIN_M;
-            if improves(length_m) && sees(space, &in_cells[earlier], &in_cells[node]) {
-                let cost_m = weighed(earlier, node, length_m);
-                if improves(cost_m) {
-                    best = (best_m[earlier] + cost_m, earlier);
-                }
+            if !improves(length_m) {
+                continue;
+            }
+            if let Some(share) = obstruction(space, from, to) {
+                blocked_at[earlier] = share;
+                continue;
+            }
+            let cost_m = weighed(earlier, node, length_m);
+            if improves(cost_m) {
+                best = (best_m[earlier] + cost_m, earlier);
             }
         }
         (best_m[node], before[node]) = best;

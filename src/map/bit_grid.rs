@@ -35,16 +35,17 @@ impl BitGrid {
     }
 
     /// From a value for each cell, row-major, lowest row first.
-    pub fn from_cells(width: i32, height: i32, cells: impl Fn(usize) -> bool) -> Self {
+    pub fn from_cells(width: i32, height: i32, cells: &[bool]) -> Self {
         let mut grid = Self::new(width, height);
-        for row in 0..height {
-            let first = row as usize * width as usize;
-            for (number, word) in grid.row_mut(row).iter_mut().enumerate() {
-                let from = number * WORD;
-                let to = (from + WORD).min(width as usize);
-                *word = (from..to).fold(0, |word, column| {
-                    word | u64::from(cells(first + column)) << (column - from)
-                });
+        for (row, cells) in (0..height).zip(cells.chunks_exact(width as usize)) {
+            for (word, cells) in grid.row_mut(row).iter_mut().zip(cells.chunks(WORD)) {
+                let (bytes, rest) = cells.as_chunks();
+                for (number, byte) in bytes.iter().enumerate() {
+                    *word |= packed(byte) << (8 * number);
+                }
+                for (number, &cell) in (8 * bytes.len()..).zip(rest) {
+                    *word |= u64::from(cell) << number;
+                }
             }
         }
         grid
@@ -183,6 +184,12 @@ impl BitGrid {
     }
 }
 
+/// Eight values, the first as the lowest bit.
+fn packed(cells: &[bool; 8]) -> u64 {
+    // Byte i moves by 7 (8 - i) bits, which puts it on bit i of the highest byte; no other sum comes near that byte.
+    u64::from_le_bytes(cells.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56
+}
+
 /// Clears what lies behind the last column of a row.
 pub(super) fn clear_padding(row: &mut [u64], width: i32) {
     let (whole, rest) = (width as usize / WORD, width as usize % WORD);
@@ -223,10 +230,10 @@ mod tests {
     }
 
     fn grid(width: i32, height: i32) -> BitGrid {
-        BitGrid::from_cells(width, height, |index| {
-            let index = index as i32;
-            is_set(width, Cell::new(index % width, index / width))
-        })
+        let cells = (0..width * height)
+            .map(|index| is_set(width, Cell::new(index % width, index / width)))
+            .collect::<Vec<_>>();
+        BitGrid::from_cells(width, height, &cells)
     }
 
     #[test]
@@ -256,7 +263,7 @@ mod tests {
     #[test]
     fn a_stretch_of_a_row_is_all_set_or_not() {
         let (width, height) = (200, 3);
-        let mut grid = BitGrid::from_cells(width, height, |_| true);
+        let mut grid = BitGrid::from_cells(width, height, &[true; 600]);
         for (row, columns) in [(-1, 0..=1), (3, 0..=1), (0, -1..=3), (0, 4..=200)] {
             assert!(!grid.all_of_row(row, columns));
         }

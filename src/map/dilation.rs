@@ -9,7 +9,8 @@ use super::bit_grid::{BitGrid, clear_padding};
 /// leaves at that `dy`. The spread grows from the furthest row to the nearest, so each row is spread once, in passing.
 pub(super) fn nearer_than(cells: &BitGrid, width: i32, height: i32, distance: f64) -> BitGrid {
     if distance.is_nan() {
-        return BitGrid::from_cells(width, height, |_| true);
+        let nothing = BitGrid::new(width, height);
+        return nothing.neither(&nothing);
     }
     let spreads = spreads(distance, width.max(height));
     let mut near = BitGrid::new(width, height);
@@ -108,8 +109,10 @@ mod tests {
     fn each_cell_is_as_near_as_its_distance_says() {
         for (width, height) in [(40, 30), (129, 5), (3, 90), (64, 9)] {
             let chosen = [3, 77, width * height / 2, width * height - 1];
-            let cells =
-                BitGrid::from_cells(width, height, |index| chosen.contains(&(index as i32)));
+            let cells: Vec<bool> = (0..width * height)
+                .map(|index| chosen.contains(&index))
+                .collect();
+            let cells = BitGrid::from_cells(width, height, &cells);
             for distance in [
                 -1.0,
                 0.0,

@@ -37,8 +37,7 @@ impl FreeSpace {
     pub fn for_radii<const N: usize>(obstacles: &ObstacleGrid, radii_m: [f64; N]) -> [Self; N] {
         let frame = *obstacles.frame();
         let GridFrame { width, height, .. } = frame;
-        let blocked = obstacles.cells();
-        let obstacles = BitGrid::from_cells(width, height, |index| blocked[index]);
+        let obstacles = BitGrid::from_cells(width, height, obstacles.cells());
         radii_m.map(|radius_m| {
             let near = nearer_than(&obstacles, width, height, radius_m / frame.resolution_m);
             let free = near.neither(&obstacles);
