@@ -8,15 +8,18 @@ use std::hint::black_box;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use inbye::bench::{Roadway, roadway_field};
+use inbye::bench::{Roadway, roadway_field, roadway_obstacles};
 use inbye::geometry::{Point, Pose, Twist};
+use inbye::global::{ClearanceCosts, Heuristic, Searcher};
 use inbye::local::{
     Axis, ClearanceField, CpuEngine, Detail, Engine, Instructions, LocalPlanner, LocalSettings,
     Prepared, Problem, Situation, Stopping, Window,
 };
-use inbye::map::MovingDisc;
+use inbye::map::{Cell, FreeSpace, MovingDisc};
 use inbye::robot::{Footprint, Limits};
 use libtest_mimic::{Arguments, Failed, Trial};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
         Trial::test("harder_decisions_allocate_nothing", harder_decisions),
         Trial::test("a_warm_planner_allocates_nothing", warm_planners),
         Trial::test("preparing_again_allocates_nothing", preparing_again),
+        Trial::test("a_warm_searcher_allocates_nothing", warm_searchers),
         Trial::test("what_allocates_is_counted", what_allocates_is_counted),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()
@@ -208,6 +212,41 @@ fn preparing_again() -> Result<(), Failed> {
         if format!("{again:?}") != format!("{anew:?}") {
             return Err(format!("{scene}: prepared again it is another problem").into());
         }
+    }
+    Ok(())
+}
+
+fn warm_searchers() -> Result<(), Failed> {
+    let obstacles = roadway_obstacles();
+    let space = FreeSpace::new(&obstacles, 0.3);
+    let costs = ClearanceCosts::new(&obstacles, 1.0, 2.0);
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let mut any = |_| {
+        let [x, y] = [(); 2].map(|()| random.random_range(0.0..20.0));
+        space.nearest_free(&Point::new(x, y))
+    };
+    let ends: Option<Vec<Cell>> = (0..=LAP).map(&mut any).collect();
+    let ends = ends.ok_or("free cells")?;
+    let mut searcher = Searcher::default();
+    let mut lap = || {
+        let mut found = 0;
+        let count = allocations(|| {
+            for (&start, &goal) in ends.iter().zip(&ends[1..]) {
+                for heuristic in [Heuristic::Octile, Heuristic::default()] {
+                    for costs in [None, Some(&costs)] {
+                        let outcome = searcher.astar(&space, start, goal, heuristic, costs);
+                        found += usize::from(outcome.is_ok());
+                    }
+                }
+                found += usize::from(searcher.jump_points(&space, start, goal).is_ok());
+            }
+        });
+        (count, found)
+    };
+    let (growth, _) = lap();
+    let (count, found) = lap();
+    if growth == 0 || count > 0 || found < 4 * LAP {
+        return Err(format!("{growth}, then {count} allocations for {found} paths").into());
     }
     Ok(())
 }
