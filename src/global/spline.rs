@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 
 use super::basis::Segment;
+use super::curvature::Spline;
 use super::line_of_sight::{is_clear, sees};
 use super::path::Path;
 use super::prune::merge_collinear;
@@ -30,9 +31,15 @@ const ON_EDGE_M: f64 = 1e-10;
 /// Its points lie as far apart as chords within 3 mm and 0.04 rad of the curve allow, so a straight stretch has none.
 #[must_use]
 pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
+    smooth_with_spline(space, path, degree).0
+}
+
+/// [`smooth`], and the curve whose chords that path is.
+pub(super) fn smooth_with_spline(space: &FreeSpace, path: &Path, degree: usize) -> (Path, Spline) {
     let vertices = path.points();
+    let as_it_is = || (path.clone(), Spline::polyline(vertices));
     if vertices.len() < 3 || degree < 2 {
-        return path.clone();
+        return as_it_is();
     }
     let curve = Curve::fit(space, vertices, degree);
     let points = merge_collinear(&curve.points(vertices));
@@ -42,9 +49,9 @@ pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
             || vertices.windows(2).any(|edge| is_part(edge, chord))
     };
     if points.windows(2).all(is_proved) {
-        Path::new(points)
+        (Path::new(points), Spline::new(degree, curve.control))
     } else {
-        path.clone()
+        as_it_is()
     }
 }
 
