@@ -70,7 +70,10 @@ pub struct MapArguments {
 
 /// `inbye plan`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40")]
+#[command(
+    after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
+    inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png"
+)]
 pub struct PlanArguments {
     #[command(flatten)]
     pub map: MapArguments,
@@ -80,9 +83,18 @@ pub struct PlanArguments {
     /// Goal, metres.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub goal: Place,
+    /// A stop on the way, metres; give one --via for each, in the order in which they are visited.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub via: Vec<Place>,
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
     #[arg(long, allow_negative_numbers = true, value_parser = distance)]
     pub radius: Option<f64>,
+    /// Draw the map and the plan on it into this file, to open in a browser.
+    #[arg(long, value_name = "FILE.svg")]
+    pub svg: Option<PathBuf>,
+    /// The same picture as pixels, 1440 wide.
+    #[arg(long, value_name = "FILE.png")]
+    pub png: Option<PathBuf>,
 }
 
 /// `inbye drive`.
