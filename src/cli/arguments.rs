@@ -72,7 +72,11 @@ pub struct MapArguments {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
-    inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png"
+    inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png\n\n\
+    With stops, all figures are those of the whole tour, and `legs` tells them for each leg. Where a goal is walled off, \
+    `nearest_reachable` is the point nearest to it that can be reached; --svg and --png show it.\n\
+    `curvature` holds the smoothed path against the robot's limits: what share of it the base can follow at max_vel_x, \
+    and how slowly it must take the tightest bend; 0 where it must turn in place."
 )]
 pub struct PlanArguments {
     #[command(flatten)]

@@ -40,10 +40,12 @@ impl<'a> Drawing<'a> {
     pub fn of_tour(self, tour: &Tour, map: &OccupancyGrid) -> anyhow::Result<()> {
         let pruned = tour.stage(|plan| &plan.pruned);
         let smoothed = tour.stage(|plan| &plan.smoothed);
+        let sharp_turns = tour.curvature().sharp_turns;
         let figures = PlanFigures {
             length_m: smoothed.length_m(),
-            turns: pruned.turns(),
-            sharp_turns: tour.curvature().sharp_turns,
+            // A corner counts from a smaller angle on than a turn does.
+            turns: pruned.turns().max(sharp_turns),
+            sharp_turns,
             min_clearance_m: tour.clearance_m(),
         };
         self.write(map, &tour.legs, PlanOutcome::Found(figures))
@@ -101,7 +103,8 @@ impl<'a> Drawing<'a> {
 
 #[cfg(feature = "png")]
 fn pixels(svg: &str, width_px: u32) -> anyhow::Result<Vec<u8>> {
-    Ok(inbye::report::png(svg, width_px)?)
+    use anyhow::Context;
+    inbye::report::png(svg, width_px).context("--png")
 }
 
 #[cfg(not(feature = "png"))]

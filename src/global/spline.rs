@@ -202,6 +202,7 @@ impl Curve {
 mod tests {
     use super::*;
     use crate::geometry::Pose;
+    use crate::global::Curvature;
     use crate::map::{Cell, GridFrame, ObstacleGrid};
 
     /// Ground of 40 m by 40 m in cells of 0.1 m, with these rectangles of rock: columns, rows.
@@ -284,6 +285,30 @@ mod tests {
                 .all(|chord| is_clear(&space, &chord[0], &chord[1]))
         );
         assert!(smoothed.project(&path.points()[1]).distance_m < 1e-9);
+        let (_, spline) = smooth_with_spline(&space, &path, 3);
+        assert_eq!(Curvature::of([&spline]).sharp_turns, 1);
+    }
+
+    #[test]
+    fn the_spline_bends_as_the_chords_drawn_from_it_do() {
+        for degree in [2, 3, 5] {
+            let (smoothed, spline) = smooth_with_spline(&ground(&[]), &zigzag(), degree);
+            let curvature = Curvature::of([&spline]);
+            assert_eq!(curvature.sharp_turns, 0);
+            // The change of heading at a point over the mean length of its chords; on long ones it is a mean.
+            let by_chords = smoothed.points().windows(3).map(|triple| {
+                let (one, other) = (triple[1] - triple[0], triple[2] - triple[1]);
+                let turn_rad = libm::atan2(one.perp(&other), one.dot(&other)).abs();
+                turn_rad / f64::midpoint(one.norm(), other.norm())
+            });
+            let ratio = by_chords.fold(0.0, f64::max) / curvature.max_per_m();
+            assert!((0.9..1.01).contains(&ratio), "{ratio} at degree {degree}");
+            let (straight, all) = (curvature.share_within(0.0), curvature.share_within(1e9));
+            assert!(
+                straight < 0.8 && all == 1.0,
+                "{straight} at degree {degree}"
+            );
+        }
     }
 
     #[test]

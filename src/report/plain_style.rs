@@ -2,9 +2,6 @@
 
 const COLOURS: &str = include_str!("colours.css");
 
-/// What ends a variable's use.
-const CLOSE: char = ')';
-
 /// The same style with the light theme's values in place of the variables that `colours.css` names. A variable that it
 /// does not name stays.
 pub(super) fn plain(style: &str) -> String {
@@ -12,17 +9,14 @@ pub(super) fn plain(style: &str) -> String {
     let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {
         let used = part
-            .split_once(CLOSE)
+            .split_once(')')
             .and_then(|(name, rest)| Some((value(name)?, rest)));
-        match used {
-            Some((value, rest)) => {
-                text.push_str(value);
-                text.push_str(rest);
-            }
-            None => {
-                text.push_str("var(");
-                text.push_str(part);
-            }
+        if let Some((value, rest)) = used {
+            text.push_str(value);
+            text.push_str(rest);
+        } else {
+            text.push_str("var(");
+            text.push_str(part);
         }
     }
     text

@@ -36,7 +36,10 @@ fn texts<'a>(svg: &'a Document) -> Vec<&'a str> {
 fn check(svg: &str, pixels: &RgbaImage) {
     let drawing = Document::parse(svg).expect("the drawing is XML");
     let root = drawing.root_element();
-    let side = |name: &str| -> f64 { root.attribute(name).unwrap().parse().unwrap() };
+    let side = |name: &str| -> f64 {
+        let text = root.attribute(name).expect("the drawing has a size");
+        text.parse().expect("a side is a number")
+    };
     let expected = (1440, (2.0 * side("height")).ceil() as u32);
     assert_eq!(pixels.dimensions(), expected);
     for outside in ["var(", "url(", "@", "http", "NaN", "inf\""] {
