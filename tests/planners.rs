@@ -483,16 +483,30 @@ fn a_goal_in_a_closed_chamber_has_no_path() {
     let space = free_space(&WORKINGS, 0.0);
     let (start, chamber) = (Point::new(-8.7, 21.3), Point::new(0.8, 23.4));
     let error = query(&space, start, chamber).expect_err("a closed chamber");
-    assert!(matches!(error, PlanError::NoValidPath { expanded, .. } if expanded > 200));
+    let PlanError::NoValidPath {
+        expanded,
+        nearest: Some(nearest),
+        ..
+    } = error
+    else {
+        panic!("{error}");
+    };
+    assert!(expanded > 200);
     assert_eq!(
         error.to_string(),
         format!(
             "NO_VALID_PATH: no way from (-8.70, 21.30) to (0.80, 23.40) that keeps 0.000 m from every obstacle \
-             ({} cells searched): choose a goal on the same side, a smaller radius \
-             (that of the footprint and its margins) or a finer map",
-            space.count() - 6
+             ({} cells searched); the reachable point nearest to the goal is ({:.3}, {:.3}): choose a goal on the \
+             same side, a smaller radius (that of the footprint and its margins) or a finer map",
+            space.count() - 6,
+            nearest.x,
+            nearest.y
         )
     );
+    // One gets there, and from the other side of the wall it is nearer than where one came from.
+    let plan = query(&space, start, nearest).expect("a reachable point");
+    assert_eq!(plan.smoothed.points().last(), Some(&nearest));
+    assert!((nearest - chamber).norm() < (start - chamber).norm());
 }
 
 #[test]

@@ -70,7 +70,14 @@ pub struct MapArguments {
 
 /// `inbye plan`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40")]
+#[command(
+    after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
+    inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png\n\n\
+    With stops, all figures are those of the whole tour, and `legs` tells them for each leg. Where a goal is walled off, \
+    `nearest_reachable` is the point nearest to it that can be reached; --svg and --png show it.\n\
+    `curvature` holds the smoothed path against the robot's limits: what share of it the base can follow at max_vel_x, \
+    and how slowly it must take the tightest bend; 0 where it must turn in place."
+)]
 pub struct PlanArguments {
     #[command(flatten)]
     pub map: MapArguments,
@@ -80,9 +87,18 @@ pub struct PlanArguments {
     /// Goal, metres.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub goal: Place,
+    /// A stop on the way, metres; give one --via for each, in the order in which they are visited.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub via: Vec<Place>,
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
     #[arg(long, allow_negative_numbers = true, value_parser = distance)]
     pub radius: Option<f64>,
+    /// Draw the map and the plan on it into this file, to open in a browser.
+    #[arg(long, value_name = "FILE.svg")]
+    pub svg: Option<PathBuf>,
+    /// The same picture as pixels, 1440 wide.
+    #[arg(long, value_name = "FILE.png")]
+    pub png: Option<PathBuf>,
 }
 
 /// `inbye drive`.

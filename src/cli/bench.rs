@@ -10,8 +10,8 @@ use serde_json::json;
 
 use super::arguments::DensityArguments;
 use super::clock::wall_clock;
-use super::density_file::Output;
-use super::{density_words, engines, output};
+use super::output_file::Output;
+use super::{density_file, density_words, engines, output};
 
 /// Samples of the sampling that the others are judged by, unless more are measured.
 const DENSEST: usize = 1 << 20;
@@ -41,13 +41,13 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
     let crossovers = crossovers(&rows);
     if let Some(table) = table {
-        table.rows(&rows)?;
+        density_file::write(table, &rows)?;
     }
     if let Some(losses) = losses {
-        losses.rows(&quality)?;
+        density_file::write(losses, &quality)?;
     }
     if let Some(chart) = chart {
-        chart.text(&density_svg(&rows, &quality))?;
+        chart.write(density_svg(&rows, &quality))?;
     }
     if json {
         output::json(&json!({

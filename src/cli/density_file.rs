@@ -1,12 +1,9 @@
-//! The files that `inbye bench density` leaves behind, opened before anything is measured.
+//! The rows that `inbye bench density` leaves behind in files.
 
-use std::fs::File;
-use std::io::Write;
-use std::path::Path;
-
-use anyhow::{Context, bail};
 use inbye::bench::{DensityRow, QualityRow};
 use serde::Serialize;
+
+use super::output_file::Output;
 
 /// A row that has a line in a CSV file.
 pub trait Line: Serialize {
@@ -75,57 +72,14 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "'"))
 }
 
-/// A file of a flag, emptied, to be written later.
-pub struct Output<'a> {
-    flag: &'static str,
-    name: &'a Path,
-    file: File,
-    ending: &'static str,
-}
-
-impl<'a> Output<'a> {
-    /// The file of a flag, none where the flag is not given. Its name must have one of these endings.
-    pub fn create(
-        flag: &'static str,
-        name: Option<&'a Path>,
-        endings: &[&'static str],
-    ) -> anyhow::Result<Option<Self>> {
-        let Some(name) = name else {
-            return Ok(None);
-        };
-        let given = name.extension().and_then(|ending| ending.to_str());
-        let Some(&ending) = endings.iter().find(|ending| given == Some(**ending)) else {
-            let endings = endings.join(" or .");
-            bail!("{flag} {}: the name must end in .{endings}", name.display());
-        };
-        let file = File::create(name).with_context(|| {
-            let name = name.display();
-            format!("{flag} {name}: cannot be written: name a file in a folder that exists")
-        })?;
-        Ok(Some(Self {
-            flag,
-            name,
-            file,
-            ending,
-        }))
-    }
-
-    /// Writes rows, as JSON or CSV by the ending.
-    pub fn rows<R: Line>(self, rows: &[R]) -> anyhow::Result<()> {
-        let text = if self.ending == "json" {
-            serde_json::to_string_pretty(rows)?
-        } else {
-            let lines = rows.iter().map(Line::line);
-            let lines: Vec<String> = [R::HEADER.to_owned()].into_iter().chain(lines).collect();
-            lines.join("\n")
-        };
-        self.text(&(text + "\n"))
-    }
-
-    /// Writes a text.
-    pub fn text(mut self, text: &str) -> anyhow::Result<()> {
-        self.file
-            .write_all(text.as_bytes())
-            .with_context(|| format!("{} {}", self.flag, self.name.display()))
-    }
+/// Writes rows, as JSON or CSV by the file's ending.
+pub fn write<R: Line>(file: Output, rows: &[R]) -> anyhow::Result<()> {
+    let text = if file.ending() == "json" {
+        serde_json::to_string_pretty(rows)?
+    } else {
+        let lines = rows.iter().map(Line::line);
+        let lines: Vec<String> = [R::HEADER.to_owned()].into_iter().chain(lines).collect();
+        lines.join("\n")
+    };
+    file.write(text + "\n")
 }

@@ -112,11 +112,12 @@ fn no_path_or(
             object["reached"] = json!(false);
             object["collided"] = json!(false);
             object["fault"] = json!(error.to_string());
-            plan::refuse(&error, json.then_some(object))?;
+            plan::refuse(&error.to_string(), json.then_some(object))?;
             Ok(false)
         }
         MissionError::Fault(Fault::Plan(error)) => {
-            Err(plan::unusable(&error, &arguments.map, map, config))
+            let reason = error.to_string();
+            Err(plan::unusable(&error, &reason, &arguments.map, map, config))
         }
         error => Err(error.into()),
     }

@@ -10,13 +10,18 @@ mod devices;
 mod drive;
 mod engines;
 mod evaluate;
+mod followed;
 mod main_job;
 mod map_file;
 pub mod output;
+mod output_file;
 mod plain_words;
 mod plan;
+mod plan_drawing;
+mod plan_words;
 mod problem_file;
 mod report_file;
+mod tour;
 mod verify;
 
 pub use arguments::Arguments;

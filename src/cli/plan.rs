@@ -1,43 +1,66 @@
 //! `inbye plan`.
 
 use anyhow::anyhow;
-use inbye::geometry::Point;
-use inbye::global::{self, Ground, Path, Plan, PlanError, Searcher, min_clearance_m};
-use inbye::map::{FreeSpace, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
+use inbye::global::PlanError;
+use inbye::map::{OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::sim::Config;
 use serde_json::{Value, json};
 
 use super::arguments::{MapArguments, PlanArguments};
-use super::clock::wall_clock;
-use super::{map_file, output};
+use super::plan_drawing::Drawing;
+use super::tour::Refused;
+use super::{map_file, output, plan_words, tour};
 
 /// Finds a path. False when there is none.
 pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     let (map, config) = map_file::read(&arguments.map)?;
+    let drawing = Drawing::create(arguments)?;
     let obstacles = map.obstacles(config.unknown);
-    match search(arguments, &config, &obstacles) {
-        Ok(plan) => {
-            let clearance_m = min_clearance_m(&plan.smoothed, &obstacles);
-            if json {
-                output::json(&object(&plan, clearance_m))?;
-            } else {
-                print(&plan, clearance_m);
-            }
-            Ok(true)
+    let tour = match tour::plan(arguments, &config, &obstacles) {
+        Ok(tour) => tour,
+        Err(refused) => {
+            drawing.of_refused(&refused, &map)?;
+            return no_path(&refused, arguments, &map, &config, json);
         }
-        Err(error @ PlanError::NoValidPath { .. }) => {
-            refuse(&error, json.then(|| refusal(&error)))?;
-            Ok(false)
-        }
-        Err(error) => Err(unusable(&error, &arguments.map, &map, &config)),
+    };
+    drawing.of_tour(&tour, &map)?;
+    if json {
+        output::json(&plan_words::object(&tour, &config.robot))?;
+    } else {
+        plan_words::lines(&tour, &config.robot)
+            .iter()
+            .for_each(output::line);
     }
+    Ok(true)
+}
+
+/// No way is an answer; an end that cannot be is unusable input.
+fn no_path(
+    refused: &Refused,
+    arguments: &PlanArguments,
+    map: &OccupancyGrid,
+    config: &Config,
+    json: bool,
+) -> anyhow::Result<bool> {
+    let reason = refused.reason();
+    if !matches!(refused.error, PlanError::NoValidPath { .. }) {
+        let error = &refused.error;
+        return Err(unusable(error, &reason, &arguments.map, map, config));
+    }
+    let mut object = refusal(&refused.error);
+    object["reason"] = json!(reason);
+    object["stop"] = json!(refused.stop);
+    refuse(&reason, json.then_some(object))?;
+    Ok(false)
 }
 
 /// That there is no path, and why, as scripts read it.
 pub fn refusal(error: &PlanError) -> Value {
-    let expanded = match error {
-        PlanError::NoValidPath { expanded, .. } => Some(expanded),
-        _ => None,
+    let (expanded, nearest) = match error {
+        PlanError::NoValidPath {
+            expanded, nearest, ..
+        } => (Some(expanded), nearest.as_ref()),
+        _ => (None, None),
     };
     json!({
         "found": false,
@@ -46,21 +69,23 @@ pub fn refusal(error: &PlanError) -> Value {
         "expanded": expanded,
         "error": error.code(),
         "reason": error.to_string(),
+        "nearest_reachable": nearest.map(plan_words::pair),
     })
 }
 
 /// Says that there is no path: the answer, and why.
-pub fn refuse(error: &PlanError, object: Option<Value>) -> anyhow::Result<()> {
+pub fn refuse(reason: &str, object: Option<Value>) -> anyhow::Result<()> {
     if let Some(object) = object {
         return output::json(&object);
     }
-    output::line(error.to_string());
+    output::line(reason);
     Ok(())
 }
 
-/// An end that no path can have, with the map that it is on.
+/// An end that no path can have, in words, with the map that it is on.
 pub fn unusable(
     error: &PlanError,
+    reason: &str,
     arguments: &MapArguments,
     map: &OccupancyGrid,
     config: &Config,
@@ -78,92 +103,5 @@ pub fn unusable(
     } else {
         ""
     };
-    anyhow!("{}: {error}{hint}", arguments.map.display())
-}
-
-fn search(
-    arguments: &PlanArguments,
-    config: &Config,
-    obstacles: &ObstacleGrid,
-) -> Result<Plan, PlanError> {
-    let (start, goal) = (arguments.start.position, arguments.goal.position);
-    let mut clock = wall_clock();
-    if let Some(radius_m) = arguments.radius {
-        let space = FreeSpace::new(obstacles, radius_m);
-        let costs = config.global.costs(obstacles);
-        let ground = Ground {
-            search: &space,
-            proof: &space,
-            costs: costs.as_ref(),
-        };
-        return global::plan(
-            &mut Searcher::default(),
-            &ground,
-            start,
-            goal,
-            &config.global,
-            &mut clock,
-        );
-    }
-    let resolution_m = obstacles.frame().resolution_m;
-    config
-        .route_planner(resolution_m)
-        .plan(obstacles, start, goal, &mut clock)
-}
-
-fn object(plan: &Plan, clearance_m: f64) -> Value {
-    let stage = |path: &Path| {
-        json!({
-            "length_m": path.length_m(),
-            "points": path.points().len(),
-            "turns": path.turns(),
-        })
-    };
-    let points: Vec<[f64; 2]> = plan
-        .smoothed
-        .points()
-        .iter()
-        .map(|point: &Point| [point.x, point.y])
-        .collect();
-    let times = &plan.time_s;
-    json!({
-        "found": true,
-        "path": points,
-        "length_m": plan.smoothed.length_m(),
-        "turns": plan.smoothed.turns(),
-        "raw": stage(&plan.raw),
-        "pruned": stage(&plan.pruned),
-        "min_clearance_m": if clearance_m.is_finite() { json!(clearance_m) } else { Value::Null },
-        "expanded": plan.expanded,
-        "time_ms": {
-            "search": times.search * 1e3,
-            "prune": times.prune * 1e3,
-            "smooth": times.smooth * 1e3,
-            "total": (times.search + times.prune + times.smooth) * 1e3,
-        },
-    })
-}
-
-fn print(plan: &Plan, clearance_m: f64) {
-    for (name, path) in [
-        ("searched", &plan.raw),
-        ("pruned", &plan.pruned),
-        ("smoothed", &plan.smoothed),
-    ] {
-        output::line(format!(
-            "{name:9} {:8.2} m  {:5} points  {:3} turns",
-            path.length_m(),
-            path.points().len(),
-            path.turns(),
-        ));
-    }
-    let times = &plan.time_s;
-    output::line(format!("clearance {clearance_m:8.3} m at the narrowest"));
-    output::line(format!(
-        "search {:.2} ms ({} cells expanded), prune {:.2} ms, smooth {:.2} ms",
-        times.search * 1e3,
-        plan.expanded,
-        times.prune * 1e3,
-        times.smooth * 1e3,
-    ));
+    anyhow!("{}: {reason}{hint}", arguments.map.display())
 }

@@ -6,7 +6,7 @@ use crate::geometry::{Point, Vector};
 const DEPARTURE_M: f64 = 0.003;
 /// The heading changes along a chord by at most this, radians: two such chords make no turn as
 /// [`Path::turns`](super::Path::turns) counts.
-const CHORD_TURN_RAD: f64 = 0.04;
+pub(super) const CHORD_TURN_RAD: f64 = 0.04;
 /// A segment is halved at most so many times.
 const HALVINGS: u32 = 12;
 
@@ -67,7 +67,7 @@ impl Segment<'_> {
     }
 
     /// The point at `u` in 0..=1. Summed about the first control point, so that large coordinates cost no digits.
-    fn point(&self, u: f64) -> Point {
+    pub fn point(&self, u: f64) -> Point {
         let first = self.0[0];
         let weighted =
             |(k, control): (usize, &Point)| (control - first) * weight(k, self.degree(), u);
@@ -79,6 +79,24 @@ impl Segment<'_> {
         let weighted =
             |(k, pair): (usize, &[Point])| (pair[1] - pair[0]) * weight(k, self.degree() - 1, u);
         self.0.windows(2).enumerate().map(weighted).sum()
+    }
+
+    /// The curvature at `u`, 1/m, to either side; zero where the curve stands still, and for a straight segment.
+    pub fn curvature(&self, u: f64) -> f64 {
+        let Some(degree) = self.degree().checked_sub(2) else {
+            return 0.0;
+        };
+        let weighted = |(k, triple): (usize, &[Point])| {
+            ((triple[2] - triple[1]) - (triple[1] - triple[0])) * weight(k, degree, u)
+        };
+        let bend: Vector = self.0.windows(3).enumerate().map(weighted).sum();
+        let tangent = self.tangent(u);
+        let curvature = tangent.perp(&bend).abs() / tangent.norm().powi(3);
+        if curvature.is_finite() {
+            curvature
+        } else {
+            0.0
+        }
     }
 
     /// Bound on the second derivative across a unit direction: that derivative is a weighted mean of the second

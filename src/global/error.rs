@@ -42,9 +42,9 @@ pub enum PlanError {
     /// Start and goal are not connected.
     #[error(
         "NO_VALID_PATH: no way from ({:.2}, {:.2}) to ({:.2}, {:.2}) that keeps {radius_m:.3} m from every obstacle \
-         ({expanded} cells searched): choose a goal on the same side, a smaller radius (that of the footprint and its margins) \
-         or a finer map",
-        start.x, start.y, goal.x, goal.y
+         ({expanded} cells searched){}: choose a goal on the same side, a smaller radius (that of the footprint and its \
+         margins) or a finer map",
+        start.x, start.y, goal.x, goal.y, as_far_as(nearest.as_ref())
     )]
     NoValidPath {
         /// The start.
@@ -55,6 +55,8 @@ pub enum PlanError {
         radius_m: f64,
         /// Cells expanded.
         expanded: u32,
+        /// The point nearest to the goal, a cell's centre, that can be reached from the start.
+        nearest: Option<Point>,
     },
     /// A setting out of range.
     #[error("{name} is {value}: it must be {expected}")]
@@ -81,4 +83,14 @@ impl PlanError {
             Self::BadSetting { .. } => "BAD_SETTING",
         }
     }
+}
+
+/// How near to the goal one gets, to the millimetre: near enough to lie in the cell that was found.
+fn as_far_as(nearest: Option<&Point>) -> String {
+    nearest.map_or_else(String::new, |point| {
+        format!(
+            "; the reachable point nearest to the goal is ({:.3}, {:.3})",
+            point.x, point.y
+        )
+    })
 }

@@ -1,6 +1,9 @@
 //! Search, prune, smooth: in that order.
 
-use super::{ClearanceCosts, Method, Path, PlanError, Searcher, Settings, prune, smooth};
+use super::spline::smooth_with_spline;
+use super::{
+    ClearanceCosts, Method, Path, PlanError, Searcher, Settings, Spline, nearest_reachable, prune,
+};
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};
 
@@ -38,6 +41,8 @@ pub struct Plan {
     pub pruned: Path,
     /// What the robot follows.
     pub smoothed: Path,
+    /// The curve whose chords that is.
+    pub spline: Spline,
     /// Cells expanded by the search.
     pub expanded: u32,
     /// Time of each stage.
@@ -77,19 +82,20 @@ pub fn plan(
         Method::JumpPoints => searcher.jump_points(space, start_cell, goal_cell),
     };
     let found = found.map_err(|not_found| {
-        let expanded = not_found.expanded;
+        let nearest = nearest_reachable(space, start_cell, &goal);
         PlanError::NoValidPath {
             start,
             goal,
             radius_m: space.radius_m(),
-            expanded,
+            expanded: not_found.expanded,
+            nearest: nearest.map(|cell| space.frame().center_of(cell)),
         }
     })?;
     let raw = through_centers(space, start, found.cells, goal);
     let searched = clock();
     let pruned = prune(space, ground.costs, &raw);
     let pruned_at = clock();
-    let smoothed = smooth(ground.proof, &pruned, settings.spline_degree);
+    let (smoothed, spline) = smooth_with_spline(ground.proof, &pruned, settings.spline_degree);
     let time_s = StageTimes {
         search: searched - began,
         prune: pruned_at - searched,
@@ -99,6 +105,7 @@ pub fn plan(
         raw,
         pruned,
         smoothed,
+        spline,
         expanded: found.expanded,
         time_s,
     })

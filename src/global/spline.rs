@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 
 use super::basis::Segment;
+use super::curvature::Spline;
 use super::line_of_sight::{is_clear, sees};
 use super::path::Path;
 use super::prune::merge_collinear;
@@ -30,9 +31,15 @@ const ON_EDGE_M: f64 = 1e-10;
 /// Its points lie as far apart as chords within 3 mm and 0.04 rad of the curve allow, so a straight stretch has none.
 #[must_use]
 pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
+    smooth_with_spline(space, path, degree).0
+}
+
+/// [`smooth`], and the curve whose chords that path is.
+pub(super) fn smooth_with_spline(space: &FreeSpace, path: &Path, degree: usize) -> (Path, Spline) {
     let vertices = path.points();
+    let as_it_is = || (path.clone(), Spline::polyline(vertices));
     if vertices.len() < 3 || degree < 2 {
-        return path.clone();
+        return as_it_is();
     }
     let curve = Curve::fit(space, vertices, degree);
     let points = merge_collinear(&curve.points(vertices));
@@ -42,9 +49,9 @@ pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
             || vertices.windows(2).any(|edge| is_part(edge, chord))
     };
     if points.windows(2).all(is_proved) {
-        Path::new(points)
+        (Path::new(points), Spline::new(degree, curve.control))
     } else {
-        path.clone()
+        as_it_is()
     }
 }
 
@@ -195,6 +202,7 @@ impl Curve {
 mod tests {
     use super::*;
     use crate::geometry::Pose;
+    use crate::global::Curvature;
     use crate::map::{Cell, GridFrame, ObstacleGrid};
 
     /// Ground of 40 m by 40 m in cells of 0.1 m, with these rectangles of rock: columns, rows.
@@ -277,6 +285,30 @@ mod tests {
                 .all(|chord| is_clear(&space, &chord[0], &chord[1]))
         );
         assert!(smoothed.project(&path.points()[1]).distance_m < 1e-9);
+        let (_, spline) = smooth_with_spline(&space, &path, 3);
+        assert_eq!(Curvature::of([&spline]).sharp_turns, 1);
+    }
+
+    #[test]
+    fn the_spline_bends_as_the_chords_drawn_from_it_do() {
+        for degree in [2, 3, 5] {
+            let (smoothed, spline) = smooth_with_spline(&ground(&[]), &zigzag(), degree);
+            let curvature = Curvature::of([&spline]);
+            assert_eq!(curvature.sharp_turns, 0);
+            // The change of heading at a point over the mean length of its chords; on long ones it is a mean.
+            let by_chords = smoothed.points().windows(3).map(|triple| {
+                let (one, other) = (triple[1] - triple[0], triple[2] - triple[1]);
+                let turn_rad = libm::atan2(one.perp(&other), one.dot(&other)).abs();
+                turn_rad / f64::midpoint(one.norm(), other.norm())
+            });
+            let ratio = by_chords.fold(0.0, f64::max) / curvature.max_per_m();
+            assert!((0.9..1.01).contains(&ratio), "{ratio} at degree {degree}");
+            let (straight, all) = (curvature.share_within(0.0), curvature.share_within(1e9));
+            assert!(
+                straight < 0.8 && all == 1.0,
+                "{straight} at degree {degree}"
+            );
+        }
     }
 
     #[test]

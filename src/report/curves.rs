@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::figure::key;
+use super::figure::{drawn_legend, key, legend_height};
 use super::number::coordinate;
 use super::panel::{CHART_WIDTH, Panel};
 
@@ -81,9 +81,6 @@ pub(super) struct Plot {
     pub(super) alternative: String,
 }
 
-/// Height of a line of a legend.
-const LINE: f64 = 18.0;
-
 /// Letters of a legend's entry that fit into half the width of a chart.
 const SHORT: usize = 27;
 
@@ -98,22 +95,13 @@ impl Plot {
 
     /// The legend as part of the picture, below the panel; in two columns where all its entries are short.
     pub(super) fn drawn_legend(&self) -> Markup {
-        let columns = self.columns();
-        html! {
-            @for (index, (mark, meaning)) in self.keys.iter().enumerate() {
-                @let x = CHART_WIDTH / columns as f64 * (index % columns) as f64;
-                @let y = self.height + 6.0 + LINE * (index / columns) as f64;
-                g transform=(format!("translate({} {})", coordinate(x), coordinate(y))) {
-                    (mark)
-                    text x="36" y="7" dy=".35em" { (meaning) }
-                }
-            }
-        }
+        let place = [0.0, self.height + 6.0];
+        drawn_legend(&self.keys, place, CHART_WIDTH, self.columns())
     }
 
     /// Height of the panel and its drawn legend.
     pub(super) fn height_with_legend(&self) -> f64 {
-        self.height + 12.0 + LINE * self.keys.len().div_ceil(self.columns()) as f64
+        self.height + 12.0 + legend_height(self.keys.len(), self.columns())
     }
 
     fn columns(&self) -> usize {

@@ -8,7 +8,11 @@ use super::panel::CHART_WIDTH;
 use super::{density_chart, quality_chart};
 use crate::bench::{DensityRow, QualityRow};
 
-const STYLE: &str = include_str!("chart.css");
+const STYLE: &str = concat!(
+    include_str!("colours.css"),
+    include_str!("drawing.css"),
+    include_str!("chart.css")
+);
 
 /// What only a picture of its own needs: a ground to stand on, and the size of its text.
 const OWN_STYLE: &str = "svg { font-family: system-ui, \"DejaVu Sans\", sans-serif; } text { font-size: 11.5px; } \

@@ -2,6 +2,8 @@
 
 use maud::{Markup, html};
 
+use super::number::coordinate;
+
 /// Rows that a table shows of a long run.
 const TABLE_ROWS: usize = 50;
 
@@ -61,18 +63,50 @@ pub(super) fn key(mark: &Markup, meaning: &str) -> Markup {
 
 /// The key of a line of this class.
 pub(super) fn line_key(class: &str, meaning: &str) -> Markup {
-    key(
-        &html! { line class=(class) x1="1" x2="27" y1="7" y2="7" {} },
-        meaning,
-    )
+    key(&line_mark(class), meaning)
 }
 
 /// The key of an area of this class.
 pub(super) fn area_key(class: &str, meaning: &str) -> Markup {
-    key(
-        &html! { rect class=(class) x="2" y="2" width="24" height="10" {} },
-        meaning,
-    )
+    key(&area_mark(class), meaning)
+}
+
+/// A piece of a line of this class, to explain it by, in a box of 28 by 14 units.
+pub(super) fn line_mark(class: &str) -> Markup {
+    html! { line class=(class) x1="1" x2="27" y1="7" y2="7" {} }
+}
+
+/// A piece of an area of this class, to explain it by, in a box of 28 by 14 units.
+pub(super) fn area_mark(class: &str) -> Markup {
+    html! { rect class=(class) x="2" y="2" width="24" height="10" {} }
+}
+
+/// Height of a line of a drawn legend.
+const LEGEND_LINE: f64 = 18.0;
+
+/// A legend as part of a picture, from a place on downwards, in columns that share a width: marks, each in a box of
+/// 28 by 14 units, and their meanings.
+pub(super) fn drawn_legend(
+    keys: &[(Markup, String)],
+    [left, top]: [f64; 2],
+    width: f64,
+    columns: usize,
+) -> Markup {
+    html! {
+        @for (index, (mark, meaning)) in keys.iter().enumerate() {
+            @let x = left + width / columns as f64 * (index % columns) as f64;
+            @let y = top + LEGEND_LINE * (index / columns) as f64;
+            g transform=(format!("translate({} {})", coordinate(x), coordinate(y))) {
+                (mark)
+                text x="36" y="7" dy=".35em" { (meaning) }
+            }
+        }
+    }
+}
+
+/// Height of such a legend of so many entries.
+pub(super) fn legend_height(keys: usize, columns: usize) -> f64 {
+    LEGEND_LINE * keys.div_ceil(columns) as f64
 }
 
 /// A sentence in place of a picture that has nothing to show.

@@ -33,6 +33,24 @@ pub(super) fn goal_mark([x, y]: [f64; 2]) -> Markup {
     }
 }
 
+/// A numbered stop at a place of the drawing.
+pub(super) fn stop_mark([x, y]: [f64; 2], number: usize) -> Markup {
+    let (x, y) = (coordinate(x), coordinate(y));
+    html! {
+        circle class="stop" cx=(x) cy=(y) r="9" {}
+        text class="middle stop-number" x=(x) y=(y) dy=".36em" { (number) }
+    }
+}
+
+/// A cross in a ring at a place of the drawing: as far as one gets.
+pub(super) fn nearest_mark([x, y]: [f64; 2]) -> Markup {
+    let (x, y) = (coordinate(x), coordinate(y));
+    html! {
+        circle class="nearest" cx=(x) cy=(y) r="6.5" {}
+        path class="nearest" d=(format!("M{x} {y}m-3 -3l6 6m0 -6l-6 6")) {}
+    }
+}
+
 /// The words "start" and "goal", each on the side away from the other.
 pub(super) fn labels(view: &Viewport, start: &Point, goal: &Point) -> Markup {
     let start_is_above = start.y > goal.y;

@@ -1,25 +1,33 @@
 //! The map of a mission: the ground, the planned paths, the driven track and what moved.
 
-use std::ops::Range;
-
 use maud::{Markup, html};
 
 use super::MissionView;
 use super::encounters::Encounters;
-use super::figure::{Figure, Table, area_key, key, line_key};
+use super::figure::{Figure, Table, key, line_key};
 use super::gap_chart::closest;
 use super::map_furniture::{goal_mark, labels, start_mark, strip};
+use super::map_layers::{Stages, ground, ground_keys, path, stage_keys, stages};
 use super::map_motion::{contacts, has_trails, top_speed, track, trails};
 use super::number::{coordinate, fixed};
-use super::panel::points_attribute;
-use super::raster::Raster;
-use super::simplify::{TOLERANCE, simplify};
+use super::simplify::TOLERANCE;
 use super::viewport::{MAP_WIDTH, Viewport};
-use crate::geometry::Point;
-use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 
 /// Height of the strip below the map with the scale bar and the axes.
 pub(super) const STRIP: f64 = 44.0;
+
+/// Pixels of the ground's longer side, at most: pages hold several maps and stay small.
+const RASTER_SIDE: i32 = 900;
+
+impl<'a> MissionView<'a> {
+    const fn stages(&self) -> Stages<'a> {
+        Stages {
+            searched: self.searched,
+            pruned: self.pruned,
+            smoothed: self.smoothed,
+        }
+    }
+}
 
 pub(super) fn figure(mission: &MissionView) -> Markup {
     let view = viewport(mission);
@@ -36,9 +44,8 @@ pub(super) fn figure(mission: &MissionView) -> Markup {
 
 fn viewport(mission: &MissionView) -> Viewport {
     let driven = mission.trace.rows.iter().map(|row| row.pose.position());
-    let planned = [mission.searched, mission.pruned, mission.smoothed];
     let points = driven
-        .chain(planned.into_iter().flatten().copied())
+        .chain(mission.stages().points())
         .chain(mission.trace.paths.iter().flatten().copied())
         .chain([mission.start.position(), mission.goal]);
     Viewport::around(points, mission.map.frame())
@@ -51,16 +58,10 @@ fn picture(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> M
         svg class="map-picture" xmlns="http://www.w3.org/2000/svg" role="img"
             aria-label=(alternative(mission)) viewBox=(format!("0 0 {MAP_WIDTH} {}", coordinate(height + STRIP))) {
             rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
-            (ground(mission.map, view))
+            (ground(mission.map, view, RASTER_SIDE))
             (trails(trace, view))
-            (path(view, "searched", mission.searched))
-            (path(view, "pruned", mission.pruned))
-            @for node in mission.pruned.iter().filter(|node| view.shows(node)) {
-                @let [x, y] = view.at(node);
-                rect class="node" x=(coordinate(x - 3.5)) y=(coordinate(y - 3.5)) width="7" height="7" {}
-            }
-            (path(view, "smoothed", mission.smoothed))
-            @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned)) }
+            (stages(view, &mission.stages(), TOLERANCE))
+            @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
             (track(&trace.rows, view))
             (encounters.draw(mission.footprint, view))
             @if let Some(row) = closest(&trace.rows) {
@@ -77,75 +78,13 @@ fn picture(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> M
     }
 }
 
-/// The grid's own area in the colour of free ground, and on it the raster of what is not free.
-fn ground(map: &OccupancyGrid, view: &Viewport) -> Markup {
-    let frame = map.frame();
-    let at = |column: i32, row: i32| {
-        view.at(&frame.from_cell_units(&Point::new(f64::from(column), f64::from(row))))
-    };
-    let area = frame.corners().map(|corner| view.at(&corner));
-    let (columns, rows) = cells_in_view(frame, view);
-    html! {
-        polygon class="free" points=(points_attribute(&area)) {}
-        @if !columns.is_empty() && !rows.is_empty() {
-            @let raster = Raster::new(map, columns.clone(), rows.clone());
-            @let corner = at(columns.start, rows.start);
-            @let along = at(columns.start + raster.block, rows.start);
-            @let up = at(columns.start, rows.start + raster.block);
-            image class=(if raster.block == 1 { "ground cells" } else { "ground" })
-                width=(raster.width) height=(raster.height) preserveAspectRatio="none" href=(raster.data_uri)
-                transform=(format!(
-                    "matrix({:.5} {:.5} {:.5} {:.5} {:.3} {:.3})",
-                    along[0] - corner[0], along[1] - corner[1], up[0] - corner[0], up[1] - corner[1],
-                    corner[0], corner[1]
-                )) {}
-        }
-    }
-}
-
-/// The columns and rows that a view may show, within the grid.
-fn cells_in_view(frame: &GridFrame, view: &Viewport) -> (Range<i32>, Range<i32>) {
-    let units = view.corners().map(|corner| frame.to_cell_units(&corner));
-    let range = |values: [f64; 4], end: i32| {
-        let low = values.into_iter().fold(f64::INFINITY, f64::min);
-        let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        (low.floor() as i32).clamp(0, end)..(high.ceil() as i32).clamp(0, end)
-    };
-    (
-        range(units.map(|unit| unit.x), frame.width),
-        range(units.map(|unit| unit.y), frame.height),
-    )
-}
-
-/// A planned path, its finite points only.
-fn path(view: &Viewport, class: &str, points: &[Point]) -> Markup {
-    let drawn: Vec<[f64; 2]> = points
-        .iter()
-        .filter(|point| point.x.is_finite() && point.y.is_finite())
-        .map(|point| view.at(point))
-        .collect();
-    html! {
-        @if drawn.len() > 1 {
-            polyline class=(class) points=(points_attribute(&simplify(&drawn, TOLERANCE))) {}
-        }
-    }
-}
-
 fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Vec<Markup> {
     let trace = mission.trace;
     let mut legend = vec![
         key(&start_mark([12.0, 7.0], 0.0), "start"),
         key(&goal_mark([14.0, 7.0]), "goal"),
-        line_key("searched", "path as searched"),
-        key(
-            &html! {
-                line class="pruned" x1="1" x2="27" y1="7" y2="7" {}
-                rect class="node" x="10.5" y="3.5" width="7" height="7" {}
-            },
-            "redundant nodes removed",
-        ),
-        line_key("smoothed", "smoothed"),
     ];
+    legend.extend(in_page(stage_keys()));
     if trace.paths.len() > 1 {
         legend.push(line_key("replanned", "planned again on the way"));
     }
@@ -179,15 +118,13 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
             "contact",
         ));
     }
-    legend.push(area_key("rock", "obstacle"));
-    if mission.map.cells().contains(&UNKNOWN) {
-        legend.push(area_key("unknown", "unknown"));
-    }
-    let beyond = |corner: &Point| mission.map.frame().cell_of(corner).is_none();
-    if view.shrunk().corners().iter().any(beyond) {
-        legend.push(area_key("outside", "outside the map"));
-    }
+    legend.extend(in_page(ground_keys(mission.map, view)));
     legend
+}
+
+/// Entries of the page's legend.
+fn in_page(keys: Vec<(Markup, String)>) -> impl Iterator<Item = Markup> {
+    keys.into_iter().map(|(mark, meaning)| key(&mark, &meaning))
 }
 
 fn caption(view: &Viewport, encounters: &Encounters) -> String {

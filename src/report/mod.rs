@@ -1,6 +1,6 @@
 //! Show: one page that a person can open, made from what was planned, driven and measured.
 //!
-//! Pure: data in, text out. The page holds everything it needs, so it opens from a file with no network; its
+//! Pure: data in, text or pixels out. The page holds everything it needs, so it opens from a file with no network; its
 //! pictures are drawings in the page, and under each stands a table of the same numbers. The same data give the
 //! same bytes.
 
@@ -14,6 +14,7 @@ mod gap_chart;
 mod latency;
 mod latency_chart;
 mod map_furniture;
+mod map_layers;
 mod map_motion;
 mod map_picture;
 mod mission;
@@ -21,6 +22,10 @@ mod motion_chart;
 mod number;
 mod page;
 mod panel;
+mod plain_style;
+mod plan_picture;
+#[cfg(feature = "png")]
+mod png;
 mod quality_chart;
 mod raster;
 mod simplify;
@@ -35,6 +40,9 @@ use crate::sim::Trace;
 
 pub use density_picture::density_svg;
 pub use page::html;
+pub use plan_picture::{PlanFigures, PlanOutcome, PlanView, plan_svg};
+#[cfg(feature = "png")]
+pub use png::{PngError, png};
 
 /// All that one page shows. Text may hold any characters; it is escaped.
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,13 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::simplify::TOLERANCE;
 use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
 
-const STYLE: &str = concat!(include_str!("chart.css"), include_str!("style.css"));
+const STYLE: &str = concat!(
+    include_str!("colours.css"),
+    include_str!("drawing.css"),
+    include_str!("chart.css"),
+    include_str!("map.css"),
+    include_str!("style.css")
+);
 
 /// What the page may load: nothing but what it holds.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";

@@ -9,9 +9,6 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use crate::map::{OCCUPIED_FROM, OccupancyGrid, UNKNOWN};
 
-/// Pixels of the longer side, at most.
-const MAX_SIDE: i32 = 900;
-
 /// Grey of rock and of unknown ground; free ground is transparent, so that the page's own colour shows.
 const ROCK: u8 = 0x70;
 const UNKNOWN_GREY: u8 = 0xb8;
@@ -34,9 +31,15 @@ pub(super) struct Raster {
 impl Raster {
     /// Of the cells of these columns and rows, which lie inside the grid and are at least one. A block of mixed
     /// ground is as opaque as its share of cells that are not free.
-    pub(super) fn new(map: &OccupancyGrid, columns: Range<i32>, rows: Range<i32>) -> Self {
+    /// The longer side has at most `max_side` pixels.
+    pub(super) fn new(
+        map: &OccupancyGrid,
+        columns: Range<i32>,
+        rows: Range<i32>,
+        max_side: i32,
+    ) -> Self {
         let longest = (columns.end - columns.start).max(rows.end - rows.start);
-        let block = (longest + MAX_SIDE - 1) / MAX_SIDE;
+        let block = (longest + max_side - 1) / max_side;
         let blocks = |range: &Range<i32>| (range.end - range.start + block - 1) / block;
         let (width, height) = (blocks(&columns), blocks(&rows));
         let mut pixels = Vec::with_capacity(2 * width as usize * height as usize);

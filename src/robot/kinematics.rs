@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Limits;
 use crate::geometry::Twist;
 
 /// Speeds of the two tracks over the ground, metres per second, forward positive.
@@ -59,6 +60,22 @@ impl TrackedDrive {
         let by_tracks = 2.0 / self.track_width_m * (max_track_speed / speed - 1.0);
         by_tracks.max(0.0).min(max_vel_theta / speed)
     }
+
+    /// The greatest forward speed, m/s, at which a curvature, 1/m and above zero, can be driven: the inverse of
+    /// [`Self::max_curvature`].
+    #[must_use]
+    pub fn max_speed(&self, curvature: f64, max_track_speed: f64, max_vel_theta: f64) -> f64 {
+        let by_tracks = max_track_speed / (1.0 + curvature * self.track_width_m / 2.0);
+        by_tracks.min(max_vel_theta / curvature)
+    }
+
+    /// The speed of the outer track, m/s, where the limits of forward speed and turn rate are both used up: the top speed
+    /// of a track, as far as the limits tell. They allow any turn rate at any speed, and name none for a track alone.
+    #[must_use]
+    pub fn top_track_speed(&self, limits: &Limits) -> f64 {
+        let top = Twist::new(limits.max_vel_x, limits.max_vel_theta);
+        self.tracks(&top).right
+    }
 }
 
 #[cfg(test)]
@@ -88,5 +105,30 @@ mod tests {
         // 2 / 0.5 * (1.0 / 0.9 - 1) = 0.444..; at 0.5 m/s the rate 1.0 rad/s allows only 2.0, eq. 12 would give 4.0.
         assert!((DRIVE.max_curvature(0.9, 1.0, 1.0) - 4.0 / 9.0).abs() < 1e-12);
         assert!((DRIVE.max_curvature(0.5, 1.0, 1.0) - 2.0).abs() < 1e-12);
+    }
+    #[test]
+    fn the_greatest_speed_is_the_one_whose_sharpest_curvature_is_given() {
+        for curvature in [0.01, 0.4, 1.0, 3.0, 50.0] {
+            for max_vel_theta in [0.2, 1.0, 1e9] {
+                let speed = DRIVE.max_speed(curvature, 1.2, max_vel_theta);
+                let back = DRIVE.max_curvature(speed, 1.2, max_vel_theta);
+                assert!(
+                    (back / curvature - 1.0).abs() < 1e-12,
+                    "{back} of {curvature}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn at_the_top_track_speed_the_turn_rate_is_the_limit() {
+        let limits = Limits {
+            max_vel_x: 0.8,
+            max_vel_theta: 1.2,
+            ..Limits::default()
+        };
+        let top = DRIVE.top_track_speed(&limits);
+        assert!((top - (0.8 + 1.2 * 0.25)).abs() < 1e-15);
+        assert!((DRIVE.max_curvature(0.8, top, 1.2) - 1.5).abs() < 1e-12);
     }
 }

@@ -21,9 +21,24 @@ fn the_object_has_every_field() {
         "found bool, path list, length_m real, turns whole, min_clearance_m real, expanded whole, \
          raw.length_m real, raw.points whole, raw.turns whole, \
          pruned.length_m real, pruned.points whole, pruned.turns whole, \
-         time_ms.search real, time_ms.prune real, time_ms.smooth real, time_ms.total real",
+         time_ms.search real, time_ms.prune real, time_ms.smooth real, time_ms.total real, \
+         curvature.max_per_m real, curvature.min_radius_m real, curvature.sharp_turns whole, \
+         curvature.limit_per_m real, curvature.within_limit_share real, curvature.slowest_speed_mps real, \
+         legs list, legs[].from list, legs[].to list, legs[].length_m real, legs[].turns whole, \
+         legs[].min_clearance_m real, legs[].expanded whole, legs[].time_ms.total real",
     );
     assert_eq!(object["found"], true);
+    let legs = object["legs"].as_array().unwrap();
+    assert_eq!(legs.len(), 1);
+    for field in [
+        "length_m",
+        "turns",
+        "min_clearance_m",
+        "expanded",
+        "time_ms",
+    ] {
+        assert_eq!(legs[0][field], object[field], "{field}");
+    }
     let path = object["path"].as_array().unwrap();
     assert_eq!(
         (&path[0], &path[path.len() - 1]),
@@ -48,7 +63,15 @@ fn people_read_the_same_numbers() {
     let run = place.run(ENDS);
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
     let words: Vec<&str> = run.stdout.split_whitespace().collect();
-    for stage in ["searched", "pruned", "smoothed", "clearance", "expanded),"] {
+    let lines = [
+        "searched",
+        "pruned",
+        "smoothed",
+        "clearance",
+        "curvature",
+        "expanded),",
+    ];
+    for stage in lines {
         assert!(words.contains(&stage), "{}", run.stdout);
     }
     let length = format!("{:.2}", object["length_m"].as_f64().unwrap());
@@ -83,13 +106,147 @@ fn a_walled_off_goal_is_an_answer() {
         (&json!(false), &json!([]))
     );
     assert_eq!(object["error"], "NO_VALID_PATH");
-    assert_fields(&object, "reason text, expanded whole, length_m null");
+    assert_fields(
+        &object,
+        "reason text, expanded whole, length_m null, stop null, nearest_reachable list",
+    );
+    // As far as the wall between the halves, less the distance kept, and back to the middle of a cell.
+    let nearest = &object["nearest_reachable"];
+    assert_eq!(*nearest, json!([4.5, 2.5]));
+    let (status, there) =
+        place.json("plan --map halves.txt --start 2,2 --goal 4.5,2.5 --radius 0.2");
+    assert_eq!((status, &there["found"]), (0, &json!(true)));
     let run = place.run(arguments);
     assert_eq!((run.status, run.stdout.lines().count()), (1, 1), "{run:?}");
     assert!(
-        run.stdout.starts_with("NO_VALID_PATH: ") && run.stdout.contains("choose"),
+        run.stdout.starts_with("NO_VALID_PATH: ")
+            && run.stdout.contains("nearest to the goal is (4.500, 2.500)")
+            && run.stdout.contains("choose"),
         "{run:?}"
     );
+}
+
+#[test]
+fn a_tour_is_its_legs_one_after_the_other() {
+    let place = Workplace::new();
+    let stops = ["10,5", "20,30", "60,50", "80,40"];
+    let tour = "plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40";
+    let (status, object) = place.json(tour);
+    assert_eq!((status, &object["found"]), (0, &json!(true)));
+    let legs = object["legs"].as_array().unwrap();
+    assert_eq!(legs.len(), 3);
+    let mut path: Vec<Value> = Vec::new();
+    for (leg, ends) in legs.iter().zip(stops.windows(2)) {
+        let alone = format!(
+            "plan --map mine.yaml --start {} --goal {}",
+            ends[0], ends[1]
+        );
+        let (_, alone) = place.json(&alone);
+        for field in ["length_m", "turns", "min_clearance_m", "expanded"] {
+            assert_eq!(leg[field], alone[field], "{field} from {}", ends[0]);
+        }
+        let points = alone["path"].as_array().unwrap();
+        assert_eq!(
+            (&leg["from"], &leg["to"]),
+            (&points[0], &points[points.len() - 1])
+        );
+        path.extend_from_slice(&points[usize::from(!path.is_empty())..]);
+    }
+    assert_eq!(object["path"], json!(path));
+    let sum = |field: &str| -> f64 { legs.iter().map(|leg| leg[field].as_f64().unwrap()).sum() };
+    for field in ["length_m", "expanded"] {
+        let whole = object[field].as_f64().unwrap();
+        assert!((sum(field) - whole).abs() < 1e-9, "{field}: {whole}");
+    }
+    let time = |of: &Value| of["time_ms"]["total"].as_f64().unwrap();
+    assert!((legs.iter().map(time).sum::<f64>() - time(&object)).abs() < 1e-6);
+    let clearances = legs
+        .iter()
+        .map(|leg| leg["min_clearance_m"].as_f64().unwrap());
+    let least = clearances.fold(f64::INFINITY, f64::min);
+    assert_eq!(object["min_clearance_m"].as_f64(), Some(least));
+    // The turns at the stops are corners of the tour, and of no leg.
+    assert_eq!(object["curvature"]["sharp_turns"], 2);
+    assert_eq!(object["curvature"]["slowest_speed_mps"], 0.0);
+
+    let run = place.run(tour);
+    let table: Vec<&str> = run
+        .stdout
+        .lines()
+        .skip_while(|line| !line.is_empty())
+        .collect();
+    assert_eq!((run.status, table.len()), (0, 5), "{}", run.stdout);
+    for (line, stop) in
+        table[2..]
+            .iter()
+            .zip(["(20.00, 30.00)", "(60.00, 50.00)", "(80.00, 40.00)"])
+    {
+        assert!(line.contains(stop), "no {stop} in {line}");
+    }
+    assert!(!place.run(ENDS).stdout.contains("leg"));
+}
+
+#[test]
+fn a_leg_that_cannot_be_is_named_by_its_stop() {
+    let place = Workplace::new();
+    place.write("halves.txt", HALVES);
+    let map = "plan --map halves.txt --start 2,2 --radius 0.2";
+    for (stops, stop) in [
+        ("--via 3,2 --via 10,2 --goal 4,2", "via 2"),
+        ("--via 3,2 --goal 10,2", "goal"),
+    ] {
+        let (status, object) = place.json(&format!("{map} {stops}"));
+        assert_eq!((status, &object["stop"]), (1, &json!(stop)));
+        assert_fields(&object, "nearest_reachable list, found bool");
+        let run = place.run(&format!("{map} {stops}"));
+        let expected = format!("{stop}: NO_VALID_PATH: ");
+        assert!(run.stdout.starts_with(&expected), "{run:?}");
+    }
+    let refusal = place.refusal(&format!("{map} --via 3,2 --via 6,2 --goal 4,2"));
+    assert!(
+        refusal.contains("halves.txt: via 2: GOAL_OCCUPIED: ") && refusal.contains("nearest free"),
+        "{refusal}"
+    );
+    let refusal = place.refusal(&format!("{map} --via 3 --goal 4,2"));
+    assert!(
+        refusal.contains("--via") && refusal.contains("X,Y"),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn bends_are_held_against_what_the_base_can_do() {
+    let place = Workplace::new();
+    let figure = |arguments: &str, name: &str| {
+        let (status, object) = place.json(arguments);
+        assert_eq!(status, 0, "{arguments}");
+        object["curvature"][name].as_f64().unwrap()
+    };
+    let (tightest, limit) = (figure(ENDS, "max_per_m"), figure(ENDS, "limit_per_m"));
+    assert!((figure(ENDS, "min_radius_m") * tightest - 1.0).abs() < 1e-12);
+    // 1 rad/s at 1 m/s; the path hugs the end of the wall more tightly than that.
+    assert!(
+        (limit - 1.0).abs() < 1e-12 && tightest > limit,
+        "{tightest}"
+    );
+    let share = figure(ENDS, "within_limit_share");
+    assert!(share > 0.9 && share < 1.0, "{share}");
+    let slowest = figure(ENDS, "slowest_speed_mps");
+    assert!((slowest - 1.0 / tightest).abs() < 1e-9, "{slowest}");
+    // A base that turns faster follows it all at its top speed.
+    place.write(
+        "agile.toml",
+        "[robot]\nlimits = { max_vel_x = 0.5, max_vel_theta = 10.0 }\n",
+    );
+    let agile = format!("{ENDS} --config agile.toml");
+    assert_eq!(figure(&agile, "within_limit_share"), 1.0);
+    assert_eq!(figure(&agile, "slowest_speed_mps"), 0.5);
+    // Nothing is smoothed at degree one.
+    place.write("sharp.toml", "[global]\nspline_degree = 1\n");
+    let sharp = format!("{ENDS} --config sharp.toml");
+    assert!(figure(&sharp, "sharp_turns") >= 1.0);
+    assert_eq!(figure(&sharp, "max_per_m"), 0.0);
+    assert_eq!(figure(&sharp, "slowest_speed_mps"), 0.0);
 }
 
 #[test]
