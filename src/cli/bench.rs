@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::arguments::DensityArguments;
 use super::clock::wall_clock;
-use super::density_file::Output;
+use super::record_file::Output;
 use super::{density_words, engines, output};
 
 /// Samples of the sampling that the others are judged by, unless more are measured.

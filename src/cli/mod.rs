@@ -4,7 +4,6 @@ mod arguments;
 mod bench;
 mod clock;
 mod config;
-mod density_file;
 mod density_words;
 mod devices;
 mod drive;
@@ -12,10 +11,13 @@ mod engines;
 mod evaluate;
 mod main_job;
 mod map_file;
+mod movingai;
+mod movingai_words;
 pub mod output;
 mod plain_words;
 mod plan;
 mod problem_file;
+mod record_file;
 mod report_file;
 mod verify;
 
@@ -41,6 +43,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Devices) => devices::run(json),
         Some(Command::Bench(bench)) => match &bench.command {
             BenchCommand::Density(command) => bench::density(command, json),
+            BenchCommand::Movingai(command) => movingai::run(command, json),
         },
     }
 }
