@@ -65,9 +65,10 @@ impl Latencies {
 
     /// Adds all times of another record.
     pub fn merge(&mut self, other: &Self) {
-        self.nanoseconds
-            .add(&other.nanoseconds)
-            .expect("both have the bound and the digits of `default`");
+        for bucket in other.nanoseconds.iter_recorded() {
+            self.nanoseconds
+                .saturating_record_n(bucket.value_iterated_to(), bucket.count_at_value());
+        }
     }
 
     /// Number of times recorded.

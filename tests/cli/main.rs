@@ -3,6 +3,7 @@
 mod drive;
 mod evaluate;
 mod help;
+mod movingai;
 mod plan;
 mod program;
 mod refusals;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use inbye::bench::movingai::{
-    ALGORITHMS, Algorithm, AlgorithmRow, Answer, Bench, Queries, find, longest,
+    ALGORITHMS, Algorithm, AlgorithmRow, Answer, Bench, Files, Queries, find, longest,
 };
 use inbye::map::{Cell, FreeSpace};
 
@@ -48,7 +48,7 @@ fn read(folder: &Path) -> Vec<Queries> {
     let found = find(folder).expect("maps with scenarios");
     assert!(found.skipped.is_empty(), "{:?}", found.skipped);
     assert!(found.files.is_sorted_by_key(|files| files.map.clone()));
-    let maps = found.files.iter().map(|files| files.read());
+    let maps = found.files.iter().map(Files::read);
     maps.map(|map| map.expect("files as the benchmark has them"))
         .collect()
 }
