@@ -303,6 +303,7 @@ fn scenarios_are_parted_by_tabs_or_spaces() {
     let tabs = "version 1\n0\tdao/my map.map\t49\t48\t1\t11\t48\t47\t7.41421\n\n";
     let path = folder.write("tabs.map.scen", tabs);
     let expected = Scenario {
+        line: 2,
         bucket: 0,
         map: "dao/my map.map".into(),
         width: 49,
@@ -310,12 +311,14 @@ fn scenarios_are_parted_by_tabs_or_spaces() {
         start: (1, 11),
         goal: (48, 47),
         optimal: 7.41421,
+        rounding: 5e-6,
     };
     assert_eq!(read_scen(&path).unwrap(), vec![expected.clone()]);
     let spaces = "3 AR.map 49 48 1 11 48 47 7.41421\n\n9 AR.map 49 48 0 0 0 0 0\n\n\n";
     let path = folder.write("spaces.scen", spaces);
     let scenarios = read_scen(&path).unwrap();
     let named = Scenario {
+        line: 1,
         bucket: 3,
         map: "AR.map".into(),
         ..expected

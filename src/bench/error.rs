@@ -1,8 +1,11 @@
 //! What can be wrong with a measurement.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use crate::local::{EngineError, ProblemError};
+use crate::map::MapError;
 
 /// A measurement that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -40,5 +43,48 @@ pub enum BenchError {
         engine: String,
         /// The first engine.
         first: String,
+    },
+    /// A map or a file of scenarios that cannot be used.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// A folder that the system does not list.
+    #[error("{}: the folder cannot be read ({reason}): check the path and its permissions", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's words.
+        reason: String,
+    },
+    /// A folder without anything to measure.
+    #[error(
+        "{}: no .map file in it or below has its .map.scen or .scen beside it: name a folder that has both",
+        folder.display()
+    )]
+    NoMaps {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A file of scenarios without one.
+    #[error("{}: holds no scenario: check that it is the right file", scen.display())]
+    NoScenario {
+        /// The file.
+        scen: PathBuf,
+    },
+    /// Scenarios of another map.
+    #[error(
+        "{}: line {line}: is for a map of {} x {} cells, and {} has {} x {}: name the scenarios of this very map",
+        scen.display(), listed.0, listed.1, map.display(), size.0, size.1
+    )]
+    OtherMap {
+        /// The file of scenarios.
+        scen: PathBuf,
+        /// The line, from one.
+        line: usize,
+        /// Columns and rows as listed.
+        listed: (i32, i32),
+        /// The file of the map.
+        map: PathBuf,
+        /// Its columns and rows.
+        size: (i32, i32),
     },
 }

@@ -63,6 +63,14 @@ impl Latencies {
         Ok(())
     }
 
+    /// Adds all times of another record.
+    pub fn merge(&mut self, other: &Self) {
+        for bucket in other.nanoseconds.iter_recorded() {
+            self.nanoseconds
+                .saturating_record_n(bucket.value_iterated_to(), bucket.count_at_value());
+        }
+    }
+
     /// Number of times recorded.
     #[must_use]
     pub fn count(&self) -> u64 {
@@ -117,6 +125,22 @@ mod tests {
                 "{measured} is not within 0.1 % of {expected}"
             );
         }
+    }
+
+    #[test]
+    fn merged_records_are_one() {
+        let record = |milliseconds: [f64; 2]| {
+            let mut latencies = Latencies::default();
+            for time in milliseconds {
+                latencies.record(time * 1e-3).expect("in range");
+            }
+            latencies
+        };
+        let mut merged = record([1.0, 4.0]);
+        merged.merge(&record([2.0, 3_600_000.0]));
+        assert_eq!(merged.count(), 4);
+        let middle = merged.quantile_ms(0.5).expect("four times");
+        assert!((middle / 2.0 - 1.0).abs() < 1e-3, "{middle}");
     }
 
     #[test]

@@ -187,6 +187,8 @@ pub struct BenchArguments {
 pub enum BenchCommand {
     /// Sampling density against latency and quality, on every engine here.
     Density(DensityArguments),
+    /// Grid search against the published optimal lengths of the `MovingAI` benchmark.
+    Movingai(MovingAiArguments),
 }
 
 /// `inbye bench density`.
@@ -223,6 +225,44 @@ pub struct DensityArguments {
     /// Draw latency and regret over the number of samples into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub chart: Option<PathBuf>,
+}
+
+/// `inbye bench movingai`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench movingai --map mine.map --scen mine.map.scen --longest 100\n  \
+    inbye bench movingai --folder maps --all --passes 3 --json\n\n\
+    Every path is judged from the map alone: moves to the eight neighbours, no corner cut, its length beside the one listed. \
+    Exit status 1: an exact algorithm has a path that is not the shortest, or any has none, or one that may not be \
+    walked or is shorter than listed."
+)]
+pub struct MovingAiArguments {
+    /// The map, `MovingAI` .map.
+    #[arg(
+        long,
+        value_name = "M.map",
+        requires = "scen",
+        required_unless_present = "folder"
+    )]
+    pub map: Option<PathBuf>,
+    /// Its scenarios.
+    #[arg(long, value_name = "M.map.scen", requires = "map")]
+    pub scen: Option<PathBuf>,
+    /// In place of a map: all maps in this folder and below that have scenarios beside them, as X.map.scen or X.scen.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["map", "scen"])]
+    pub folder: Option<PathBuf>,
+    /// Run every algorithm, also the slow and the greedy ones.
+    #[arg(long)]
+    pub all: bool,
+    /// Only so many scenarios of each map, those of the greatest listed length [default: all].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>(1, 1_000_000_000))]
+    pub longest: Option<usize>,
+    /// Passes over the scenarios: the time of a query is its least.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1000))]
+    pub passes: usize,
+    /// Write a row for each map and algorithm into this file, CSV or JSON by its ending.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
 }
 
 /// No map reaches further, metres.

@@ -11,7 +11,7 @@ use serde_json::json;
 use super::arguments::DensityArguments;
 use super::clock::wall_clock;
 use super::output_file::Output;
-use super::{density_file, density_words, engines, output};
+use super::{density_words, engines, output, record_file};
 
 /// Samples of the sampling that the others are judged by, unless more are measured.
 const DENSEST: usize = 1 << 20;
@@ -41,10 +41,10 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
     let crossovers = crossovers(&rows);
     if let Some(table) = table {
-        density_file::write(table, &rows)?;
+        record_file::write(table, &rows)?;
     }
     if let Some(losses) = losses {
-        density_file::write(losses, &quality)?;
+        record_file::write(losses, &quality)?;
     }
     if let Some(chart) = chart {
         chart.write(density_svg(&rows, &quality))?;

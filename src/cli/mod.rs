@@ -4,7 +4,6 @@ mod arguments;
 mod bench;
 mod clock;
 mod config;
-mod density_file;
 mod density_words;
 mod devices;
 mod drive;
@@ -13,6 +12,8 @@ mod evaluate;
 mod followed;
 mod main_job;
 mod map_file;
+mod movingai;
+mod movingai_words;
 pub mod output;
 mod output_file;
 mod plain_words;
@@ -20,6 +21,7 @@ mod plan;
 mod plan_drawing;
 mod plan_words;
 mod problem_file;
+mod record_file;
 mod report_file;
 mod tour;
 mod verify;
@@ -46,6 +48,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Devices) => devices::run(json),
         Some(Command::Bench(bench)) => match &bench.command {
             BenchCommand::Density(command) => bench::density(command, json),
+            BenchCommand::Movingai(command) => movingai::run(command, json),
         },
     }
 }

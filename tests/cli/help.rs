@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 8] = [
+const COMMANDS: [&str; 9] = [
     "",
     "plan",
     "drive",
@@ -11,6 +11,7 @@ const COMMANDS: [&str; 8] = [
     "devices",
     "bench",
     "bench density",
+    "bench movingai",
 ];
 
 /// The examples in a command's help: commands without the program's name.
@@ -37,6 +38,13 @@ fn every_example_works() {
         .expect("the file is documented");
     let (problem, _) = after.split_once("\nRows run").expect("the example ends");
     place.write("problem.json", problem);
+    for map in ["mine.map", "maps/mine.map"] {
+        place.write(map, "type octile\nheight 1\nwidth 3\nmap\n...\n");
+        place.write(
+            &format!("{map}.scen"),
+            "version 1\n0 mine.map 3 1 0 0 2 0 2\n",
+        );
+    }
     let mut tried = 0;
     for command in COMMANDS {
         let examples = examples(&place, command);

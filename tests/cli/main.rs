@@ -5,6 +5,7 @@ mod drive;
 mod evaluate;
 mod help;
 mod memory;
+mod movingai;
 mod plan;
 mod program;
 mod refusals;

@@ -1,5 +1,6 @@
-//! The rows that `inbye bench density` leaves behind in files.
+//! The rows that `inbye bench` leaves behind in files.
 
+use inbye::bench::movingai::AlgorithmRow;
 use inbye::bench::{DensityRow, QualityRow};
 use serde::Serialize;
 
@@ -64,6 +65,43 @@ impl Line for QualityRow {
             self.decisions,
             self.without_command,
             figures.join(","),
+        )
+    }
+}
+
+/// An algorithm on the scenarios of a map.
+#[derive(Serialize)]
+pub struct MapAlgorithm {
+    /// Name of the map.
+    pub map: String,
+    /// What the algorithm did.
+    #[serde(flatten)]
+    pub row: AlgorithmRow,
+}
+
+impl Line for MapAlgorithm {
+    const HEADER: &str = "map,name,exact,solved,total,suboptimal,illegal,median_us,p95_us,max_us,expanded,\
+        mean_length_ratio,worst_length_ratio,first_fault";
+
+    fn line(&self) -> String {
+        let row = &self.row;
+        let ratio = |ratio: Option<f64>| ratio.map_or_else(String::new, |it| it.to_string());
+        format!(
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            quoted(&self.map),
+            row.name,
+            row.exact,
+            row.solved,
+            row.total,
+            row.suboptimal,
+            row.illegal,
+            row.median_us,
+            row.p95_us,
+            row.max_us,
+            row.expanded,
+            ratio(row.mean_length_ratio),
+            ratio(row.worst_length_ratio),
+            quoted(row.first_fault.as_deref().unwrap_or_default()),
         )
     }
 }

@@ -1,0 +1,170 @@
+//! What is measured: the one list of search algorithms.
+
+use crate::global::{Found, Heuristic, NotFound, Searcher};
+use crate::map::{Cell, FreeSpace};
+
+/// What a search says of a query.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Answer<'a> {
+    /// Start to goal, both included, each cell beside the one before; none when no path was found.
+    pub cells: Option<&'a [Cell]>,
+    /// Times that a cell was expanded.
+    pub expanded: u32,
+}
+
+impl<'a> From<Result<Found<'a>, NotFound>> for Answer<'a> {
+    fn from(outcome: Result<Found<'a>, NotFound>) -> Self {
+        match outcome {
+            Ok(found) => Self {
+                cells: Some(found.cells),
+                expanded: found.expanded,
+            },
+            Err(not_found) => Self {
+                cells: None,
+                expanded: not_found.expanded,
+            },
+        }
+    }
+}
+
+/// Searches from start to goal, in memory that is used again.
+pub type Search = for<'a> fn(&'a mut Searcher, &FreeSpace, Cell, Cell) -> Answer<'a>;
+
+/// A way to search.
+#[derive(Clone, Copy, Debug)]
+pub struct Algorithm {
+    /// Its name, without a comma.
+    pub name: &'static str,
+    /// Whether each of its paths must be the shortest.
+    pub exact: bool,
+    /// Whether it is measured unless others are asked for.
+    pub usual: bool,
+    /// Searches from start to goal.
+    pub search: Search,
+}
+
+/// All algorithms: name, whether it is exact, whether it is measured unless all are asked for, how it searches.
+pub const ALGORITHMS: [Algorithm; 11] = [
+    row("Dijkstra", true, false, |searcher, space, start, goal| {
+        searcher
+            .astar(space, start, goal, Heuristic::Literal { k: 0.0 }, None)
+            .into()
+    }),
+    row("A* Euclid", true, false, |searcher, space, start, goal| {
+        searcher
+            .astar(space, start, goal, Heuristic::Euclid, None)
+            .into()
+    }),
+    row("A* octile", true, true, |searcher, space, start, goal| {
+        searcher
+            .astar(space, start, goal, Heuristic::Octile, None)
+            .into()
+    }),
+    row("jump points", true, true, |searcher, space, start, goal| {
+        searcher.jump_points(space, start, goal).into()
+    }),
+    row(
+        "A* theta 30",
+        true,
+        false,
+        |searcher, space, start, goal| {
+            searcher
+                .astar(space, start, goal, Heuristic::Theta { degrees: 30.0 }, None)
+                .into()
+        },
+    ),
+    row(
+        "A* theta 45",
+        true,
+        false,
+        |searcher, space, start, goal| {
+            searcher
+                .astar(space, start, goal, Heuristic::Theta { degrees: 45.0 }, None)
+                .into()
+        },
+    ),
+    row(
+        "A* normalized 0.1",
+        false,
+        true,
+        |searcher, space, start, goal| {
+            searcher
+                .astar(space, start, goal, Heuristic::Normalized { k: 0.1 }, None)
+                .into()
+        },
+    ),
+    row(
+        "A* Manhattan",
+        false,
+        false,
+        |searcher, space, start, goal| {
+            searcher
+                .astar(space, start, goal, Heuristic::Manhattan, None)
+                .into()
+        },
+    ),
+    row(
+        "A* theta 60",
+        false,
+        false,
+        |searcher, space, start, goal| {
+            searcher
+                .astar(space, start, goal, Heuristic::Theta { degrees: 60.0 }, None)
+                .into()
+        },
+    ),
+    row(
+        "A* additive 0.001",
+        false,
+        false,
+        |searcher, space, start, goal| {
+            searcher
+                .astar(space, start, goal, Heuristic::Additive { k: 0.001 }, None)
+                .into()
+        },
+    ),
+    row(
+        "A* literal 0.001",
+        false,
+        false,
+        |searcher, space, start, goal| {
+            searcher
+                .astar(space, start, goal, Heuristic::Literal { k: 0.001 }, None)
+                .into()
+        },
+    ),
+];
+
+const fn row(name: &'static str, exact: bool, usual: bool, search: Search) -> Algorithm {
+    Algorithm {
+        name,
+        exact,
+        usual,
+        search,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_fit_a_table_and_tell_the_algorithms_apart() {
+        for (index, algorithm) in ALGORITHMS.iter().enumerate() {
+            assert!(!algorithm.name.contains([',', '"']), "{}", algorithm.name);
+            let others = &ALGORITHMS[index + 1..];
+            assert!(others.iter().all(|other| other.name != algorithm.name));
+        }
+        let usual = |exact| {
+            ALGORITHMS
+                .iter()
+                .any(|algorithm| algorithm.usual && algorithm.exact == exact)
+        };
+        assert!(usual(true) && usual(false));
+    }
+
+    #[test]
+    fn the_default_heuristic_is_measured_unasked() {
+        assert_eq!(Heuristic::default(), Heuristic::Normalized { k: 0.1 });
+    }
+}

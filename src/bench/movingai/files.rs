@@ -1,0 +1,128 @@
+//! Maps with their scenarios, as they lie in folders.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::bench::BenchError;
+use crate::map::{LoadOptions, ObstacleGrid, Scenario, UnknownPolicy, load, read_scen};
+
+/// A map and its scenarios.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Files {
+    /// What the map is called in results.
+    pub name: String,
+    /// The map.
+    pub map: PathBuf,
+    /// Its scenarios.
+    pub scen: PathBuf,
+}
+
+/// The maps of a folder, sorted by path.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Folder {
+    /// Those with scenarios, named by their path in the folder.
+    pub files: Vec<Files>,
+    /// Names of those without.
+    pub skipped: Vec<String>,
+}
+
+/// What the files of a map hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Queries {
+    /// What the map is called in results.
+    pub name: String,
+    /// Its obstacles; unknown ground is one.
+    pub obstacles: ObstacleGrid,
+    /// Its scenarios, at least one, each for a map of this size.
+    pub scenarios: Vec<Scenario>,
+}
+
+impl Files {
+    /// Reads both files.
+    ///
+    /// # Errors
+    /// When one cannot be read or does not follow its format, there is no scenario, or one is for a map of another size;
+    /// the message names the file and the line.
+    pub fn read(&self) -> Result<Queries, BenchError> {
+        let map = load(&self.map, &LoadOptions::default())?;
+        let scenarios = read_scen(&self.scen)?;
+        if scenarios.is_empty() {
+            let scen = self.scen.clone();
+            return Err(BenchError::NoScenario { scen });
+        }
+        let size = (map.frame().width, map.frame().height);
+        for scenario in &scenarios {
+            let listed = (scenario.width, scenario.height);
+            if listed != size {
+                return Err(BenchError::OtherMap {
+                    scen: self.scen.clone(),
+                    line: scenario.line,
+                    listed,
+                    map: self.map.clone(),
+                    size,
+                });
+            }
+        }
+        Ok(Queries {
+            name: self.name.clone(),
+            obstacles: map.obstacles(UnknownPolicy::Blocked),
+            scenarios,
+        })
+    }
+}
+
+/// The `.map` files in a folder and below it, with the scenarios beside them: `X.map.scen`, or `X.scen`. Folders that are
+/// symbolic links are not entered, since they may lead back.
+///
+/// # Errors
+/// When a folder cannot be listed, or no map has scenarios.
+pub fn find(folder: &Path) -> Result<Folder, BenchError> {
+    let mut maps = Vec::new();
+    collect(folder, &mut maps)?;
+    maps.sort();
+    let mut found = Folder::default();
+    for map in maps {
+        let below = map.strip_prefix(folder).unwrap_or(&map);
+        let parts: Vec<_> = below.iter().map(|part| part.to_string_lossy()).collect();
+        let name = parts.join("/");
+        let mut longer = OsString::from(&map);
+        longer.push(".scen");
+        let candidates = [PathBuf::from(longer), map.with_extension("scen")];
+        match candidates.into_iter().find(|scen| scen.is_file()) {
+            Some(scen) => found.files.push(Files { name, map, scen }),
+            None => found.skipped.push(name),
+        }
+    }
+    if found.files.is_empty() {
+        let folder = folder.to_owned();
+        return Err(BenchError::NoMaps { folder });
+    }
+    Ok(found)
+}
+
+fn collect(folder: &Path, maps: &mut Vec<PathBuf>) -> Result<(), BenchError> {
+    let unreadable = |error: std::io::Error| BenchError::Folder {
+        folder: folder.to_owned(),
+        reason: error.to_string(),
+    };
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let entry = entry.map_err(unreadable)?;
+        let path = entry.path();
+        if entry.file_type().map_err(unreadable)?.is_dir() {
+            collect(&path, maps)?;
+        } else if path.extension().is_some_and(|extension| extension == "map") {
+            maps.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// Only so many scenarios, those of the greatest listed length, longest first; of equal ones the first in the file.
+#[must_use]
+pub fn longest(mut scenarios: Vec<Scenario>, count: usize) -> Vec<Scenario> {
+    // A stable sort.
+    scenarios.sort_by(|one, other| other.optimal.total_cmp(&one.optimal));
+    scenarios.truncate(count);
+    scenarios
+}

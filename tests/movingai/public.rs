@@ -1,0 +1,48 @@
+//! Some scenarios of every public map, where the development data lie beside the repository.
+
+use std::path::Path;
+
+use inbye::bench::movingai::{ALGORITHMS, Algorithm, Bench, Files, find};
+use libtest_mimic::{Completion, Failed, Trial};
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
+/// Scenarios of a map, spread over its file.
+const SOME: usize = 20;
+
+/// One trial for each map, or one that says that they are not here.
+pub fn trials() -> Vec<Trial> {
+    let folders = ["movingai", "mine"].map(|folder| Path::new(DATA).join(folder));
+    if folders.iter().any(|folder| !folder.exists()) {
+        return vec![Trial::ignorable_test("public maps", || {
+            Ok(Completion::ignored_with(
+                "the development data are not beside the repository",
+            ))
+        })];
+    }
+    let mut trials = Vec::new();
+    for folder in folders {
+        match find(&folder) {
+            Ok(found) => trials.extend(found.files.into_iter().map(trial)),
+            Err(error) => trials.push(Trial::test("public maps", move || Err(error.into()))),
+        }
+    }
+    trials
+}
+
+fn trial(files: Files) -> Trial {
+    Trial::test(format!("public: {}", files.name), move || solves(&files))
+}
+
+fn solves(files: &Files) -> Result<(), Failed> {
+    let mut queries = files.read()?;
+    let every = queries.scenarios.len().div_ceil(SOME);
+    queries.scenarios = queries.scenarios.into_iter().step_by(every).collect();
+    let usual: Vec<Algorithm> = ALGORITHMS.into_iter().filter(|it| it.usual).collect();
+    let rows = Bench::new(&usual, 1).measure(&queries, &mut || 0.0, || ())?;
+    for row in rows.algorithms {
+        if !row.passed() {
+            return Err(format!("{row:?}").into());
+        }
+    }
+    Ok(())
+}
