@@ -6,6 +6,7 @@ mod density;
 mod digest;
 mod error;
 mod golden;
+pub mod paper;
 mod problems;
 mod quality;
 mod record;

@@ -171,6 +171,8 @@ pub struct BenchArguments {
 pub enum BenchCommand {
     /// Sampling density against latency and quality, on every engine here.
     Density(DensityArguments),
+    /// The paper's tables and figures of global paths, repeated beside its printed values.
+    Paper(super::paper::PaperArguments),
 }
 
 /// `inbye bench density`.
@@ -286,7 +288,10 @@ impl FromStr for Place {
     }
 }
 
-fn whole<T>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
+pub(super) fn whole<T>(
+    least: u64,
+    most: u64,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
 where
     T: TryFrom<u64>,
 {

@@ -13,6 +13,8 @@ mod evaluate;
 mod main_job;
 mod map_file;
 pub mod output;
+mod paper;
+mod paper_words;
 mod plain_words;
 mod plan;
 mod problem_file;
@@ -41,6 +43,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Devices) => devices::run(json),
         Some(Command::Bench(bench)) => match &bench.command {
             BenchCommand::Density(command) => bench::density(command, json),
+            BenchCommand::Paper(command) => paper::run(command, json),
         },
     }
 }

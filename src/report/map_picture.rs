@@ -78,7 +78,7 @@ fn picture(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> M
 }
 
 /// The grid's own area in the colour of free ground, and on it the raster of what is not free.
-fn ground(map: &OccupancyGrid, view: &Viewport) -> Markup {
+pub(super) fn ground(map: &OccupancyGrid, view: &Viewport) -> Markup {
     let frame = map.frame();
     let at = |column: i32, row: i32| {
         view.at(&frame.from_cell_units(&Point::new(f64::from(column), f64::from(row))))
@@ -118,7 +118,7 @@ fn cells_in_view(frame: &GridFrame, view: &Viewport) -> (Range<i32>, Range<i32>)
 }
 
 /// A planned path, its finite points only.
-fn path(view: &Viewport, class: &str, points: &[Point]) -> Markup {
+pub(super) fn path(view: &Viewport, class: &str, points: &[Point]) -> Markup {
     let drawn: Vec<[f64; 2]> = points
         .iter()
         .filter(|point| point.x.is_finite() && point.y.is_finite())

@@ -21,6 +21,10 @@ mod motion_chart;
 mod number;
 mod page;
 mod panel;
+mod paper_bars;
+mod paper_maps;
+mod paper_page;
+mod paper_tables;
 mod quality_chart;
 mod raster;
 mod simplify;
@@ -35,6 +39,7 @@ use crate::sim::Trace;
 
 pub use density_picture::density_svg;
 pub use page::html;
+pub use paper_page::{PaperReport, paper_html};
 
 /// All that one page shows. Text may hold any characters; it is escaped.
 #[derive(Clone, Debug, Default)]

@@ -5,10 +5,10 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::simplify::TOLERANCE;
 use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
 
-const STYLE: &str = concat!(include_str!("chart.css"), include_str!("style.css"));
+pub(super) const STYLE: &str = concat!(include_str!("chart.css"), include_str!("style.css"));
 
 /// What the page may load: nothing but what it holds.
-const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+pub(super) const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
 /// The page as text, complete, to be written to a file that ends in `.html`.
 #[must_use]
