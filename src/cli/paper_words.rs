@@ -27,7 +27,7 @@ fn paths(table: &PathTable) -> Vec<String> {
     lines.extend(table.paper.iter().map(printed_row));
     if !table.reductions.is_empty() {
         lines.push(
-            "change of the sums (mean change of the rows)                   time              length               turns"
+            "change of the sums (mean change of the rows)                           time                length                 turns        turns smoothed"
                 .to_owned(),
         );
         lines.extend(table.reductions.iter().map(reduction));
@@ -82,8 +82,8 @@ fn reduction(found: &Reduction) -> String {
 }
 
 fn figures(what: &str, found: &Reduction) -> String {
-    let columns = Measure::ALL.map(|measure| format!("{:>20}", changes(found.of(measure))));
-    format!("{what:52}{}", columns.join(""))
+    let columns = Measure::ALL.map(|measure| format!("{:>22}", changes(found.of(measure))));
+    format!("{what:53}{}", columns.join(""))
 }
 
 /// A reduction as a change in percent: of the sums, and in brackets the mean of the rows.

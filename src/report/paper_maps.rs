@@ -19,9 +19,9 @@ const SHOWN: [(Search, &str, &str); 3] = [
     ),
     (Search::Improved, "improved-path", "improved"),
     (
-        Search::JumpPoints,
+        Search::JumpSparse,
         "jump-path",
-        "jump points, pruning, spline",
+        "jump points, sparse pruning, spline",
     ),
 ];
 
@@ -76,7 +76,7 @@ fn in_figures(run: &Run) -> String {
 /// All tasks of a site on its whole map, the traditional path under that by jump points.
 pub(super) fn overview(title: &str, site: &Site, tasks: &[TaskRuns]) -> Markup {
     let view = Viewport::around(site.map.frame().corners(), site.map.frame());
-    let drawn: Vec<(&TaskRuns, &Run, &str)> = [Search::Manhattan, Search::JumpPoints]
+    let drawn: Vec<(&TaskRuns, &Run, &str)> = [Search::Manhattan, Search::JumpSparse]
         .into_iter()
         .zip(["traditional-path", "jump-path"])
         .flat_map(|(search, class)| {
@@ -115,8 +115,10 @@ fn one_map(
     with_numbers: bool,
 ) -> Markup {
     let height = view.height();
+    // On a map of many paths the nodes would hide them.
     let nodes: Vec<&Point> = drawn
         .iter()
+        .filter(|_| !with_numbers)
         .flat_map(|(_, run, _)| handed_out(run).1)
         .collect();
     html! {

@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 8] = [
+const COMMANDS: [&str; 9] = [
     "",
     "plan",
     "drive",
@@ -11,6 +11,7 @@ const COMMANDS: [&str; 8] = [
     "devices",
     "bench",
     "bench density",
+    "bench paper",
 ];
 
 /// The examples in a command's help: commands without the program's name.

@@ -3,6 +3,7 @@
 mod drive;
 mod evaluate;
 mod help;
+mod paper;
 mod plan;
 mod program;
 mod refusals;

@@ -7,7 +7,7 @@ use super::reduction::Measure;
 use super::search::{LITERAL_K, SMALL_K, Search, Stage};
 
 /// The steps shown, from the traditional ones to all of it.
-pub const STEPS: [(Search, Stage); 13] = [
+pub const STEPS: [(Search, Stage); 15] = [
     (Search::Manhattan, Stage::Raw),
     (Search::Euclid, Stage::Raw),
     (Search::Theta(45.0), Stage::Raw),
@@ -21,10 +21,12 @@ pub const STEPS: [(Search, Stage); 13] = [
     (Search::JumpPoints, Stage::Raw),
     (Search::JumpPoints, Stage::Pruned),
     (Search::JumpPoints, Stage::Smoothed),
+    (Search::JumpSparse, Stage::Pruned),
+    (Search::JumpSparse, Stage::Smoothed),
 ];
 
 /// Searches that end in a path to follow, and those that they are compared with.
-const CHAINS: [Search; 2] = [Search::Improved, Search::JumpPoints];
+const CHAINS: [Search; 3] = [Search::Improved, Search::JumpPoints, Search::JumpSparse];
 const BASELINES: [Search; 2] = [Search::Manhattan, Search::Euclid];
 
 /// A step, summed over all tasks.
@@ -123,7 +125,7 @@ pub enum Step {
 /// Where a reduction comes from: shares of what was before, positive where the step makes it less.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Breakdown {
-    /// The improved algorithm's search: `improved` or `jump_points`.
+    /// The improved algorithm's search: `improved`, `jump_points` or `jump_sparse`.
     pub chain: String,
     /// The traditional one that it is compared with.
     pub against: String,
@@ -191,20 +193,27 @@ pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
         Some(match measure {
             Measure::Time => row.time_ms,
             Measure::Length => row.length_m,
-            Measure::Turns => row.turns as f64,
+            Measure::Turns | Measure::TurnsSmoothed => row.turns as f64,
         })
     };
     let breakdown = |chain: Search, against: Search, measure: Measure| -> Option<Breakdown> {
+        // The corners are those of the same search.
+        let searched = if chain == Search::JumpSparse {
+            Search::JumpPoints
+        } else {
+            chain
+        };
         let sums = [
             figure(against, "raw", measure)?,
-            figure(chain, "raw", measure)?,
+            figure(searched, "raw", measure)?,
             figure(chain, "pruned", measure)?,
             figure(chain, "smoothed", measure)?,
         ];
         Breakdown::new(&chain.name(), &against.name(), measure, sums)
     };
     let mut all = Vec::new();
-    for measure in Measure::ALL {
+    // Smoothing is a step here, so turns are counted once.
+    for measure in [Measure::Time, Measure::Length, Measure::Turns] {
         for against in BASELINES {
             all.extend(
                 CHAINS

@@ -43,22 +43,26 @@ fn plain(name: &str) -> &str {
         "euclid" => "Euclid",
         "improved" => "the improved algorithm",
         "jump_points" => "jump points, pruned and smoothed",
+        "jump_sparse" => "jump points, sparsely pruned and smoothed",
         other => other,
     }
 }
 
-/// To which step the paper credits a reduction.
-const fn credited(measure: Measure) -> Step {
+/// To which steps the paper credits a reduction, and their names.
+const fn credited(measure: Measure) -> (&'static [Step], &'static str) {
     match measure {
-        Measure::Time => Step::Search,
-        Measure::Length | Measure::Turns => Step::Pruning,
+        Measure::Time => (&[Step::Search], "the heuristic"),
+        Measure::Length => (&[Step::Pruning], "the pruning"),
+        Measure::Turns | Measure::TurnsSmoothed => {
+            (&[Step::Pruning, Step::Spline], "the pruning and the spline")
+        }
     }
 }
 
 /// Which step a reduction comes from, and whether that is where the paper sees it.
 #[must_use]
 pub fn origin(found: &Breakdown) -> String {
-    let by_jumps = found.chain == "jump_points";
+    let by_jumps = found.chain.starts_with("jump");
     let first = if by_jumps { "jump points" } else { "heuristic" };
     let name = |step: Step| match step {
         Step::Search => first,
@@ -71,39 +75,43 @@ pub fn origin(found: &Breakdown) -> String {
         capital(measure),
         plain(&found.chain),
         plain(&found.against),
-        less_or_more(found.total),
+        if found.measure == Measure::Turns {
+            fewer_or_more(found.total)
+        } else {
+            less_or_more(found.total)
+        },
         change(found.search),
         change(found.pruning),
         change(found.spline),
     );
-    let (main, credited) = (found.main_step(), credited(found.measure));
+    let main = found.main_step();
+    let (credited, credited_name) = credited(found.measure);
     let the = |step: Step| match step {
         Step::Search if by_jumps => "searching by jump points".to_owned(),
         step => format!("the {}", name(step)),
     };
-    let heuristic_helps = !by_jumps && found.search >= NONE;
-    let says = if found.total < NONE {
-        match credited {
-            _ if heuristic_helps => {
-                "there is no reduction: what the heuristic saves, the other steps spend".to_owned()
-            }
-            Step::Search if !by_jumps => {
-                "there is no reduction, and the heuristic brings none, where the paper looks for it"
-                    .to_owned()
-            }
-            _ => "there is no reduction".to_owned(),
-        }
+    let says = if found.total < NONE && found.search >= NONE {
+        let saves = if by_jumps {
+            "jump points save"
+        } else {
+            "the heuristic saves"
+        };
+        format!("there is no reduction: what {saves}, the other steps spend")
+    } else if found.total < NONE && found.measure == Measure::Time && !by_jumps {
+        "there is no reduction, and the heuristic brings none, where the paper looks for it"
+            .to_owned()
+    } else if found.total < NONE {
+        "there is no reduction".to_owned()
     } else if main == Step::Search && by_jumps {
         format!("it comes from {}, not from a heuristic", the(main))
-    } else if main == credited {
+    } else if credited.contains(&main) {
         format!("it comes from {}, as the paper has it", the(main))
     } else if by_jumps {
         format!("it comes from {}", the(main))
     } else {
         format!(
-            "it comes from {}, not from {}, where the paper looks for it",
-            the(main),
-            the(credited)
+            "it comes from {}, not from {credited_name}, where the paper looks for it",
+            the(main)
         )
     };
     format!("{parts}: {says}.")
@@ -206,25 +214,26 @@ pub fn theta(rows: &[PathRow]) -> String {
     let mut says = Vec::new();
     let mut is_confirmed = Vec::new();
     let figures: [(&str, &str, fn(&PathRow) -> f64); 3] = [
-        ("time", "ms", |row| row.time_ms.p50_ms),
-        ("cells expanded", "", |row| f64::from(row.expanded)),
-        ("length", "m", |row| row.length_m),
+        ("least time", " ms", |row| row.time_ms.p50_ms),
+        ("fewest cells expanded", "", |row| f64::from(row.expanded)),
+        ("shortest", " m", |row| row.length_m),
     ];
     for (what, unit, figure) in figures {
         let (names, least) = best(figure);
         let own = sum("theta_45", figure);
-        let digits = usize::from(!unit.is_empty()) * 2;
+        let digits = if unit.is_empty() { 0 } else { 2 };
+        let is_own = names.contains(&"45 degrees");
+        let beside = if is_own {
+            String::new()
+        } else {
+            format!("; 45 degrees {own:.digits$}{unit}")
+        };
         says.push(format!(
-            "the least {what} has {} ({least:.digits$}; 45 degrees {own:.digits$}{})",
-            names.join(" and "),
-            if unit.is_empty() {
-                String::new()
-            } else {
-                format!(" {unit}")
-            },
+            "{what}: {} ({least:.digits$}{unit}{beside})",
+            names.join(", ")
         ));
         if !unit.is_empty() {
-            is_confirmed.push(names.contains(&"45 degrees"));
+            is_confirmed.push(is_own);
         }
     }
     let verdict = match is_confirmed[..] {
@@ -309,6 +318,7 @@ mod tests {
             time: reduced(time),
             length: reduced(length),
             turns: Reduced::default(),
+            turns_smoothed: Reduced::default(),
         };
         let targets = [
             (Measure::Time, 0.56),

@@ -7,6 +7,8 @@ use crate::global::{Path, Searcher, min_clearance_m, prune, smooth};
 
 /// Degree of the smoothing B-spline, as in the default settings.
 const SPLINE_DEGREE: usize = 3;
+/// One node in so many is kept on straight stretches by [`Search::JumpSparse`].
+const SPARSE: usize = 8;
 /// A path may come nearer to an obstacle than promised by rounding only, metres.
 const ROUNDING_M: f64 = 1e-9;
 
@@ -192,7 +194,12 @@ fn attempt(
     let (cost, expanded) = (found.cost, found.expanded);
     let mut ended_s = vec![clock() - began];
     if search.last_stage() >= Stage::Pruned {
-        paths.push(prune(&site.search, None, &paths[0]));
+        let pruned = if search == Search::JumpSparse {
+            prune(&site.search, None, &sparse(&paths[0]))
+        } else {
+            prune(&site.search, None, &paths[0])
+        };
+        paths.push(pruned);
         ended_s.push(clock() - began);
     }
     if search.last_stage() >= Stage::Smoothed {
@@ -205,6 +212,21 @@ fn attempt(
         paths,
         ended_s,
     })
+}
+
+/// Of a path over cells, the corners and each [`SPARSE`]th cell between.
+fn sparse(path: &Path) -> Path {
+    let points = path.points();
+    let last = points.len() - 1;
+    // Moves differ by more than rounding where they differ in direction.
+    let turns = |index: usize| {
+        let one = points[index] - points[index - 1];
+        let other = points[index + 1] - points[index];
+        (one - other).norm() > 1e-6 * one.norm()
+    };
+    let is_kept = |&index: &usize| index % SPARSE == 0 || index == last || turns(index);
+    let kept = (0..=last).filter(is_kept).map(|index| points[index]);
+    Path::new(kept.collect())
 }
 
 fn run(site: &Site, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> Run {
@@ -252,6 +274,7 @@ fn times(mut seconds: Vec<f64>) -> Times {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
     use crate::sim::Config;
 
     #[test]
@@ -287,6 +310,18 @@ mod tests {
         assert_eq!((smoothed.time.p50_ms, smoothed.own_ms), (3e3, 1e3));
         assert_eq!(passes, 3);
         assert_eq!(measured[0].faults(site), [""; 0]);
+    }
+
+    #[test]
+    fn corners_and_some_cells_between_are_kept() {
+        let cells = (0..20).map(|x| (x, 0)).chain((1..4).map(|y| (19 + y, y)));
+        let points: Vec<Point> = cells
+            .map(|(x, y)| Point::new(f64::from(x) * 0.1, f64::from(y) * 0.1))
+            .collect();
+        let kept = [0, 8, 16, 19, 22].map(|index| points[index]);
+        assert_eq!(sparse(&Path::new(points.clone())).points(), kept);
+        let place = Path::new(vec![points[0]]);
+        assert_eq!(sparse(&place), place);
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub use variants::{
 };
 
 /// All searches of the tables, in an order in which none profits from the one before.
-pub const SEARCHES: [Search; 9] = [
+pub const SEARCHES: [Search; 10] = [
     Search::Manhattan,
     Search::Euclid,
     Search::Theta(30.0),
@@ -43,10 +43,11 @@ pub const SEARCHES: [Search; 9] = [
     Search::Literal(LITERAL_K),
     Search::Literal(SMALL_K),
     Search::JumpPoints,
+    Search::JumpSparse,
 ];
 
 /// Those that the tables of the mine show.
-pub const MINE_SEARCHES: [Search; 7] = [
+pub const MINE_SEARCHES: [Search; 8] = [
     Search::Manhattan,
     Search::Euclid,
     Search::Theta(45.0),
@@ -54,4 +55,5 @@ pub const MINE_SEARCHES: [Search; 7] = [
     Search::Literal(LITERAL_K),
     Search::Literal(SMALL_K),
     Search::JumpPoints,
+    Search::JumpSparse,
 ];

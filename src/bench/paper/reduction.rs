@@ -44,13 +44,15 @@ pub enum Measure {
     Time,
     /// Length of the path.
     Length,
-    /// Turns of the path.
+    /// Turns of the path, before it is smoothed.
     Turns,
+    /// Turns of the path handed out. The paper does not say which of the two it counts.
+    TurnsSmoothed,
 }
 
 impl Measure {
     /// All, in the order in which they are shown.
-    pub const ALL: [Self; 3] = [Self::Time, Self::Length, Self::Turns];
+    pub const ALL: [Self; 4] = [Self::Time, Self::Length, Self::Turns, Self::TurnsSmoothed];
 
     /// In words.
     #[must_use]
@@ -59,6 +61,7 @@ impl Measure {
             Self::Time => "time",
             Self::Length => "length",
             Self::Turns => "turns",
+            Self::TurnsSmoothed => "turns when smoothed",
         }
     }
 }
@@ -74,8 +77,10 @@ pub struct Reduction {
     pub time: Reduced,
     /// Of the lengths.
     pub length: Reduced,
-    /// Of the turns.
+    /// Of the turns before smoothing.
     pub turns: Reduced,
+    /// Of the turns of the paths handed out.
+    pub turns_smoothed: Reduced,
 }
 
 impl Reduction {
@@ -86,6 +91,7 @@ impl Reduction {
             Measure::Time => self.time,
             Measure::Length => self.length,
             Measure::Turns => self.turns,
+            Measure::TurnsSmoothed => self.turns_smoothed,
         }
     }
 }
@@ -104,13 +110,14 @@ pub fn printed_reduction(rows: &[PrintedRow]) -> Reduction {
         time: reduced(|row| row.time_ms),
         length: reduced(|row| row.length_m),
         turns: reduced(|row| row.turns.map(f64::from)),
+        turns_smoothed: reduced(|row| row.turns.map(f64::from)),
     }
 }
 
 /// What a table must reach to be no worse than the paper: its own printed reductions of sums, and where it prints none, those
 /// of the other table.
 #[must_use]
-pub fn targets(rows: &[PrintedRow]) -> [(Measure, f64); 3] {
+pub fn targets(rows: &[PrintedRow]) -> [(Measure, f64); 4] {
     let own = printed_reduction(rows);
     let others = [printed_table_1(), printed_table_2()].map(|rows| printed_reduction(&rows));
     Measure::ALL.map(|measure| {
@@ -140,7 +147,7 @@ mod tests {
         near(two.time.of_sums, 0.4960);
         near(two.turns.of_sums, 1.0 - 12.0 / 38.0);
         // What one table leaves out is taken from the other.
-        let [_, (_, length), (_, turns)] = targets(&printed_table_2());
+        let [_, (_, length), (_, turns), _] = targets(&printed_table_2());
         near(Some(length), 0.0305);
         near(Some(turns), 1.0 - 12.0 / 38.0);
     }

@@ -34,6 +34,9 @@ pub enum Search {
     Literal(f64),
     /// Jump points.
     JumpPoints,
+    /// Jump points, of whose path only the corners and each eighth cell are looked at for pruning, which is quadratic in
+    /// the nodes.
+    JumpSparse,
 }
 
 impl Search {
@@ -46,7 +49,7 @@ impl Search {
             Self::Theta(degrees) => Heuristic::Theta { degrees },
             Self::Improved => Heuristic::default(),
             Self::Literal(k) => Heuristic::Literal { k },
-            Self::JumpPoints => return None,
+            Self::JumpPoints | Self::JumpSparse => return None,
         })
     }
 
@@ -61,7 +64,7 @@ impl Search {
     #[must_use]
     pub fn last_stage(self) -> Stage {
         match self {
-            Self::Improved | Self::JumpPoints => Stage::Smoothed,
+            Self::Improved | Self::JumpPoints | Self::JumpSparse => Stage::Smoothed,
             Self::Literal(k) if k == LITERAL_K => Stage::Smoothed,
             _ => Stage::Raw,
         }
@@ -77,6 +80,7 @@ impl Search {
             Self::Improved => "improved".to_owned(),
             Self::Literal(k) => format!("literal_{k}"),
             Self::JumpPoints => "jump_points".to_owned(),
+            Self::JumpSparse => "jump_sparse".to_owned(),
         }
     }
 
@@ -90,6 +94,7 @@ impl Search {
             Self::Improved => "improved heuristic".to_owned(),
             Self::Literal(k) => format!("eq. 19 as printed, k = {k}"),
             Self::JumpPoints => "jump points".to_owned(),
+            Self::JumpSparse => "jump points, sparse".to_owned(),
         }
     }
 

@@ -34,7 +34,7 @@ const fn variant(
 }
 
 /// The variants of Tables 1 and 2: both traditional ones first.
-pub const VARIANTS: [Variant; 5] = [
+pub const VARIANTS: [Variant; 6] = [
     variant(
         "traditional_manhattan",
         "traditional, Manhattan",
@@ -56,8 +56,14 @@ pub const VARIANTS: [Variant; 5] = [
     ),
     variant(
         "jump_points",
-        "jump points + pruning + spline",
+        "jump points",
         Search::JumpPoints,
+        Stage::Smoothed,
+    ),
+    variant(
+        "jump_sparse",
+        "jump points, sparse",
+        Search::JumpSparse,
         Stage::Smoothed,
     ),
 ];
@@ -177,6 +183,7 @@ pub fn reductions(rows: &[PathRow]) -> Vec<Reduction> {
                     time: reduced(|row| row.time_ms.p50_ms),
                     length: reduced(|row| row.length_m),
                     turns: reduced(|row| row.turns as f64),
+                    turns_smoothed: reduced(|row| row.turns_smoothed.unwrap_or(row.turns) as f64),
                 }
             })
         })
