@@ -82,14 +82,20 @@ fn reduction(found: &Reduction) -> String {
 }
 
 fn figures(what: &str, found: &Reduction) -> String {
-    let columns = Measure::ALL.map(|measure| format!("{:>22}", changes(found.of(measure))));
+    let columns =
+        Measure::ALL.map(|measure| format!("{:>22}", changes(measure, found.of(measure))));
     format!("{what:53}{}", columns.join(""))
 }
 
 /// A reduction as a change in percent: of the sums, and in brackets the mean of the rows.
-fn changes(reduced: Reduced) -> String {
+fn changes(measure: Measure, reduced: Reduced) -> String {
+    // Lengths differ by little.
+    let decimals = if measure == Measure::Length { 2 } else { 1 };
     let percent = |share: Option<f64>| {
-        share.map_or_else(|| "-".to_owned(), |share| format!("{:+.1}", -100.0 * share))
+        share.map_or_else(
+            || "-".to_owned(),
+            |share| format!("{:+.decimals$}", -100.0 * share),
+        )
     };
     match reduced {
         Reduced { of_sums: None, .. } => "-".to_owned(),

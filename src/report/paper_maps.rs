@@ -129,7 +129,7 @@ fn one_map(
             (ground(&site.map, view))
             @for (_, run, class) in drawn { (path(view, class, handed_out(run).0)) }
             @for [x, y] in nodes.into_iter().map(|node| view.at(node)) {
-                rect class="node" x=(coordinate(x - 4.0)) y=(coordinate(y - 4.0)) width="8" height="8" {}
+                rect class="node" x=(coordinate(x - 7.0)) y=(coordinate(y - 7.0)) width="14" height="14" {}
             }
             @for (index, (task, run, _)) in drawn.iter().enumerate() { (ends(site, view, task, run, with_numbers.then_some(index))) }
             (strip(view, height))
@@ -145,10 +145,12 @@ fn ends(site: &Site, view: &Viewport, task: &TaskRuns, run: &Run, index: Option<
         [first, second, ..] => bearing(first, second),
         _ => 0.0,
     };
+    // Three maps share the width of one.
+    let size = if index.is_some() { 1.0 } else { 2.2 };
     let number = task.task.name.trim_start_matches("Path ");
     html! {
-        (start_mark(view.at(&start), yaw))
-        (goal_mark(view.at(&goal)))
+        (enlarged(view.at(&start), size, &start_mark([0.0, 0.0], yaw)))
+        (enlarged(view.at(&goal), size, &goal_mark([0.0, 0.0])))
         @if index.is_some() {
             @for [x, y] in [start, goal].map(|end| view.at(&end)) {
                 @let (x, shift) = if x > MAP_WIDTH / 2.0 { (x - 11.0, "end halo strong") } else { (x + 11.0, "halo strong") };
@@ -156,6 +158,12 @@ fn ends(site: &Site, view: &Viewport, task: &TaskRuns, run: &Run, index: Option<
             }
         }
     }
+}
+
+/// A mark drawn about the origin, at a place of the drawing.
+fn enlarged([x, y]: [f64; 2], size: f64, mark: &Markup) -> Markup {
+    let (x, y) = (coordinate(x), coordinate(y));
+    html! { g transform=(format!("translate({x} {y}) scale({size})")) { (mark) } }
 }
 
 fn alternative(site: &Site, drawn: &[(&TaskRuns, &Run, &str)]) -> String {

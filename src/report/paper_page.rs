@@ -22,7 +22,8 @@ const INTRO: [&str; 3] = [
      are this project's own, of the same size.",
     "Traditional is A* from the textbook with the Manhattan or the Euclidean distance, its path as searched. Improved is the \
      paper's: octile distance with a pull to the start-goal line (eq. 19 made scale-free), redundant nodes removed by line of \
-     sight, a B-spline. Literal is the same with eq. 19 as printed. Jump points is ours: a search that is exact.",
+     sight, a B-spline. Literal is the same with eq. 19 as printed. Jump points is ours: an exact search. Sparse is the same, but pruning looks only at its corners and at each \
+     eighth cell between.",
     "All variants search the same free cells, at the comfortable distance of the default robot from every obstacle, and a \
      smoothed path is proved to keep the least distance. Turns are counted before smoothing. Times are medians, all variants in \
      turn.",
@@ -99,6 +100,12 @@ fn verdict(report: &PaperReport) -> Markup {
                 }
             }
             p class="machine" { "✓ at least the paper's reduction; where one of its tables prints none, that of the other." }
+            @for table in report.tables {
+                @if let Table::Ablation(table) = table {
+                    h3 { (table.title) }
+                    (findings(&table.findings))
+                }
+            }
         }
     }
 }
@@ -123,7 +130,8 @@ fn paths(report: &PaperReport, table: &PathTable) -> Markup {
             }
             @if table.name == "table_2" { (mine(report)) }
             div class="whole" { (path_table(table)) }
-            (findings(&table.findings))
+            // Those of the others stand at the top, as a table of reductions.
+            @if table.reductions.is_empty() { (findings(&table.findings)) }
         }
     }
 }
@@ -144,7 +152,6 @@ fn steps(table: &AblationTable) -> Markup {
             h2 { (table.title) }
             (paper_bars::figure("Where the time goes: sums of median times", &table.rows))
             div class="whole" { (step_table(table)) }
-            (findings(&table.findings))
         }
     }
 }

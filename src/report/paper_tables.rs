@@ -5,8 +5,7 @@ use maud::{Markup, html};
 use super::figure::Table;
 use super::number::{fixed, significant};
 use crate::bench::paper::{
-    AblationTable, Measure, PathRow, PathTable, PrintedRow, Reduced, Reduction, StepRow, label_of,
-    targets,
+    AblationTable, Measure, PathRow, PathTable, PrintedRow, Reduced, StepRow, label_of, targets,
 };
 
 const PATH_HEADS: [&str; 12] = [
@@ -94,12 +93,12 @@ pub(super) fn reduction_table(table: &PathTable) -> Markup {
                     @for found in &table.reductions { tr {
                         td { (label_of(&found.variant)) " against " (label_of(&found.against)) }
                         @for (measure, target) in targets {
-                            (change(found.of(measure), Some(target)))
+                            (change(measure, found.of(measure), Some(target)))
                         }
                     } }
                     @for found in &table.paper_reductions { tr class="of-paper" {
                         td { "the paper's own" }
-                        @for measure in Measure::ALL { (change(of_paper(found, measure), None)) }
+                        @for measure in Measure::ALL { (change(measure, found.of(measure), None)) }
                     } }
                 }
             }
@@ -107,12 +106,10 @@ pub(super) fn reduction_table(table: &PathTable) -> Markup {
     }
 }
 
-fn of_paper(found: &Reduction, measure: Measure) -> Reduced {
-    found.of(measure)
-}
-
 /// A reduction as a change; with a target, marked as reaching it or not.
-fn change(reduced: Reduced, target: Option<f64>) -> Markup {
+fn change(measure: Measure, reduced: Reduced, target: Option<f64>) -> Markup {
+    // Lengths differ by little.
+    let decimals = if measure == Measure::Length { 2 } else { 1 };
     let Some(of_sums) = reduced.of_sums else {
         return html! { td { (dash()) } };
     };
@@ -124,17 +121,17 @@ fn change(reduced: Reduced, target: Option<f64>) -> Markup {
     };
     html! {
         td class=(class) {
-            (signed(of_sums)) " %"
-            @if let Some(mean) = reduced.mean_of_rows { " (" (signed(mean)) ")" }
+            (signed(of_sums, decimals)) " %"
+            @if let Some(mean) = reduced.mean_of_rows { " (" (signed(mean, decimals)) ")" }
             (mark)
         }
     }
 }
 
 /// A reduction as a change in percent, with its sign.
-fn signed(reduction: f64) -> String {
-    let text = fixed(-100.0 * reduction, 1);
-    if reduction < 0.0 && text != "0.0" {
+fn signed(reduction: f64, decimals: usize) -> String {
+    let text = fixed(-100.0 * reduction, decimals);
+    if reduction < 0.0 && text.bytes().any(|digit| matches!(digit, b'1'..=b'9')) {
         format!("+{text}")
     } else {
         text.replace('-', "−")

@@ -18,6 +18,15 @@ fn change(reduction: f64) -> String {
     }
 }
 
+/// The same with the digits that the paper prints: lengths differ by little.
+fn change_of(measure: Measure, reduction: f64) -> String {
+    if measure == Measure::Length {
+        format!("{:+.2} %", -100.0 * reduction)
+    } else {
+        change(reduction)
+    }
+}
+
 /// A reduction as "12.3 % less" or "12.3 % more".
 fn less_or_more(reduction: f64) -> String {
     let percent = 100.0 * reduction.abs();
@@ -128,8 +137,8 @@ pub fn acceptance(reduction: &Reduction, targets: &[(Measure, f64)]) -> String {
         let says = format!(
             "{} {} (paper {})",
             measure.word(),
-            change(found),
-            change(target)
+            change_of(measure, found),
+            change_of(measure, target)
         );
         let list = if found >= target - NONE {
             &mut reached
@@ -192,6 +201,9 @@ pub fn literal(rows: &[StepRow]) -> Option<String> {
     ))
 }
 
+/// A figure of a row.
+type Figure = fn(&PathRow) -> f64;
+
 /// What fig. 5 claims of 45 degrees, and what is found.
 #[must_use]
 pub fn theta(rows: &[PathRow]) -> String {
@@ -213,7 +225,7 @@ pub fn theta(rows: &[PathRow]) -> String {
     };
     let mut says = Vec::new();
     let mut is_confirmed = Vec::new();
-    let figures: [(&str, &str, fn(&PathRow) -> f64); 3] = [
+    let figures: [(&str, &str, Figure); 3] = [
         ("least time", " ms", |row| row.time_ms.p50_ms),
         ("fewest cells expanded", "", |row| f64::from(row.expanded)),
         ("shortest", " m", |row| row.length_m),
@@ -329,9 +341,9 @@ mod tests {
         assert_eq!(
             said(0.6, 0.04),
             "Improved against traditional, Euclid reaches all of the paper's reductions: time -60.0 % (paper -56.0 %), length \
-             -4.0 % (paper -3.0 %)."
+             -4.00 % (paper -3.00 %)."
         );
-        assert!(said(0.1, 0.04).contains("length -4.0 % (paper -3.0 %); it misses time -10.0 %"));
+        assert!(said(0.1, 0.04).contains("length -4.00 % (paper -3.00 %); it misses time -10.0 %"));
         assert!(
             said(-0.1, 0.0).contains("reaches none") && said(-0.1, 0.0).contains("time +10.0 %")
         );
