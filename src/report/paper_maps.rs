@@ -129,7 +129,7 @@ fn one_map(
             (ground(&site.map, view))
             @for (_, run, class) in drawn { (path(view, class, handed_out(run).0)) }
             @for [x, y] in nodes.into_iter().map(|node| view.at(node)) {
-                rect class="node" x=(coordinate(x - 7.0)) y=(coordinate(y - 7.0)) width="14" height="14" {}
+                rect class="node" x=(coordinate(x - 5.0)) y=(coordinate(y - 5.0)) width="10" height="10" {}
             }
             @for (index, (task, run, _)) in drawn.iter().enumerate() { (ends(site, view, task, run, with_numbers.then_some(index))) }
             (strip(view, height))
