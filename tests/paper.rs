@@ -9,6 +9,7 @@ use gap::{STEP, is_on_grid, smallest_gap_m};
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, Stage, TaskRuns, made_mine, measure,
 };
+use inbye::map::FreeSpace;
 use inbye::sim::Config;
 
 /// Rounding, metres.
@@ -52,7 +53,7 @@ fn sum(search: Search, stage: Stage, figure: fn(&inbye::global::Path) -> f64) ->
 fn every_path_of_every_variant_keeps_its_distance() {
     let mut checked = 0;
     for (site, tasks) in measured() {
-        let kept_m = [&site.search, &site.search, &site.proof].map(|ground| ground.radius_m());
+        let kept_m = [&site.search, &site.search, &site.proof].map(FreeSpace::radius_m);
         for task in tasks {
             let ends = [task.task.start, task.task.goal].map(|end| site.map.frame().center_of(end));
             for run in &task.runs {

