@@ -8,8 +8,8 @@ use super::panel::chart;
 use crate::bench::paper::StepRow;
 
 /// Left ends of the bars, their longest length, and their height with the space below, drawing units.
-const LEFT: f64 = 150.0;
-const LONGEST: f64 = 220.0;
+const LEFT: f64 = 172.0;
+const LONGEST: f64 = 205.0;
 const PITCH: f64 = 24.0;
 const BAR: f64 = 15.0;
 

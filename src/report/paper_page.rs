@@ -150,8 +150,8 @@ fn steps(table: &AblationTable) -> Markup {
     html! {
         section id=(table.name) {
             h2 { (table.title) }
-            (paper_bars::figure("Where the time goes: sums of median times", &table.rows))
-            div class="whole" { (step_table(table)) }
+            div class="charts" { (paper_bars::figure("Where the time goes: sums of median times", &table.rows)) }
+            div class="whole steps" { (step_table(table)) }
         }
     }
 }

@@ -74,6 +74,8 @@ fn the_papers_tables_are_repeated() {
          reductions[].length.mean_of_rows real, reductions[].turns.of_sums real, \
          reductions[].turns_smoothed.of_sums real, paper_reductions[].time.of_sums real",
     );
+    let steps = object["tables"][4]["rows"].as_array().expect("a list");
+    assert_eq!(steps.len(), 16);
     assert_fields(
         &object["tables"][4],
         "rows[].search text, rows[].label text, rows[].stage text, rows[].time_ms real, rows[].length_m real, \

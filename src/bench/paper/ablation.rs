@@ -7,7 +7,7 @@ use super::reduction::Measure;
 use super::search::{LITERAL_K, SMALL_K, Search, Stage};
 
 /// The steps shown, from the traditional ones to all of it.
-pub const STEPS: [(Search, Stage); 15] = [
+pub const STEPS: [(Search, Stage); 16] = [
     (Search::Manhattan, Stage::Raw),
     (Search::Euclid, Stage::Raw),
     (Search::Theta(45.0), Stage::Raw),
@@ -21,6 +21,7 @@ pub const STEPS: [(Search, Stage); 15] = [
     (Search::JumpPoints, Stage::Raw),
     (Search::JumpPoints, Stage::Pruned),
     (Search::JumpPoints, Stage::Smoothed),
+    (Search::JumpSparse, Stage::Raw),
     (Search::JumpSparse, Stage::Pruned),
     (Search::JumpSparse, Stage::Smoothed),
 ];
@@ -197,15 +198,9 @@ pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
         })
     };
     let breakdown = |chain: Search, against: Search, measure: Measure| -> Option<Breakdown> {
-        // The corners are those of the same search.
-        let searched = if chain == Search::JumpSparse {
-            Search::JumpPoints
-        } else {
-            chain
-        };
         let sums = [
             figure(against, "raw", measure)?,
-            figure(searched, "raw", measure)?,
+            figure(chain, "raw", measure)?,
             figure(chain, "pruned", measure)?,
             figure(chain, "smoothed", measure)?,
         ];
