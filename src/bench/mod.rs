@@ -7,6 +7,7 @@ mod digest;
 mod error;
 mod golden;
 pub mod movingai;
+pub mod paper;
 mod problems;
 mod quality;
 mod record;

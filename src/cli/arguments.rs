@@ -189,6 +189,8 @@ pub enum BenchCommand {
     Density(DensityArguments),
     /// Grid search against the published optimal lengths of the `MovingAI` benchmark.
     Movingai(MovingAiArguments),
+    /// The paper's tables and figures of global paths, repeated beside its printed values.
+    Paper(super::paper::PaperArguments),
 }
 
 /// `inbye bench density`.
@@ -342,7 +344,10 @@ impl FromStr for Place {
     }
 }
 
-fn whole<T>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
+pub(super) fn whole<T>(
+    least: u64,
+    most: u64,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
 where
     T: TryFrom<u64>,
 {

@@ -16,6 +16,8 @@ mod movingai;
 mod movingai_words;
 pub mod output;
 mod output_file;
+mod paper;
+mod paper_words;
 mod plain_words;
 mod plan;
 mod plan_drawing;
@@ -49,6 +51,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Bench(bench)) => match &bench.command {
             BenchCommand::Density(command) => bench::density(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
+            BenchCommand::Paper(command) => paper::run(command, json),
         },
     }
 }

@@ -1,6 +1,6 @@
 //! How a path bends, to hold against what a base can follow (paper, eqs. 10-12).
 
-use super::basis::{CHORD_TURN_RAD, Segment};
+use super::basis::{Basis, CHORD_TURN_RAD, Segment};
 use crate::geometry::{Point, Vector};
 
 /// Points this near are one, metres: far below a cell, far above rounding.
@@ -76,8 +76,9 @@ impl Curvature {
             if let [.., (before, _), (last, _)] = places[..] {
                 arrival = Some(last - before);
             }
+            let basis = Basis::new(spline.degree);
             let windows = spline.control.windows(spline.degree + 1);
-            pieces.extend(windows.flat_map(pieces_of));
+            pieces.extend(windows.flat_map(|control| pieces_of(&basis, control)));
         }
         Self {
             sharp_turns,
@@ -113,8 +114,8 @@ fn is_corner(before: &Vector, after: &Vector) -> bool {
 }
 
 /// The pieces of the segment with these control points.
-fn pieces_of(control: &[Point]) -> Vec<(f64, f64)> {
-    let segment = Segment(control);
+fn pieces_of(basis: &Basis, control: &[Point]) -> Vec<(f64, f64)> {
+    let segment = Segment::new(basis, control);
     let at = |step: usize| segment.point(step as f64 / PIECES as f64);
     if is_straight(control) {
         return vec![((at(PIECES) - at(0)).norm(), 0.0)];
@@ -184,7 +185,8 @@ mod tests {
             let squared = 1.0 + 4.0 * x * x;
             2.0 / (squared * squared.sqrt())
         };
-        let segment = Segment(&control);
+        let basis = Basis::new(2);
+        let segment = Segment::new(&basis, &control);
         for u in [0.0, 0.3, 0.5, 1.0] {
             let place = segment.point(u);
             assert!((place.y - place.x * place.x).abs() < 1e-12, "{place}");

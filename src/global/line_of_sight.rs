@@ -1,7 +1,7 @@
 //! Whether a straight way between two points stays on free cells.
 
 use crate::geometry::Point;
-use crate::map::{BitGrid, Cell, FreeSpace};
+use crate::map::{BitGrid, FreeSpace};
 
 /// A segment this near to a cell touches it, in cells: far above the rounding of the arithmetic here (1e-11 on grids
 /// of 32,767 cells), far below anything that matters.
@@ -45,10 +45,12 @@ pub(super) fn obstruction(space: &FreeSpace, a: &Point, b: &Point) -> Option<f64
 }
 
 /// Whether the point at a share of the segment, 0 to 1, lies in a cell that is not free; then the segment is not clear.
+/// Both ends must lie inside the grid.
 #[inline]
 pub(super) fn is_blocked_at(space: &FreeSpace, a: &Point, b: &Point, share: f64) -> bool {
     let at = a + (b - a) * share;
-    !space.is_free(Cell::new(at.x as i32, at.y as i32))
+    let (free, _) = space.bits();
+    !free.at(free.position(at.x as i32, at.y as i32))
 }
 
 /// Some share at which a long segment lies in a cell that is not free. Most segments that are not clear run through much
@@ -76,29 +78,35 @@ fn first_blocked(space: &FreeSpace, a: &Point, b: &Point) -> Option<f64> {
 /// them, it touches what is not set; none when it does not.
 fn first_blocked_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> Option<f64> {
     let (low, high) = if a.1 <= b.1 { (a, b) } else { (b, a) };
+    let lines = cell_of(low.1 - TOUCH)..=cell_of(high.1 + TOUCH);
     let rise = high.1 - low.1;
-    let first = (low.1 - TOUCH).floor() as i32;
-    let last = (high.1 + TOUCH).floor() as i32;
+    if rise <= TOUCH || lines.start() == lines.end() {
+        let from = cell_of(low.0.min(high.0) - TOUCH);
+        let to = cell_of(low.0.max(high.0) + TOUCH);
+        let are_clear = lines
+            .into_iter()
+            .all(|line| bits.all_of_row(line, from..=to));
+        return (!are_clear).then_some(0.5);
+    }
+    let run = (high.0 - low.0) / rise;
+    let along = |at: f64| low.0 + (at.clamp(low.1, high.1) - low.1) * run;
     // The part of the segment within a line, and the cells it spans.
-    let share = |at: f64| {
-        if rise == 0.0 {
-            0.0
-        } else {
-            ((at - low.1) / rise).clamp(0.0, 1.0)
-        }
-    };
-    let along = |share: f64| low.0 + (high.0 - low.0) * share;
     let is_blocked = |&line: &i32| {
-        let enters = along(share(f64::from(line) - TOUCH));
-        let leaves = if rise == 0.0 {
-            high.0
-        } else {
-            along(share(f64::from(line + 1) + TOUCH))
-        };
-        let from = (enters.min(leaves) - TOUCH).floor() as i32;
-        let to = (enters.max(leaves) + TOUCH).floor() as i32;
+        let enters = along(f64::from(line) - TOUCH);
+        let leaves = along(f64::from(line + 1) + TOUCH);
+        let from = cell_of(enters.min(leaves) - TOUCH);
+        let to = cell_of(enters.max(leaves) + TOUCH);
         !bits.all_of_row(line, from..=to)
     };
-    let blocked = share(f64::from((first..=last).find(is_blocked)?) + 0.5);
-    Some(if a.1 <= b.1 { blocked } else { 1.0 - blocked })
+    let line = lines.into_iter().find(is_blocked)?;
+    let share = ((f64::from(line) + 0.5 - low.1) / rise).clamp(0.0, 1.0);
+    Some(if a.1 <= b.1 { share } else { 1.0 - share })
+}
+
+/// The largest whole number not above another within the range of cells. The library's rounding is a call where a
+/// processor need not know it.
+#[inline]
+fn cell_of(at: f64) -> i32 {
+    let towards_zero = at as i32;
+    towards_zero - i32::from(f64::from(towards_zero) > at)
 }

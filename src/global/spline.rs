@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use super::basis::Segment;
+use super::basis::{Basis, Segment};
 use super::curvature::Spline;
 use super::line_of_sight::{is_clear, sees};
 use super::path::Path;
@@ -65,13 +65,14 @@ fn is_part(edge: &[Point], chord: &[Point]) -> bool {
 /// A B-spline about the vertices of a path.
 struct Curve {
     degree: usize,
+    basis: Basis,
     /// Both ends as often as the degree, which makes the curve begin and end there; between them, for each vertex, as
     /// many points on one of its edges as on the other and the vertex itself: at least as many as the degree, so that
     /// a vertex whose points coincide with it is passed through, straight on both sides.
     control: Vec<Point>,
     /// Distance from each vertex to its outermost control points, metres; zero at a sharp one.
     reach_m: Vec<f64>,
-    /// For each segment, the sampled points with its first.
+    /// For each segment, the sampled points after its first.
     samples: Vec<Vec<Point>>,
 }
 
@@ -121,6 +122,7 @@ impl Curve {
         let samples = vec![Vec::new(); control.len() - degree];
         let mut curve = Self {
             degree,
+            basis: Basis::new(degree),
             control,
             reach_m,
             samples,
@@ -171,21 +173,27 @@ impl Curve {
     }
 
     /// Draws a segment anew. False when one of its chords is not clear.
-    fn draw(&mut self, space: &FreeSpace, segment: usize) -> bool {
-        let points = Segment(&self.control[segment..=segment + self.degree]).chords();
+    fn draw(&mut self, space: &FreeSpace, number: usize) -> bool {
+        let segment = Segment::new(&self.basis, &self.control[number..=number + self.degree]);
         let frame = space.frame();
-        let in_cells: Vec<Point> = points.iter().map(|at| frame.to_cell_units(at)).collect();
-        self.samples[segment] = points;
-        in_cells
-            .windows(2)
-            .all(|chord| sees(space, &chord[0], &chord[1]))
+        let samples = &mut self.samples[number];
+        samples.clear();
+        let mut last = frame.to_cell_units(&segment.point(0.0));
+        let mut is_clear = true;
+        segment.chords(|point| {
+            samples.push(point);
+            let here = frame.to_cell_units(&point);
+            is_clear = is_clear && sees(space, &last, &here);
+            last = here;
+        });
+        is_clear
     }
 
     /// The whole curve, with exactly the path's own ends.
     fn points(&self, vertices: &[Point]) -> Vec<Point> {
         let goal = vertices[vertices.len() - 1];
         let mut points = vec![vertices[0]];
-        for &point in self.samples.iter().flat_map(|samples| &samples[1..]) {
+        for &point in self.samples.iter().flatten() {
             let is_new = points
                 .last()
                 .is_none_or(|last| (point - last).norm() > SAME_M);

@@ -17,7 +17,7 @@ use super::viewport::{MAP_WIDTH, Viewport};
 pub(super) const STRIP: f64 = 44.0;
 
 /// Pixels of the ground's longer side, at most: pages hold several maps and stay small.
-const RASTER_SIDE: i32 = 900;
+pub(super) const RASTER_SIDE: i32 = 900;
 
 impl<'a> MissionView<'a> {
     const fn stages(&self) -> Stages<'a> {

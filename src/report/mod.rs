@@ -22,6 +22,10 @@ mod motion_chart;
 mod number;
 mod page;
 mod panel;
+mod paper_bars;
+mod paper_maps;
+mod paper_page;
+mod paper_tables;
 mod plain_style;
 mod plan_picture;
 #[cfg(feature = "png")]
@@ -40,6 +44,7 @@ use crate::sim::Trace;
 
 pub use density_picture::density_svg;
 pub use page::html;
+pub use paper_page::{PaperReport, paper_html};
 pub use plan_picture::{PlanFigures, PlanOutcome, PlanView, plan_svg};
 #[cfg(feature = "png")]
 pub use png::{PngError, png};

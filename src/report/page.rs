@@ -5,7 +5,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::simplify::TOLERANCE;
 use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
 
-const STYLE: &str = concat!(
+pub(super) const STYLE: &str = concat!(
     include_str!("colours.css"),
     include_str!("drawing.css"),
     include_str!("chart.css"),
@@ -14,7 +14,7 @@ const STYLE: &str = concat!(
 );
 
 /// What the page may load: nothing but what it holds.
-const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+pub(super) const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
 /// The page as text, complete, to be written to a file that ends in `.html`.
 #[must_use]

@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "",
     "plan",
     "drive",
@@ -12,6 +12,7 @@ const COMMANDS: [&str; 9] = [
     "bench",
     "bench density",
     "bench movingai",
+    "bench paper",
 ];
 
 /// The examples in a command's help: commands without the program's name.

@@ -6,6 +6,7 @@ mod evaluate;
 mod help;
 mod memory;
 mod movingai;
+mod paper;
 mod plan;
 mod program;
 mod refusals;

@@ -213,11 +213,41 @@ fn a_blocked_cell_put_under_a_path_is_noticed() {
     assert!(count > 200, "only {count} maps had a path");
 }
 
+/// On longer paths not all nodes take part at once.
+const ALL_TAKE_PART: usize = 63;
+
+#[test]
+fn pruning_a_long_path_comes_near_to_the_shortest_chain() {
+    let (mut count, mut excess) = (0, 0.0);
+    for (number, case) in cases(26, 6000, 150).enumerate() {
+        let nodes = case.plan.raw.points();
+        if !(ALL_TAKE_PART + 1..=200).contains(&nodes.len()) {
+            continue;
+        }
+        let expected = shortest_chain_m(&case.search, nodes);
+        let ratio = case.plan.pruned.length_m() / expected;
+        // Where a search wandered, a shortcut may lie between nodes that took no part.
+        let is_near = (1.0 - 1e-9..1.2).contains(&ratio);
+        assert!(is_near, "path {number}: {ratio} times the shortest");
+        excess += ratio - 1.0;
+        count += 1;
+    }
+    let mean = excess / f64::from(count);
+    println!("{count} paths, {mean} longer on average");
+    assert!(
+        count > 100 && mean < 0.001,
+        "{count} paths, {mean} longer on average"
+    );
+}
+
 #[test]
 fn pruning_finds_the_shortest_chain_of_the_paths_nodes() {
     let mut count = 0;
     for (number, case) in cases(24, 1200, 16).enumerate() {
         let nodes = case.plan.raw.points();
+        if nodes.len() > ALL_TAKE_PART {
+            continue;
+        }
         let expected = shortest_chain_m(&case.search, nodes);
         let found = case.plan.pruned.length_m();
         assert!(

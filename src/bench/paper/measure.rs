@@ -1,0 +1,304 @@
+//! Paths of every search, judged once and timed many times.
+
+use super::search::{Search, Stage};
+use super::shortest::shortest_cost;
+use super::{PaperError, Site, Task};
+use crate::global::{Path, Searcher, min_clearance_m, prune, smooth};
+
+/// Degree of the smoothing B-spline, as in the default settings.
+const SPLINE_DEGREE: usize = 3;
+/// A path may come nearer to an obstacle than promised by rounding only, metres.
+const ROUNDING_M: f64 = 1e-9;
+
+/// Median and tail of a time, milliseconds. As JSON the fields are `p50` and `p95`: the object they stand in is named for
+/// the unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Times {
+    /// Median.
+    #[serde(rename = "p50")]
+    pub p50_ms: f64,
+    /// 95th percentile.
+    #[serde(rename = "p95")]
+    pub p95_ms: f64,
+}
+
+/// A path at one stage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Worked {
+    /// The path.
+    pub path: Path,
+    /// Smallest distance to an obstacle, metres.
+    pub min_clearance_m: f64,
+    /// Time from the beginning of the search to the end of this stage.
+    pub time: Times,
+    /// Median time of this stage alone, milliseconds.
+    pub own_ms: f64,
+}
+
+/// What one search made of one task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// The search.
+    pub search: Search,
+    /// Cost of its moves, in the units of [`STRAIGHT`](crate::global::STRAIGHT).
+    pub cost: u64,
+    /// Cells expanded.
+    pub expanded: u32,
+    /// The path at each stage that the search is taken to, [`Stage::Raw`] first.
+    pub stages: Vec<Worked>,
+}
+
+impl Run {
+    /// The path at a stage; at the last one there is, where the search is not taken so far.
+    #[must_use]
+    pub fn at(&self, stage: Stage) -> &Worked {
+        &self.stages[(stage as usize).min(self.stages.len() - 1)]
+    }
+}
+
+/// What all searches made of one task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TaskRuns {
+    /// The task.
+    pub task: Task,
+    /// Least cost that any path can have, by another algorithm.
+    pub shortest: u64,
+    /// One for each search, in the order asked for.
+    pub runs: Vec<Run>,
+}
+
+impl TaskRuns {
+    /// The run of a search, if there is one.
+    #[must_use]
+    pub fn of(&self, search: Search) -> Option<&Run> {
+        self.runs.iter().find(|run| run.search == search)
+    }
+
+    /// By how much a run's raw path is longer than the shortest, as a share of that.
+    #[must_use]
+    pub fn over_shortest(&self, run: &Run) -> f64 {
+        run.cost as f64 / self.shortest.max(1) as f64 - 1.0
+    }
+
+    /// What must not be: exact searches whose paths are not shortest ones, and paths nearer to an obstacle than promised.
+    /// A sentence each.
+    #[must_use]
+    pub fn faults(&self, site: &Site) -> Vec<String> {
+        let mut faults = Vec::new();
+        for run in &self.runs {
+            let (name, task) = (run.search.label(), &self.task.name);
+            let (cost, least) = (run.cost, self.shortest);
+            if cost < least || (run.search.is_exact() && cost > least) {
+                faults.push(format!(
+                    "{task}, {name}: its path costs {cost}, a shortest one {least}"
+                ));
+            }
+            for (stage, worked) in [Stage::Raw, Stage::Pruned, Stage::Smoothed]
+                .iter()
+                .zip(&run.stages)
+            {
+                let ground = if *stage == Stage::Smoothed {
+                    &site.proof
+                } else {
+                    &site.search
+                };
+                let (clear_m, promised_m) = (worked.min_clearance_m, ground.radius_m());
+                if clear_m < promised_m - ROUNDING_M {
+                    faults.push(format!(
+                        "{task}, {name}, {stage:?}: {clear_m:.4} m from an obstacle, less than {promised_m:.4} m"
+                    ));
+                }
+            }
+        }
+        faults
+    }
+}
+
+/// Runs each search on each task of a site: once to judge its paths, then so many times against the clock, in seconds.
+/// Within one repetition all searches run in turn, each time beginning with another, so that a machine that slows down
+/// slows down all of them. One searcher serves all, as a robot's would. `progress` is called after each repetition of each
+/// task.
+///
+/// # Errors
+/// When a task has no path.
+pub fn measure(
+    site: &Site,
+    searches: &[Search],
+    repetitions: usize,
+    clock: &mut dyn FnMut() -> f64,
+    mut progress: impl FnMut(),
+) -> Result<Vec<TaskRuns>, PaperError> {
+    let mut searcher = Searcher::default();
+    let mut measured = Vec::new();
+    for task in &site.tasks {
+        let no_path = || PaperError::NoPath {
+            task: task.name.clone(),
+            radius_m: site.search.radius_m(),
+        };
+        let shortest = shortest_cost(&site.search, task.start, task.goal).ok_or_else(no_path)?;
+        // The first pass also lets the searcher's memory grow, and is not timed.
+        let mut judged = Vec::new();
+        for &search in searches {
+            let attempt = attempt(&mut searcher, site, task, search, &mut || 0.0);
+            judged.push(attempt.ok_or_else(no_path)?);
+        }
+        let mut seconds = vec![Vec::new(); searches.len()];
+        for repetition in 0..repetitions {
+            for turn in 0..searches.len() {
+                let index = (turn + repetition) % searches.len();
+                let timed = attempt(&mut searcher, site, task, searches[index], clock);
+                seconds[index].push(timed.ok_or_else(no_path)?.ended_s);
+            }
+            progress();
+        }
+        let runs = searches
+            .iter()
+            .zip(judged)
+            .zip(&seconds)
+            .map(|((&search, attempt), seconds)| run(site, search, attempt, seconds))
+            .collect();
+        measured.push(TaskRuns {
+            task: task.clone(),
+            shortest,
+            runs,
+        });
+    }
+    Ok(measured)
+}
+
+/// One search, with the stages after it.
+struct Attempt {
+    cost: u64,
+    expanded: u32,
+    paths: Vec<Path>,
+    /// When each stage ended, seconds after the beginning.
+    ended_s: Vec<f64>,
+}
+
+fn attempt(
+    searcher: &mut Searcher,
+    site: &Site,
+    task: &Task,
+    search: Search,
+    clock: &mut dyn FnMut() -> f64,
+) -> Option<Attempt> {
+    let frame = site.search.frame();
+    let began = clock();
+    let found = search
+        .run(searcher, &site.search, task.start, task.goal)
+        .ok()?;
+    let centers = found.cells.iter().map(|&cell| frame.center_of(cell));
+    let mut paths = vec![Path::new(centers.collect())];
+    let (cost, expanded) = (found.cost, found.expanded);
+    let mut ended_s = vec![clock() - began];
+    if search.last_stage() >= Stage::Pruned {
+        paths.push(prune(&site.search, None, &paths[0]));
+        ended_s.push(clock() - began);
+    }
+    if search.last_stage() >= Stage::Smoothed {
+        paths.push(smooth(&site.proof, &paths[1], SPLINE_DEGREE));
+        ended_s.push(clock() - began);
+    }
+    Some(Attempt {
+        cost,
+        expanded,
+        paths,
+        ended_s,
+    })
+}
+
+fn run(site: &Site, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> Run {
+    let stages = attempt
+        .paths
+        .into_iter()
+        .enumerate()
+        .map(|(stage, path)| {
+            let total = seconds.iter().map(|ends| ends[stage]).collect();
+            let before = |ends: &Vec<f64>| stage.checked_sub(1).map_or(0.0, |one| ends[one]);
+            let own = seconds
+                .iter()
+                .map(|ends| ends[stage] - before(ends))
+                .collect();
+            Worked {
+                min_clearance_m: min_clearance_m(&path, &site.obstacles),
+                path,
+                time: times(total),
+                own_ms: times(own).p50_ms,
+            }
+        })
+        .collect();
+    Run {
+        search,
+        cost: attempt.cost,
+        expanded: attempt.expanded,
+        stages,
+    }
+}
+
+/// Of seconds; zero of none.
+fn times(mut seconds: Vec<f64>) -> Times {
+    seconds.sort_by(f64::total_cmp);
+    // The least time that at least this share does not exceed.
+    let quantile = |share: f64| {
+        let rank = (seconds.len() as f64 * share).ceil() as usize;
+        seconds.get(rank.max(1) - 1).map_or(0.0, |time| time * 1e3)
+    };
+    Times {
+        p50_ms: quantile(0.5),
+        p95_ms: quantile(0.95),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::Config;
+
+    #[test]
+    fn medians_and_tails_are_ranks() {
+        let hundred = (1..=100).rev().map(|index| f64::from(index) / 1e3);
+        let expected = Times {
+            p50_ms: 50.0,
+            p95_ms: 95.0,
+        };
+        assert_eq!(times(hundred.collect()), expected);
+        assert_eq!(times(vec![0.002]).p95_ms, 2.0);
+        assert_eq!(times(Vec::new()), Times::default());
+    }
+
+    /// A clock that ticks once each time it is read counts the stages.
+    #[test]
+    fn stages_are_timed_from_the_beginning_and_alone() {
+        let site = &Site::roadways(&Config::default()).expect("the default robot fits")[0];
+        let searches = [Search::Manhattan, Search::JumpPoints];
+        let mut ticks = 0.0;
+        let mut clock = || {
+            ticks += 1.0;
+            ticks
+        };
+        let mut passes = 0;
+        let measured = measure(site, &searches, 3, &mut clock, || passes += 1);
+        let measured = measured.expect("the scene has a path");
+        let [raw] = &measured[0].runs[0].stages[..] else {
+            panic!("a baseline is only searched");
+        };
+        assert_eq!((raw.time.p50_ms, raw.own_ms), (1e3, 1e3));
+        let smoothed = measured[0].runs[1].at(Stage::Smoothed);
+        assert_eq!((smoothed.time.p50_ms, smoothed.own_ms), (3e3, 1e3));
+        assert_eq!(passes, 3);
+        assert_eq!(measured[0].faults(site), [""; 0]);
+    }
+
+    #[test]
+    fn faults_are_seen() {
+        let site = &Site::roadways(&Config::default()).expect("the default robot fits")[0];
+        let mut clock = || 0.0;
+        let measured = measure(site, &[Search::JumpPoints], 0, &mut clock, || ());
+        let mut task = measured.expect("the scene has a path").remove(0);
+        task.shortest -= 1;
+        task.runs[0].stages[2].min_clearance_m = 0.1;
+        let faults = task.faults(site);
+        assert_eq!(faults.len(), 2, "{faults:?}");
+        assert!(faults[0].contains("shortest") && faults[1].contains("Smoothed: 0.1000 m"));
+    }
+}

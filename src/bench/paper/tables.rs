@@ -1,0 +1,163 @@
+//! The tables, each with the paper's values beside it and what follows from it.
+
+use serde::Serialize;
+
+use super::ablation::{Breakdown, StepRow, breakdowns, step_rows};
+use super::findings::{acceptance, literal, origin, theta};
+use super::measure::TaskRuns;
+use super::printed::PrintedRow;
+use super::reduction::{Measure, Reduction, printed_reduction, targets};
+use super::variants::{PathRow, THETAS, VARIANTS, path_rows, reductions};
+use super::{printed_table_1, printed_table_2};
+
+/// A table of the records. Those of driving will be further kinds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Table {
+    /// Paths of variants.
+    Paths(PathTable),
+    /// What each step earns.
+    Ablation(AblationTable),
+}
+
+/// Paths of variants, one row for each task and variant.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PathTable {
+    /// One word, the same in every run.
+    pub name: &'static str,
+    /// One line.
+    pub title: String,
+    /// What was measured.
+    pub rows: Vec<PathRow>,
+    /// What the paper prints.
+    pub paper: Vec<PrintedRow>,
+    /// Every other variant against each traditional one.
+    pub reductions: Vec<Reduction>,
+    /// The paper's own.
+    pub paper_reductions: Vec<Reduction>,
+    /// What follows, in sentences.
+    pub findings: Vec<String>,
+}
+
+/// What each step earns, summed over all tasks.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AblationTable {
+    /// One word, the same in every run.
+    pub name: &'static str,
+    /// One line.
+    pub title: String,
+    /// A row for each step.
+    pub rows: Vec<StepRow>,
+    /// Where each reduction comes from.
+    pub breakdowns: Vec<Breakdown>,
+    /// What follows, in sentences.
+    pub findings: Vec<String>,
+}
+
+impl Table {
+    /// One word, the same in every run.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Paths(table) => table.name,
+            Self::Ablation(table) => table.name,
+        }
+    }
+
+    /// What follows, in sentences.
+    #[must_use]
+    pub fn findings(&self) -> &[String] {
+        match self {
+            Self::Paths(table) => &table.findings,
+            Self::Ablation(table) => &table.findings,
+        }
+    }
+}
+
+/// All tables of global paths: Table 1 and fig. 5 and their steps from the roadways, Table 2 and its steps from the mine.
+#[must_use]
+pub fn path_tables(roadways: &[TaskRuns], mine: &[TaskRuns], mine_title: &str) -> Vec<Table> {
+    vec![
+        compared(
+            "table_1",
+            "Table 1, figs. 9 to 11: three roadway scenes".to_owned(),
+            roadways,
+            printed_table_1(),
+        ),
+        figure_5(roadways),
+        compared(
+            "table_2",
+            format!("Table 2, fig. 16: five ways through {mine_title}"),
+            mine,
+            printed_table_2(),
+        ),
+        steps(
+            "steps_roadways",
+            "What each step earns: the three scenes",
+            roadways,
+        ),
+        steps("steps_mine", "What each step earns: the mine", mine),
+    ]
+}
+
+fn compared(
+    name: &'static str,
+    title: String,
+    measured: &[TaskRuns],
+    paper: Vec<PrintedRow>,
+) -> Table {
+    let rows = path_rows(measured, &VARIANTS);
+    let reductions = reductions(&rows);
+    let targets = targets(&paper);
+    let findings = reductions
+        .iter()
+        .filter(|reduction| reduction.variant != "literal")
+        .map(|reduction| acceptance(reduction, &targets))
+        .collect();
+    Table::Paths(PathTable {
+        name,
+        title,
+        paper_reductions: vec![printed_reduction(&paper)],
+        rows,
+        paper,
+        reductions,
+        findings,
+    })
+}
+
+fn figure_5(measured: &[TaskRuns]) -> Table {
+    let rows = path_rows(measured, &THETAS);
+    let findings = vec![theta(&rows)];
+    Table::Paths(PathTable {
+        name: "figure_5",
+        title: "Fig. 5: the angle of the distance model".to_owned(),
+        rows,
+        paper: Vec::new(),
+        reductions: Vec::new(),
+        paper_reductions: Vec::new(),
+        findings,
+    })
+}
+
+fn steps(name: &'static str, title: &str, measured: &[TaskRuns]) -> Table {
+    let rows = step_rows(measured);
+    let breakdowns = breakdowns(&rows);
+    // All are in the records; these answer where the paper's reductions come from, and where ours of time does.
+    let is_told = |found: &&Breakdown| {
+        found.chain == "improved"
+            || (found.chain == "jump_points" && found.measure == Measure::Time)
+    };
+    let findings = breakdowns
+        .iter()
+        .filter(is_told)
+        .map(origin)
+        .chain(literal(&rows))
+        .collect();
+    Table::Ablation(AblationTable {
+        name,
+        title: title.to_owned(),
+        rows,
+        breakdowns,
+        findings,
+    })
+}

@@ -1,0 +1,134 @@
+//! `inbye bench paper`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+use inbye::bench::paper::{
+    MINE_SEARCHES, SEARCHES, Search, Site, Table, TaskRuns, made_mine, measure, path_tables,
+};
+use inbye::map::{LoadOptions, load};
+use inbye::report::{PaperReport, paper_html};
+use inbye::sim::Config;
+use serde_json::json;
+
+use super::arguments::whole;
+use super::clock::wall_clock;
+use super::{engines, output, paper_words, report_file};
+
+/// Ways through the mine, as many as Table 2 has.
+const WAYS: usize = 5;
+/// A way through the mine takes many times as long as one through a roadway, and is planned so many times less often.
+const MINE_SHARE: usize = 5;
+/// The page.
+const PAGE: &str = "paper.html";
+
+/// `inbye bench paper`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench paper --repetitions 5 --report paper\n\n\
+    Every variant searches the same free cells, for the default robot. Times are medians of searching, pruning and \
+    smoothing, all variants in turn. Exit status 1: a path is nearer to an obstacle than promised, or an exact search has \
+    one that is not shortest."
+)]
+pub struct PaperArguments {
+    /// Map of a mine for Table 2, any that `inbye plan` takes [default: a mine made by the program].
+    #[arg(long, value_name = "FILE.yaml")]
+    pub mine: Option<PathBuf>,
+    /// Times that each path through a roadway is planned; those through the mine a fifth as often.
+    #[arg(long, default_value_t = 101, allow_negative_numbers = true, value_parser = whole::<usize>(1, 100_000))]
+    pub repetitions: usize,
+    /// Seed of the made mine, and of the ways through a mine.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
+    pub seed: u64,
+    /// Write `paper.html` into this folder: maps and tables.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// Repeats the paper's tables. False when a path is not what it should be.
+pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
+    if let Some(folder) = &arguments.report {
+        report_file::make_folder(folder)?;
+    }
+    let config = Config::default();
+    let sites = Site::roadways(&config)?;
+    let mine = mine(arguments, &config)?;
+    let mine_repetitions = arguments.repetitions.div_ceil(MINE_SHARE);
+    let steps = sites.len() * arguments.repetitions + mine.tasks.len() * mine_repetitions;
+    let bar = output::progress(steps as u64, "planning");
+    let measured = |site: &Site, searches: &[Search], repetitions| {
+        measure(site, searches, repetitions, &mut wall_clock(), || {
+            bar.inc(1)
+        })
+    };
+    let mut roadways: Vec<TaskRuns> = Vec::new();
+    for site in &sites {
+        roadways.extend(measured(site, &SEARCHES, arguments.repetitions)?);
+    }
+    let ways = measured(&mine, &MINE_SEARCHES, mine_repetitions)?;
+    bar.finish_and_clear();
+    let tables = path_tables(&roadways, &ways, &mine.title);
+    let mut faults: Vec<String> = sites
+        .iter()
+        .zip(&roadways)
+        .flat_map(|(site, task)| task.faults(site))
+        .collect();
+    faults.extend(ways.iter().flat_map(|task| task.faults(&mine)));
+    if let Some(folder) = &arguments.report {
+        let page = paper_html(&PaperReport {
+            machine: &engines::machine(),
+            command: &command(arguments),
+            roadways: sites.iter().zip(&roadways).collect(),
+            mine: (&mine, &ways),
+            tables: &tables,
+            faults: &faults,
+        });
+        write(folder, &page)?;
+    }
+    if json {
+        output::json(&json!({ "tables": tables, "faults": faults }))?;
+    } else {
+        print(&tables);
+        faults.iter().for_each(output::line);
+    }
+    Ok(faults.is_empty())
+}
+
+fn mine(arguments: &PaperArguments, config: &Config) -> anyhow::Result<Site> {
+    let seed = arguments.seed;
+    let Some(file) = &arguments.mine else {
+        let title = format!("a made mine, seed {seed}");
+        return Ok(Site::mine(&title, made_mine(seed), WAYS, seed, config)?);
+    };
+    let map = load(file, &LoadOptions { resolution_m: 1.0 })?;
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    Site::mine(&name, map, WAYS, seed, config).with_context(|| file.display().to_string())
+}
+
+fn print(tables: &[Table]) {
+    for (index, table) in tables.iter().enumerate() {
+        if index > 0 {
+            output::line("");
+        }
+        paper_words::table(table).iter().for_each(output::line);
+    }
+}
+
+/// What repeats the run.
+fn command(arguments: &PaperArguments) -> String {
+    let mine = arguments
+        .mine
+        .as_ref()
+        .map_or_else(String::new, |file| format!(" --mine {}", file.display()));
+    let (repetitions, seed) = (arguments.repetitions, arguments.seed);
+    format!("inbye bench paper{mine} --repetitions {repetitions} --seed {seed} --report DIR")
+}
+
+fn write(folder: &Path, page: &str) -> anyhow::Result<()> {
+    let file = folder.join(PAGE);
+    fs::write(&file, page).with_context(|| format!("--report {}", folder.display()))?;
+    output::note(format!("report: {}", file.display()));
+    Ok(())
+}

@@ -1,0 +1,180 @@
+//! Figs. 9 to 11 and 16: paths of the variants on their maps.
+
+use maud::{Markup, html};
+
+use super::figure::{area_key, key, line_key};
+use super::map_furniture::{goal_mark, start_mark, strip};
+use super::map_layers::{ground, path};
+use super::map_picture::{RASTER_SIDE, STRIP};
+use super::number::{coordinate, fixed};
+use super::simplify::TOLERANCE;
+use super::viewport::{MAP_WIDTH, Viewport};
+use crate::bench::paper::{Run, Search, Site, Stage, TaskRuns};
+use crate::geometry::{Point, bearing};
+
+/// What is drawn side by side: the search, the class of its line, and its name.
+const SHOWN: [(Search, &str, &str); 3] = [
+    (
+        Search::Manhattan,
+        "traditional-path",
+        "traditional A*, Manhattan",
+    ),
+    (Search::Improved, "improved-path", "improved"),
+    (
+        Search::JumpPoints,
+        "jump-path",
+        "jump points, pruning, spline",
+    ),
+];
+
+/// The path that a run hands out, and the nodes that pruning left.
+fn handed_out(run: &Run) -> (&[Point], &[Point]) {
+    let is_pruned = run.search.last_stage() > Stage::Raw;
+    let nodes = if is_pruned {
+        run.at(Stage::Pruned).path.points()
+    } else {
+        &[]
+    };
+    (run.at(run.search.last_stage()).path.points(), nodes)
+}
+
+/// One task, the traditional path beside the improved ones.
+pub(super) fn side_by_side(title: &str, site: &Site, task: &TaskRuns) -> Markup {
+    let points = task.runs.iter().flat_map(|run| handed_out(run).0).copied();
+    let view = Viewport::around(points, site.map.frame());
+    html! {
+        figure class="whole-row" {
+            h3 { (title) }
+            div class="trio" {
+                @for (letter, (search, class, name)) in ["a", "b", "c"].iter().zip(SHOWN) {
+                    @if let Some(run) = task.of(search) {
+                        div {
+                            (one_map(site, &view, &[(task, run, class)], false))
+                            p { "(" (letter) ") " (name) ": " (in_figures(run)) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn in_figures(run: &Run) -> String {
+    let worked = run.at(run.search.last_stage());
+    let turns = match run.search.last_stage() {
+        Stage::Raw => format!("{} turns", worked.path.turns()),
+        _ => format!(
+            "{} turns before smoothing",
+            run.at(Stage::Pruned).path.turns()
+        ),
+    };
+    format!(
+        "{} m, {turns}, {} m from obstacles",
+        fixed(worked.path.length_m(), 2),
+        fixed(worked.min_clearance_m, 2)
+    )
+}
+
+/// All tasks of a site on its whole map, the traditional path under that by jump points.
+pub(super) fn overview(title: &str, site: &Site, tasks: &[TaskRuns]) -> Markup {
+    let view = Viewport::around(site.map.frame().corners(), site.map.frame());
+    let drawn: Vec<(&TaskRuns, &Run, &str)> = [Search::Manhattan, Search::JumpPoints]
+        .into_iter()
+        .zip(["traditional-path", "jump-path"])
+        .flat_map(|(search, class)| {
+            tasks
+                .iter()
+                .filter_map(move |task| Some((task, task.of(search)?, class)))
+        })
+        .collect();
+    html! {
+        figure class="whole-row" {
+            h3 { (title) }
+            (one_map(site, &view, &drawn, true))
+            (legend())
+        }
+    }
+}
+
+/// What the lines and marks of all maps mean.
+pub(super) fn legend() -> Markup {
+    let node = html! { rect class="node" x="10.5" y="3.5" width="7" height="7" {} };
+    html! {
+        ul class="legend" {
+            li { (key(&start_mark([12.0, 7.0], 0.0), "start")) }
+            li { (key(&goal_mark([14.0, 7.0]), "goal")) }
+            @for (_, class, name) in SHOWN { li { (line_key(class, name)) } }
+            li { (key(&node, "node left by pruning")) }
+            li { (area_key("rock", "obstacle")) }
+        }
+    }
+}
+
+fn one_map(
+    site: &Site,
+    view: &Viewport,
+    drawn: &[(&TaskRuns, &Run, &str)],
+    with_numbers: bool,
+) -> Markup {
+    let height = view.height();
+    // On a map of many paths the nodes would hide them.
+    let nodes: Vec<&Point> = drawn
+        .iter()
+        .filter(|_| !with_numbers)
+        .flat_map(|(_, run, _)| handed_out(run).1)
+        .collect();
+    html! {
+        svg class="map-picture" xmlns="http://www.w3.org/2000/svg" role="img"
+            aria-label=(alternative(site, drawn))
+            viewBox=(format!("0 0 {MAP_WIDTH} {}", coordinate(height + STRIP))) {
+            rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
+            (ground(&site.map, view, RASTER_SIDE))
+            @for (_, run, class) in drawn { (path(view, class, handed_out(run).0, TOLERANCE)) }
+            @for [x, y] in nodes.into_iter().map(|node| view.at(node)) {
+                rect class="node" x=(coordinate(x - 5.0)) y=(coordinate(y - 5.0)) width="10" height="10" {}
+            }
+            @for (index, (task, run, _)) in drawn.iter().enumerate() { (ends(site, view, task, run, with_numbers.then_some(index))) }
+            (strip(view, height))
+        }
+    }
+}
+
+/// Start and goal, and with an index the task's number at both.
+fn ends(site: &Site, view: &Viewport, task: &TaskRuns, run: &Run, index: Option<usize>) -> Markup {
+    let frame = site.map.frame();
+    let [start, goal] = [task.task.start, task.task.goal].map(|end| frame.center_of(end));
+    let yaw = match handed_out(run).0 {
+        [first, second, ..] => bearing(first, second),
+        _ => 0.0,
+    };
+    // Three maps share the width of one.
+    let size = if index.is_some() { 1.0 } else { 2.2 };
+    let number = task.task.name.trim_start_matches("Path ");
+    html! {
+        (enlarged(view.at(&start), size, &start_mark([0.0, 0.0], yaw)))
+        (enlarged(view.at(&goal), size, &goal_mark([0.0, 0.0])))
+        @if index.is_some() {
+            @for [x, y] in [start, goal].map(|end| view.at(&end)) {
+                @let (x, shift) = if x > MAP_WIDTH / 2.0 { (x - 11.0, "end halo strong") } else { (x + 11.0, "halo strong") };
+                text class=(shift) x=(coordinate(x)) y=(coordinate(y)) dy=".35em" { (number) }
+            }
+        }
+    }
+}
+
+/// A mark drawn about the origin, at a place of the drawing.
+fn enlarged([x, y]: [f64; 2], size: f64, mark: &Markup) -> Markup {
+    let (x, y) = (coordinate(x), coordinate(y));
+    html! { g transform=(format!("translate({x} {y}) scale({size})")) { (mark) } }
+}
+
+fn alternative(site: &Site, drawn: &[(&TaskRuns, &Run, &str)]) -> String {
+    let paths: Vec<String> = drawn
+        .iter()
+        .map(|(task, run, _)| {
+            let label = run.search.label();
+            format!("{}, {label}: {}", task.task.name, in_figures(run))
+        })
+        .collect();
+    format!("Map of {} with paths. {}.", site.title, paths.join("; "))
+}

@@ -1,0 +1,157 @@
+//! The page of the paper's experiments, repeated.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::mission::badge;
+use super::page::{POLICY, STYLE};
+use super::paper_bars;
+use super::paper_maps::{legend, overview, side_by_side};
+use super::paper_tables::{findings, path_table, reduction_table, step_table};
+use crate::bench::paper::{AblationTable, PathTable, Site, Table, TaskRuns};
+
+const OWN_STYLE: &str = include_str!("paper.css");
+
+/// Figures of the paper that show the scenes.
+const FIRST_SCENE_FIGURE: usize = 9;
+/// Paths of fig. 16.
+const CLOSE_UPS: usize = 2;
+
+const INTRO: [&str; 3] = [
+    "The global half of the paper's experiments (Gu, Liu, Li, Yuan and Bao: hybrid path planning of an underground \
+     inspection robot by improved A* and DWA), run here beside its printed values. Its maps are not published: the scenes \
+     are this project's own, of the same size.",
+    "Traditional is A* from the textbook with the Manhattan or the Euclidean distance, its path as searched. Improved is the \
+     paper's: octile distance with a pull to the start-goal line (eq. 19 made scale-free), redundant nodes removed by line of \
+     sight, a B-spline. Literal is the same with eq. 19 as printed. Jump points is ours: an exact search \
+     in place of A*.",
+    "All variants search the same free cells, at the comfortable distance of the default robot from every obstacle, and a \
+     smoothed path is proved to keep the least distance. Turns are counted before smoothing. Times are medians, all variants in \
+     turn.",
+];
+
+/// All that the page shows.
+#[derive(Clone, Debug)]
+pub struct PaperReport<'a> {
+    /// Where the times were measured: processor, system.
+    pub machine: &'a str,
+    /// What repeats the run.
+    pub command: &'a str,
+    /// The scenes of Table 1, each with its one task.
+    pub roadways: Vec<(&'a Site, &'a TaskRuns)>,
+    /// The mine of Table 2.
+    pub mine: (&'a Site, &'a [TaskRuns]),
+    /// The tables.
+    pub tables: &'a [Table],
+    /// What must not be, a sentence each.
+    pub faults: &'a [String],
+}
+
+/// The page as text, complete, to be written to a file that ends in `.html`. It holds everything it needs.
+#[must_use]
+pub fn paper_html(report: &PaperReport) -> String {
+    let title = "inbye: the paper's global paths, repeated";
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
+            }
+            body { main {
+                header {
+                    h1 { (title) }
+                    @for paragraph in INTRO { p { (paragraph) } }
+                    p class="machine" { "Measured on: " (report.machine) }
+                }
+                (verdict(report))
+                @for table in report.tables { (section(report, table)) }
+                section {
+                    h2 { "The same again" }
+                    pre tabindex="0" { code { (report.command) } }
+                }
+            } }
+        }
+    }
+    .into_string()
+}
+
+/// Whether the paths are what they should be, and whether the paper's reductions are reached.
+fn verdict(report: &PaperReport) -> Markup {
+    let is_sound = report.faults.is_empty();
+    html! {
+        section id="verdict" {
+            h2 { "In short" }
+            p { (badge(is_sound, if is_sound {
+                "every path keeps its distance from obstacles, every exact search found a shortest one"
+            } else {
+                "there are paths that should not be"
+            })) }
+            @if !is_sound { (findings(report.faults)) }
+            @for table in report.tables {
+                @if let Table::Paths(table) = table {
+                    @if !table.reductions.is_empty() {
+                        h3 { (table.title) }
+                        (reduction_table(table))
+                    }
+                }
+            }
+            p class="machine" { "✓ at least the paper's reduction; where one of its tables prints none, that of the other." }
+            @for table in report.tables {
+                @if let Table::Ablation(table) = table {
+                    h3 { (table.title) }
+                    (findings(&table.findings))
+                }
+            }
+        }
+    }
+}
+
+fn section(report: &PaperReport, table: &Table) -> Markup {
+    match table {
+        Table::Paths(table) => paths(report, table),
+        Table::Ablation(table) => steps(table),
+    }
+}
+
+fn paths(report: &PaperReport, table: &PathTable) -> Markup {
+    html! {
+        section id=(table.name) {
+            h2 { (table.title) }
+            @if table.name == "table_1" {
+                @for (index, (site, task)) in report.roadways.iter().enumerate() {
+                    @let number = FIRST_SCENE_FIGURE + index;
+                    (side_by_side(&format!("Fig. {number}, environment {}: {}", index + 1, site.title), site, task))
+                }
+                (legend())
+            }
+            @if table.name == "table_2" { (mine(report)) }
+            div class="whole" { (path_table(table)) }
+            // Those of the others stand at the top, as a table of reductions.
+            @if table.reductions.is_empty() { (findings(&table.findings)) }
+        }
+    }
+}
+
+fn mine(report: &PaperReport) -> Markup {
+    let (site, tasks) = report.mine;
+    html! {
+        (overview("All five ways: traditional, Manhattan, and jump points with pruning and spline", site, tasks))
+        @for task in tasks.iter().take(CLOSE_UPS) {
+            (side_by_side(&format!("Fig. 16: {}", task.task.name), site, task))
+        }
+    }
+}
+
+fn steps(table: &AblationTable) -> Markup {
+    html! {
+        section id=(table.name) {
+            h2 { (table.title) }
+            div class="charts" { (paper_bars::figure("Where the time goes: sums of median times", &table.rows)) }
+            div class="whole steps" { (step_table(table)) }
+        }
+    }
+}

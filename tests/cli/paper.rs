@@ -1,0 +1,124 @@
+//! `inbye bench paper`.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::program::{Workplace, assert_fields};
+
+/// As quick as it gets, on the folder's own map.
+const QUICK: &str = "bench paper --mine mine.yaml --repetitions 2";
+
+/// The same without what a clock has a hand in.
+fn without_times(mut object: Value) -> Value {
+    for table in object["tables"].as_array_mut().expect("a list") {
+        let table = table.as_object_mut().expect("an object");
+        table.remove("findings");
+        table.remove("breakdowns");
+        for list in ["rows", "reductions"] {
+            for row in table
+                .get_mut(list)
+                .and_then(Value::as_array_mut)
+                .into_iter()
+                .flatten()
+            {
+                for field in ["time_ms", "stage_ms", "time"] {
+                    row.as_object_mut().expect("an object").remove(field);
+                }
+            }
+        }
+    }
+    object
+}
+
+#[test]
+fn the_papers_tables_are_repeated() {
+    let place = Workplace::new();
+    let (status, object) = place.json(QUICK);
+    assert_eq!(status, 0, "{object}");
+    assert_eq!(object["faults"], serde_json::json!([]));
+    let names: Vec<&str> = object["tables"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|table| table["name"].as_str().expect("a name"))
+        .collect();
+    let expected = [
+        "table_1",
+        "figure_5",
+        "table_2",
+        "steps_roadways",
+        "steps_mine",
+    ];
+    assert_eq!(names, expected);
+    for (index, rows, printed, reductions) in [(0, 18, 6, 8), (1, 9, 0, 0), (2, 30, 10, 8)] {
+        let table = &object["tables"][index];
+        assert_fields(
+            table,
+            "name text, title text, findings list, rows[].task text, rows[].variant text, rows[].label text, \
+             rows[].length_m real, rows[].turns whole, rows[].turns_raw whole, rows[].turns_pruned null, \
+             rows[].turns_smoothed null, rows[].min_clearance_m real, rows[].time_ms.p50 real, rows[].time_ms.p95 real, \
+             rows[].stage_ms.search real, rows[].stage_ms.prune null, rows[].expanded whole, rows[].raw_length_m real, \
+             rows[].over_shortest real, rows[].exact bool",
+        );
+        let count = |list: &str| table[list].as_array().expect("a list").len();
+        assert_eq!(
+            (count("rows"), count("paper"), count("reductions")),
+            (rows, printed, reductions)
+        );
+    }
+    assert_fields(
+        &object["tables"][0],
+        "paper[].task text, paper[].variant text, paper[].length_m real, paper[].time_ms real, paper[].turns null, \
+         reductions[].variant text, reductions[].against text, reductions[].time.of_sums real, \
+         reductions[].length.mean_of_rows real, reductions[].turns.of_sums real, \
+         reductions[].turns_smoothed.of_sums real, paper_reductions[].time.of_sums real",
+    );
+    let steps = object["tables"][4]["rows"].as_array().expect("a list");
+    assert_eq!(steps.len(), 16);
+    assert_fields(
+        &object["tables"][4],
+        "rows[].search text, rows[].label text, rows[].stage text, rows[].time_ms real, rows[].length_m real, \
+         rows[].turns whole, rows[].expanded whole, rows[].min_clearance_m real, rows[].over_shortest real, \
+         rows[].worst_over_shortest real, breakdowns[].chain text, breakdowns[].against text, breakdowns[].measure text, \
+         breakdowns[].before real, breakdowns[].after real, breakdowns[].total real, breakdowns[].search real, \
+         breakdowns[].pruning real, breakdowns[].spline real, findings list",
+    );
+    let again = place.json(QUICK).1;
+    assert_eq!(without_times(again), without_times(object));
+}
+
+#[test]
+fn the_page_holds_all_it_needs() {
+    let place = Workplace::new();
+    let run = place.run(&format!("{QUICK} --report out/deep"));
+    assert_eq!(run.status, 0, "{run:?}");
+    assert_eq!(run.errors, ["report: out/deep/paper.html"]);
+    assert!(run.stdout.starts_with("Table 1"), "{run:?}");
+    assert!(run.stdout.contains("the paper's, improved"), "{run:?}");
+    let page = fs::read_to_string(place.path("out/deep/paper.html")).expect("the page is there");
+    assert!(page.ends_with("</html>"));
+    // Three scenes and two paths of the mine with three maps each, the whole mine, two charts.
+    assert_eq!(page.matches("role=\"img\"").count(), 5 * 3 + 1 + 2);
+    let own = page.replace("http://www.w3.org/2000/svg", "");
+    for outside in [
+        "http:", "https:", "<script", "<link", "url(", "NaN", ">inf<",
+    ] {
+        assert!(!own.contains(outside), "{outside}");
+    }
+}
+
+#[test]
+fn mines_that_are_none_are_refused() {
+    let place = Workplace::new();
+    place.write("solid.txt", "####\n####\n####\n");
+    for (arguments, words) in [
+        ("--mine gone.yaml", "gone.yaml"),
+        ("--mine solid.txt", "solid.txt: the map has no 10 places"),
+        ("--repetitions 0", "whole number, 1 to 100000"),
+        ("--mine mine.yaml --report mine.yaml", "--report mine.yaml"),
+    ] {
+        let refusal = place.refusal(&format!("bench paper {arguments}"));
+        assert!(refusal.contains(words), "{arguments}: {refusal}");
+    }
+}
