@@ -50,6 +50,7 @@ fn astar(
     found.map_or((u64::MAX, 0), |found| (found.cost, found.expanded))
 }
 
+#[expect(clippy::print_stdout, reason = "a bench prints what it finds")]
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let record = arguments

@@ -38,6 +38,7 @@ pub struct Course {
 }
 
 /// All that are timed.
+#[expect(clippy::print_stdout, reason = "a bench prints what it does")]
 pub fn courses() -> Vec<Course> {
     let public: Vec<Course> = PUBLIC.into_iter().filter_map(public).collect();
     if public.is_empty() {

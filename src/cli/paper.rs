@@ -60,7 +60,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let bar = output::progress(steps as u64, "planning");
     let measured = |site: &Site, searches: &[Search], repetitions| {
         measure(site, searches, repetitions, &mut wall_clock(), || {
-            bar.inc(1)
+            bar.inc(1);
         })
     };
     let mut roadways: Vec<TaskRuns> = Vec::new();

@@ -25,9 +25,9 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     };
     drawing.of_tour(&tour, &map)?;
     if json {
-        output::json(&plan_words::object(&tour, &config.robot))?;
+        output::json(&plan_words::object(&tour, &config))?;
     } else {
-        plan_words::lines(&tour, &config.robot)
+        plan_words::lines(&tour, &config)
             .iter()
             .for_each(output::line);
     }

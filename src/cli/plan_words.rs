@@ -2,14 +2,14 @@
 
 use inbye::geometry::Point;
 use inbye::global::{Path, StageTimes};
-use inbye::sim::RobotConfig;
+use inbye::sim::Config;
 use serde_json::{Value, json};
 
 use super::followed::Followed;
 use super::tour::{Leg, Tour};
 
 /// The plan as scripts read it.
-pub fn object(tour: &Tour, robot: &RobotConfig) -> Value {
+pub fn object(tour: &Tour, config: &Config) -> Value {
     let stage = |path: &Path| {
         json!({
             "length_m": path.length_m(),
@@ -28,8 +28,9 @@ pub fn object(tour: &Tour, robot: &RobotConfig) -> Value {
         "pruned": stage(&tour.stage(|plan| &plan.pruned)),
         "min_clearance_m": finite(tour.clearance_m()),
         "expanded": tour.expanded(),
+        "exact": config.global.are_exact(),
         "time_ms": times(&tour.time_s()),
-        "curvature": Followed::new(&tour.curvature(), robot).object(),
+        "curvature": Followed::new(&tour.curvature(), &config.robot).object(),
         "legs": tour.legs.iter().map(leg).collect::<Vec<Value>>(),
     })
 }
@@ -74,7 +75,7 @@ fn total_ms(of: &StageTimes) -> f64 {
 }
 
 /// The plan as people read it.
-pub fn lines(tour: &Tour, robot: &RobotConfig) -> Vec<String> {
+pub fn lines(tour: &Tour, config: &Config) -> Vec<String> {
     let mut lines = Vec::new();
     for (name, path) in [
         ("searched", tour.stage(|plan| &plan.raw)),
@@ -93,9 +94,14 @@ pub fn lines(tour: &Tour, robot: &RobotConfig) -> Vec<String> {
         "clearance {:8.3} m at the narrowest",
         tour.clearance_m()
     ));
-    lines.push(Followed::new(&tour.curvature(), robot).line());
+    lines.push(Followed::new(&tour.curvature(), &config.robot).line());
+    let promise = if config.global.are_exact() {
+        "a shortest path"
+    } else {
+        "near a shortest path"
+    };
     lines.push(format!(
-        "search {:.2} ms ({} cells expanded), prune {:.2} ms, smooth {:.2} ms",
+        "search {:.2} ms ({} cells expanded, {promise}), prune {:.2} ms, smooth {:.2} ms",
         times.search * 1e3,
         tour.expanded(),
         times.prune * 1e3,

@@ -34,7 +34,7 @@ impl Basis {
         for (k, weight) in weights.iter_mut().enumerate().take(degree + 1) {
             for (power, factor) in weight.iter_mut().enumerate().take(degree + 1) {
                 let term = |j: usize| {
-                    let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
+                    let sign = if j.is_multiple_of(2) { 1.0 } else { -1.0 };
                     let shift = (degree - k - j) as f64;
                     sign * binomial(degree + 1, j) * shift.powi((degree - power) as i32)
                 };
@@ -184,7 +184,7 @@ mod tests {
             for k in 0..=degree {
                 for u in [0.0, 0.21, 0.5, 1.0] {
                     let term = |j: usize| {
-                        let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
+                        let sign = if j.is_multiple_of(2) { 1.0 } else { -1.0 };
                         let base: f64 = u + (degree - k - j) as f64;
                         sign * binomial(degree + 1, j) * base.powi(degree as i32) / factorial
                     };

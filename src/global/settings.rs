@@ -46,6 +46,12 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Whether the path searched is a shortest one through cells, or by costs a cheapest one.
+    #[must_use]
+    pub fn are_exact(&self) -> bool {
+        self.search == Method::JumpPoints || self.heuristic.is_admissible()
+    }
+
     /// The costs that these settings ask for among obstacles; none when they ask for the shortest path.
     #[must_use]
     pub fn costs(&self, obstacles: &ObstacleGrid) -> Option<ClearanceCosts> {

@@ -46,7 +46,7 @@ fn status(place: &Workplace, most_kib: usize) -> Option<i32> {
 #[test]
 fn a_map_of_sixteen_million_cells_is_planned_on_within_300_megabytes() {
     let place = Workplace::new();
-    place.write("large.txt", &pillars());
+    place.write("large.txt", pillars());
     assert_eq!(status(&place, MOST_KIB), Some(0));
     // The limit holds: a third of it is not enough.
     assert_ne!(status(&place, MOST_KIB / 3), Some(0));

@@ -18,7 +18,7 @@ fn the_object_has_every_field() {
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "found bool, path list, length_m real, turns whole, min_clearance_m real, expanded whole, \
+        "found bool, path list, length_m real, turns whole, min_clearance_m real, expanded whole, exact bool, \
          raw.length_m real, raw.points whole, raw.turns whole, \
          pruned.length_m real, pruned.points whole, pruned.turns whole, \
          time_ms.search real, time_ms.prune real, time_ms.smooth real, time_ms.total real, \
@@ -69,7 +69,7 @@ fn people_read_the_same_numbers() {
         "smoothed",
         "clearance",
         "curvature",
-        "expanded),",
+        "expanded,",
     ];
     for stage in lines {
         assert!(words.contains(&stage), "{}", run.stdout);
@@ -304,4 +304,28 @@ fn every_kind_of_map_is_read() {
     assert_eq!(status, 0);
     let raw: &Value = &object["raw"]["length_m"];
     assert!((raw.as_f64().unwrap() - 8.0).abs() < 1e-9, "{object}");
+}
+
+#[test]
+fn the_search_can_be_chosen_and_says_whether_it_is_exact() {
+    let place = Workplace::new();
+    let raw_m = |config: &str| {
+        place.write("search.toml", config);
+        let (status, object) = place.json(&format!("{ENDS} --config search.toml"));
+        assert_eq!(status, 0, "{config}");
+        let exact = object["exact"].as_bool().unwrap();
+        (exact, object["raw"]["length_m"].as_f64().unwrap())
+    };
+    let (exact, shortest_m) = raw_m("[global]\nsearch = \"jump_points\"\n");
+    assert!(exact);
+    let (exact, octile_m) = raw_m("[global]\nheuristic = \"octile\"\n");
+    assert!(exact && (octile_m - shortest_m).abs() < 1e-9);
+    let (exact, default_m) = raw_m("");
+    assert!(!exact && default_m >= shortest_m - 1e-9);
+    let (_, careful_m) = raw_m("[global]\nclearance_weight = 5.0\npreferred_clearance_m = 4.0\n");
+    assert!(careful_m > shortest_m);
+    let both = "[global]\nsearch = \"jump_points\"\nclearance_weight = 5.0\n";
+    place.write("search.toml", both);
+    let refusal = place.refusal(&format!("{ENDS} --config search.toml"));
+    assert!(refusal.contains("clearance_weight is 5"), "{refusal}");
 }

@@ -233,7 +233,6 @@ fn pruning_a_long_path_comes_near_to_the_shortest_chain() {
         count += 1;
     }
     let mean = excess / f64::from(count);
-    println!("{count} paths, {mean} longer on average");
     assert!(
         count > 100 && mean < 0.001,
         "{count} paths, {mean} longer on average"

@@ -90,7 +90,7 @@ impl Jumps<'_> {
     fn run_straight(&mut self, run: Run, from: Cell, further: u64, direction: usize) {
         let (rows, columns) = self.space.bits();
         let goal = self.goal.cell();
-        let (bits, along, across, goal_along, goal_across) = if direction % 2 == 0 {
+        let (bits, along, across, goal_along, goal_across) = if direction.is_multiple_of(2) {
             (rows, from.column, from.row, goal.column, goal.row)
         } else {
             (columns, from.row, from.column, goal.row, goal.column)

@@ -129,7 +129,7 @@ impl Searcher {
         }
         .search(ends.0);
         self.finish(&outcome, |work, cells| {
-            jump::trace_back(space, &work.parents, ends, cells)
+            jump::trace_back(space, &work.parents, ends, cells);
         })
     }
 
