@@ -28,5 +28,5 @@ pub use plan::{Ground, Plan, StageTimes, plan};
 pub use prune::prune;
 pub use reachable::nearest_reachable;
 pub use search::{Found, NotFound, Searcher};
-pub use settings::{Method, Settings};
+pub use settings::{Method, Pruning, Settings};
 pub use spline::smooth;

@@ -93,7 +93,7 @@ pub fn plan(
     })?;
     let raw = through_centers(space, start, found.cells, goal);
     let searched = clock();
-    let pruned = prune(space, ground.costs, &raw);
+    let pruned = prune(space, ground.costs, &raw, settings.pruning);
     let pruned_at = clock();
     let (smoothed, spline) = smooth_with_spline(ground.proof, &pruned, settings.spline_degree);
     let time_s = StageTimes {

@@ -1,8 +1,8 @@
 //! Removal of redundant nodes (paper, section 3.2.2, eqs. 20-23).
 
-use super::ClearanceCosts;
 use super::line_of_sight::{is_blocked_at, obstruction, sees};
 use super::path::Path;
+use super::{ClearanceCosts, Pruning};
 use crate::geometry::Point;
 use crate::map::FreeSpace;
 
@@ -25,16 +25,24 @@ const ROUNDS: usize = 4;
 /// The shortest chain of a path's own nodes, in their order, in which each sees the next.
 ///
 /// `L(A, D)` is minimised over all insertions, as the equations have it, not only greedily: node by node, the cheapest
-/// predecessor that it sees. On a path of up to 63 nodes all take part, those on straight stretches too, since the best
-/// way round a corner may leave the stretch anywhere. On a longer one all corners do, but on straight stretches only one
-/// node in up to 16 and those beside corners; each node of the chain then moves along the path, between its neighbours, to where it makes the chain
-/// shortest, which brings it near to the shortest of all: on average within a thousandth.
+/// predecessor that it sees. All nodes take part, those on straight stretches too, since the best way round a corner may
+/// leave the stretch anywhere.
+///
+/// [`Pruning::Sparse`] is the same on a path of up to 63 nodes. On a longer one all corners take part and the nodes beside
+/// them, but on straight stretches only one node in up to 16; each node of the chain then moves along the path, between its
+/// neighbours, to where it makes the chain shortest. That brings it near to the shortest: on average within a thousandth.
 ///
 /// The chain is never longer than the path given (up to rounding), whose segments must be clear in `space`; lines of sight
 /// are [`is_clear`](super::is_clear). With costs, shortest and longer are by them. Ends are kept exactly. Nodes left on a
-/// straight stretch in the end are merged. Quadratic in the number of nodes that take part.
+/// straight stretch in the end are merged. Quadratic in the
+/// number of nodes that take part.
 #[must_use]
-pub fn prune(space: &FreeSpace, costs: Option<&ClearanceCosts>, path: &Path) -> Path {
+pub fn prune(
+    space: &FreeSpace,
+    costs: Option<&ClearanceCosts>,
+    path: &Path,
+    pruning: Pruning,
+) -> Path {
     let nodes = path.points();
     let frame = space.frame();
     let sights = Sights {
@@ -43,7 +51,10 @@ pub fn prune(space: &FreeSpace, costs: Option<&ClearanceCosts>, path: &Path) -> 
         nodes,
         in_cells: nodes.iter().map(|node| frame.to_cell_units(node)).collect(),
     };
-    let sparse = (nodes.len() / FEW_NODES).clamp(1, MOST_SPARSE);
+    let sparse = match pruning {
+        Pruning::Sparse => (nodes.len() / FEW_NODES).clamp(1, MOST_SPARSE),
+        Pruning::Thorough => 1,
+    };
     let mut chain = sights.shortest_chain(&taking_part(nodes, sparse));
     if sparse > 1 {
         sights.slide(&mut chain, sparse);

@@ -2,7 +2,7 @@
 
 use super::NavigatorSettings;
 use crate::geometry::Point;
-use crate::global::{self, Ground, Plan, PlanError, Searcher};
+use crate::global::{self, ClearanceCosts, Ground, Plan, PlanError, Searcher};
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::robot::Footprint;
 
@@ -15,9 +15,20 @@ const END_REACH_MARGINS: f64 = 4.0;
 pub struct RoutePlanner {
     settings: global::Settings,
     searcher: Searcher,
+    /// That of the last plan, for the next one on the same map.
+    terrain: Option<Terrain>,
     body_radius_m: f64,
     least_radius_m: f64,
     comfortable_radius_m: f64,
+}
+
+/// What a map makes of the ground.
+#[derive(Clone, Debug)]
+struct Terrain {
+    obstacles: ObstacleGrid,
+    least: FreeSpace,
+    comfortable: FreeSpace,
+    costs: Option<ClearanceCosts>,
 }
 
 impl RoutePlanner {
@@ -38,6 +49,7 @@ impl RoutePlanner {
         Self {
             settings,
             searcher: Searcher::default(),
+            terrain: None,
             body_radius_m: footprint.largest_disc_m(),
             least_radius_m,
             comfortable_radius_m,
@@ -50,7 +62,7 @@ impl RoutePlanner {
         self.least_radius_m
     }
 
-    /// A path among obstacles. Times its stages by `clock`, in seconds.
+    /// A path among obstacles; what only the map decides is kept for the next plan on the same one. Times its stages by `clock`, in seconds.
     ///
     /// A robot that stands nearer to an obstacle than a path may, but clear of it, gets a path that begins at the
     /// nearest point where one may.
@@ -64,24 +76,49 @@ impl RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
+        let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
+        let terrain = self.terrain.take().filter(is_this);
+        let terrain = terrain.unwrap_or_else(|| self.terrain(obstacles));
+        let outcome = self.plan_on(&terrain, start, goal, clock);
+        self.terrain = Some(terrain);
+        outcome
+    }
+
+    fn terrain(&self, obstacles: &ObstacleGrid) -> Terrain {
         let radii_m = [self.least_radius_m, self.comfortable_radius_m];
-        let [least, mut comfortable] = FreeSpace::for_radii(obstacles, radii_m);
+        let [least, comfortable] = FreeSpace::for_radii(obstacles, radii_m);
+        Terrain {
+            obstacles: obstacles.clone(),
+            least,
+            comfortable,
+            costs: self.settings.costs(obstacles),
+        }
+    }
+
+    fn plan_on(
+        &mut self,
+        terrain: &Terrain,
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError> {
+        let least = &terrain.least;
+        let mut comfortable = terrain.comfortable.clone();
         let margin_m = self.comfortable_radius_m - self.least_radius_m;
         for end in [start, goal] {
-            comfortable.admit_near(&least, &end, END_REACH_MARGINS * margin_m);
+            comfortable.admit_near(least, &end, END_REACH_MARGINS * margin_m);
         }
-        let costs = self.settings.costs(obstacles);
         let mut within = |search| {
             let ground = Ground {
                 search,
-                proof: &least,
-                costs: costs.as_ref(),
+                proof: least,
+                costs: terrain.costs.as_ref(),
             };
-            let from = self.way_out(obstacles, search, start);
+            let from = self.way_out(&terrain.obstacles, search, start);
             let settings = &self.settings;
             global::plan(&mut self.searcher, &ground, from, goal, settings, clock)
         };
-        within(&comfortable).or_else(|_| within(&least))
+        within(&comfortable).or_else(|_| within(least))
     }
 
     /// The nearest free point to a start within a margin. It is nearer than any free point beyond a wall can be.
@@ -157,5 +194,30 @@ mod tests {
         let kept_m = min_clearance_m(&Path::new(middle.collect()), &obstacles);
         assert!(kept_m > planner.least_radius_m() + 0.1, "{kept_m} m");
         assert!(min_clearance_m(&smoothed, &obstacles) >= planner.least_radius_m() - 1e-9);
+    }
+
+    /// What is kept of one map must not be taken for another's.
+    #[test]
+    fn a_planner_that_is_used_again_plans_as_a_new_one() {
+        let frame = GridFrame::new(100, 60, 0.1, Pose::default()).expect("a sound size");
+        let walled = |column: i32| {
+            let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+            (0..40).for_each(|row| obstacles.set(Cell::new(column, row), true));
+            obstacles
+        };
+        let footprint = Footprint::round(0.3).expect("a sound radius");
+        let new = || {
+            let settings = global::Settings::default();
+            RoutePlanner::new(&footprint, &NavigatorSettings::default(), settings, 0.1)
+        };
+        let mut used = new();
+        for (column, goal_x) in [(40, 8.0), (40, 7.0), (60, 7.0), (60, 2.0), (40, 8.0)] {
+            let obstacles = walled(column);
+            let ends = [Point::new(2.0, 2.0), Point::new(goal_x, 2.0)];
+            let [again, anew] = [&mut used, &mut new()]
+                .map(|planner| planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0));
+            assert_eq!(again, anew);
+            assert!(again.is_ok());
+        }
     }
 }

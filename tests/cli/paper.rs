@@ -51,7 +51,7 @@ fn the_papers_tables_are_repeated() {
         "steps_mine",
     ];
     assert_eq!(names, expected);
-    for (index, rows, printed, reductions) in [(0, 18, 6, 8), (1, 9, 0, 0), (2, 30, 10, 8)] {
+    for (index, rows, printed, reductions) in [(0, 15, 6, 6), (1, 9, 0, 0), (2, 25, 10, 6)] {
         let table = &object["tables"][index];
         assert_fields(
             table,
@@ -75,7 +75,7 @@ fn the_papers_tables_are_repeated() {
          reductions[].turns_smoothed.of_sums real, paper_reductions[].time.of_sums real",
     );
     let steps = object["tables"][4]["rows"].as_array().expect("a list");
-    assert_eq!(steps.len(), 16);
+    assert_eq!(steps.len(), 13);
     assert_fields(
         &object["tables"][4],
         "rows[].search text, rows[].label text, rows[].stage text, rows[].time_ms real, rows[].length_m real, \

@@ -8,7 +8,7 @@ mod sight;
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    Ground, Heuristic, Path, Plan, PlanError, Searcher, Settings, is_clear, plan, prune,
+    Ground, Heuristic, Path, Plan, PlanError, Pruning, Searcher, Settings, is_clear, plan, prune,
 };
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid};
 use rand::{RngExt, SeedableRng};
@@ -242,13 +242,14 @@ fn pruning_a_long_path_comes_near_to_the_shortest_chain() {
 #[test]
 fn pruning_finds_the_shortest_chain_of_the_paths_nodes() {
     let mut count = 0;
-    for (number, case) in cases(24, 1200, 16).enumerate() {
+    for (number, case) in cases(24, 1200, 24).enumerate() {
         let nodes = case.plan.raw.points();
-        if nodes.len() > ALL_TAKE_PART {
-            continue;
-        }
         let expected = shortest_chain_m(&case.search, nodes);
-        let found = case.plan.pruned.length_m();
+        let pruned = prune(&case.search, None, &case.plan.raw, Pruning::Thorough);
+        let found = pruned.length_m();
+        if nodes.len() <= ALL_TAKE_PART {
+            assert_eq!(pruned, case.plan.pruned);
+        }
         assert!(
             (found - expected).abs() < 1e-7,
             "path {number}: {found} m, not {expected} m"
@@ -256,10 +257,7 @@ fn pruning_finds_the_shortest_chain_of_the_paths_nodes() {
         // Its nodes are the path's own, in their order.
         let mut rest = nodes.iter();
         let is_kept = |node| rest.any(|other| other == node);
-        assert!(
-            case.plan.pruned.points().iter().all(is_kept),
-            "path {number}"
-        );
+        assert!(pruned.points().iter().all(is_kept), "path {number}");
         count += usize::from(nodes.len() > 5);
     }
     assert!(count > 300, "only {count} maps had a path worth pruning");
@@ -303,9 +301,12 @@ fn pruning_merges_what_lies_on_a_line_and_leaves_it_where_that_is_shorter() {
     let space = FreeSpace::new(&obstacles, 0.0);
     let straight = path(&[(0.5, 0.5), (1.5, 0.5), (2.5, 0.5), (7.5, 0.5)]);
     let ends = [(0.5, 0.5), (7.5, 0.5)];
-    assert_eq!(prune(&space, None, &straight), path(&ends));
+    assert_eq!(
+        prune(&space, None, &straight, Pruning::Thorough),
+        path(&ends)
+    );
     let alone = path(&[(3.2, 3.4)]);
-    assert_eq!(prune(&space, None, &alone), alone);
+    assert_eq!(prune(&space, None, &alone, Pruning::Thorough), alone);
     // Along the wall and then up: the best way leaves the lower stretch half way, where no turn was.
     for column in 3..=6 {
         for row in 3..=8 {
@@ -321,7 +322,7 @@ fn pruning_merges_what_lies_on_a_line_and_leaves_it_where_that_is_shorter() {
         (9.5, 2.5),
         (9.5, 9.5),
     ]);
-    let pruned = prune(&space, None, &around);
+    let pruned = prune(&space, None, &around, Pruning::Thorough);
     assert_eq!(pruned, path(&[(0.5, 2.5), (7.5, 2.5), (9.5, 9.5)]));
 }
 

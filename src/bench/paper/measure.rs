@@ -3,7 +3,7 @@
 use super::search::{Search, Stage};
 use super::shortest::shortest_cost;
 use super::{PaperError, Site, Task};
-use crate::global::{Path, Searcher, min_clearance_m, prune, smooth};
+use crate::global::{Path, Pruning, Searcher, min_clearance_m, prune, smooth};
 
 /// Degree of the smoothing B-spline, as in the default settings.
 const SPLINE_DEGREE: usize = 3;
@@ -192,7 +192,7 @@ fn attempt(
     let (cost, expanded) = (found.cost, found.expanded);
     let mut ended_s = vec![clock() - began];
     if search.last_stage() >= Stage::Pruned {
-        paths.push(prune(&site.search, None, &paths[0]));
+        paths.push(prune(&site.search, None, &paths[0], Pruning::Sparse));
         ended_s.push(clock() - began);
     }
     if search.last_stage() >= Stage::Smoothed {
