@@ -154,12 +154,7 @@ impl Tour {
 
     /// Time of each stage over all legs, seconds.
     pub fn time_s(&self) -> StageTimes {
-        let mut sum = StageTimes::default();
-        for time_s in self.legs.iter().map(|leg| &leg.plan.time_s) {
-            sum.search += time_s.search;
-            sum.prune += time_s.prune;
-            sum.smooth += time_s.smooth;
-        }
-        sum
+        let times = self.legs.iter().map(|leg| leg.plan.time_s);
+        times.fold(StageTimes::default(), |sum, time_s| sum + time_s)
     }
 }

@@ -32,6 +32,18 @@ pub struct StageTimes {
     pub smooth: f64,
 }
 
+impl core::ops::Add for StageTimes {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            search: self.search + other.search,
+            prune: self.prune + other.prune,
+            smooth: self.smooth + other.smooth,
+        }
+    }
+}
+
 /// A global path through its three stages. All begin at the start and end at the goal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {

@@ -20,6 +20,7 @@ pub struct RoutePlanner {
     body_radius_m: f64,
     least_radius_m: f64,
     comfortable_radius_m: f64,
+    comfort_detour: f64,
 }
 
 /// What a map makes of the ground.
@@ -53,6 +54,7 @@ impl RoutePlanner {
             body_radius_m: footprint.largest_disc_m(),
             least_radius_m,
             comfortable_radius_m,
+            comfort_detour: navigator.comfort_detour,
         }
     }
 
@@ -62,7 +64,11 @@ impl RoutePlanner {
         self.least_radius_m
     }
 
-    /// A path among obstacles; what only the map decides is kept for the next plan on the same one. Times its stages by `clock`, in seconds.
+    /// A path among obstacles; what only the map decides is kept for the next plan on the same one. Times its stages by
+    /// `clock`, in seconds.
+    ///
+    /// It keeps the comfortable distance, unless that makes it much longer. Where both paths had to be found to tell, the
+    /// times and cells expanded are those of both.
     ///
     /// A robot that stands nearer to an obstacle than a path may, but clear of it, gets a path that begins at the
     /// nearest point where one may.
@@ -108,6 +114,7 @@ impl RoutePlanner {
         for end in [start, goal] {
             comfortable.admit_near(least, &end, END_REACH_MARGINS * margin_m);
         }
+        let detour = self.comfort_detour;
         let mut within = |search| {
             let ground = Ground {
                 search,
@@ -118,7 +125,26 @@ impl RoutePlanner {
             let settings = &self.settings;
             global::plan(&mut self.searcher, &ground, from, goal, settings, clock)
         };
-        within(&comfortable).or_else(|_| within(least))
+        let Ok(wide) = within(&comfortable) else {
+            return within(least);
+        };
+        let is_detour = |shortest_m: f64| wide.smoothed.length_m() > detour * shortest_m;
+        // No way is shorter than the straight one.
+        if !is_detour((goal - start).norm()) {
+            return Ok(wide);
+        }
+        let close = within(least)?;
+        let (expanded, time_s) = (wide.expanded + close.expanded, wide.time_s + close.time_s);
+        let chosen = if is_detour(close.smoothed.length_m()) {
+            close
+        } else {
+            wide
+        };
+        Ok(Plan {
+            expanded,
+            time_s,
+            ..chosen
+        })
     }
 
     /// The nearest free point to a start within a margin. It is nearer than any free point beyond a wall can be.
@@ -194,6 +220,29 @@ mod tests {
         let kept_m = min_clearance_m(&Path::new(middle.collect()), &obstacles);
         assert!(kept_m > planner.least_radius_m() + 0.1, "{kept_m} m");
         assert!(min_clearance_m(&smoothed, &obstacles) >= planner.least_radius_m() - 1e-9);
+    }
+
+    #[test]
+    fn comfort_is_worth_a_detour_but_not_any() {
+        let frame = GridFrame::new(200, 100, 0.1, Pose::default()).expect("a sound size");
+        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        // A wall with a narrow door near both ends, and a wide one far off.
+        for row in (0..100).filter(|row| !(10..23).contains(row) && *row < 80) {
+            obstacles.set(Cell::new(100, row), true);
+        }
+        let length_m = |comfort_detour| {
+            let navigator = NavigatorSettings {
+                comfort_detour,
+                ..NavigatorSettings::default()
+            };
+            let footprint = Footprint::round(0.3).expect("a sound radius");
+            let settings = global::Settings::default();
+            let mut planner = RoutePlanner::new(&footprint, &navigator, settings, 0.1);
+            let ends = [Point::new(7.0, 1.6), Point::new(13.0, 1.6)];
+            let plan = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);
+            plan.expect("there are two doors").smoothed.length_m()
+        };
+        assert!(length_m(1.5) < 6.5 && length_m(10.0) > 12.0);
     }
 
     /// What is kept of one map must not be taken for another's.

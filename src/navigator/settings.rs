@@ -24,6 +24,8 @@ pub struct NavigatorSettings {
     pub passing_speed: f64,
     /// Extra distance to walls that the global path keeps where there is room, metres.
     pub comfort_margin_m: f64,
+    /// A path that keeps it is taken if it is at most this many times as long as one that does not, at least 1.
+    pub comfort_detour: f64,
     /// Key nodes are at most this far apart along the path, metres.
     pub key_node_spacing_m: f64,
     /// The local target is the first key node at least this far ahead along the path, metres.
@@ -56,6 +58,7 @@ impl Default for NavigatorSettings {
             passing_margin_m: 0.15,
             passing_speed: 0.3,
             comfort_margin_m: 0.25,
+            comfort_detour: 1.5,
             key_node_spacing_m: 0.5,
             lookahead_m: 2.0,
             check_ahead_m: 8.0,
@@ -104,6 +107,13 @@ impl NavigatorSettings {
             };
             within(name, value, least, 10_000.0, expected)?;
         }
+        within(
+            "comfort_detour",
+            self.comfort_detour,
+            1.0,
+            10_000.0,
+            "1 to 10000",
+        )?;
         within(
             "key_node_spacing_m",
             self.key_node_spacing_m,
