@@ -145,30 +145,48 @@ impl Sights<'_> {
             let mut has_moved = false;
             for place in 1..chain.len().saturating_sub(1) {
                 let [from, here, to] = [chain[place - 1], chain[place], chain[place + 1]];
-                let length_m = |node| self.length_m(from, node) + self.length_m(node, to);
-                let cost_m = |node| {
-                    self.cost_m(from, node, self.length_m(from, node))
-                        + self.cost_m(node, to, self.length_m(node, to))
-                };
-                let is_seen = |node: usize| {
-                    let [from, node, to] = [from, node, to].map(|node| &self.in_cells[node]);
-                    sees(self.space, from, node) && sees(self.space, node, to)
-                };
-                let mut best = (cost_m(here), here);
-                let nearby = here.saturating_sub(reach).max(from + 1)..=(here + reach).min(to - 1);
-                for node in nearby {
-                    let improves = |cost_m: f64| cost_m < best.0 - GAIN_M;
-                    if improves(length_m(node)) && improves(cost_m(node)) && is_seen(node) {
-                        best = (cost_m(node), node);
-                    }
-                }
-                has_moved |= best.1 != here;
-                chain[place] = best.1;
+                let onwards = here + 1..=(here + reach).min(to - 1);
+                let back = here.saturating_sub(reach).max(from + 1)..=here - 1;
+                let further = self.best_between((from, to), here, onwards);
+                chain[place] = self.best_between((from, to), further, back.rev());
+                has_moved |= chain[place] != here;
             }
             if !has_moved {
                 return;
             }
         }
+    }
+
+    /// The best node between two others, of one and those that follow it up to the first that would be better but is not
+    /// seen by both: what lies beyond rarely is.
+    fn best_between(
+        &self,
+        (from, to): (usize, usize),
+        here: usize,
+        others: impl Iterator<Item = usize>,
+    ) -> usize {
+        let cost_m = |node| {
+            self.cost_m(from, node, self.length_m(from, node))
+                + self.cost_m(node, to, self.length_m(node, to))
+        };
+        let is_seen = |node: usize| {
+            let [from, node, to] = [from, node, to].map(|node| &self.in_cells[node]);
+            sees(self.space, from, node) && sees(self.space, node, to)
+        };
+        let mut best = (cost_m(here), here);
+        for node in others {
+            let improves = |cost_m: f64| cost_m < best.0 - GAIN_M;
+            // No ground is cheaper than open ground, so the length is a bound.
+            if improves(self.length_m(from, node) + self.length_m(node, to))
+                && improves(cost_m(node))
+            {
+                if !is_seen(node) {
+                    break;
+                }
+                best = (cost_m(node), node);
+            }
+        }
+        best.1
     }
 }
 

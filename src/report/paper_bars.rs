@@ -1,11 +1,11 @@
-//! Where the time goes: a bar for each search, parted into its stages.
+//! Bars side by side: where the time goes, and what an angle of the distance model makes of time and length.
 
 use maud::{Markup, html};
 
 use super::figure::area_key;
 use super::number::{coordinate, significant};
 use super::panel::chart;
-use crate::bench::paper::StepRow;
+use crate::bench::paper::{PathRow, StepRow};
 
 /// Left ends of the bars, their longest length, and their height with the space below, drawing units.
 const LEFT: f64 = 172.0;
@@ -13,55 +13,34 @@ const LONGEST: f64 = 205.0;
 const PITCH: f64 = 24.0;
 const BAR: f64 = 15.0;
 
-/// A bar: the search, and the sums of its median times up to each stage.
+/// A bar: what it stands for, and where each of its parts ends.
 struct Bar<'a> {
     label: &'a str,
-    up_to_ms: Vec<f64>,
+    ends: Vec<f64>,
 }
 
-/// The bars of a table of steps.
-pub(super) fn figure(title: &str, rows: &[StepRow]) -> Markup {
+impl Bar<'_> {
+    fn total(&self) -> f64 {
+        self.ends.last().copied().unwrap_or(0.0)
+    }
+}
+
+/// Where the time goes, from a table of steps: a bar for each search, parted into its stages.
+pub(super) fn stages(title: &str, rows: &[StepRow]) -> Markup {
     let mut bars: Vec<Bar> = Vec::new();
     for row in rows {
         match (row.stage, bars.last_mut()) {
             ("raw", _) | (_, None) => bars.push(Bar {
                 label: &row.label,
-                up_to_ms: vec![row.time_ms],
+                ends: vec![row.time_ms],
             }),
-            (_, Some(bar)) => bar.up_to_ms.push(row.time_ms),
+            (_, Some(bar)) => bar.ends.push(row.time_ms),
         }
     }
-    let longest_ms = bars
-        .iter()
-        .filter_map(|bar| bar.up_to_ms.last())
-        .fold(f64::MIN_POSITIVE, |longest, &time| longest.max(time));
-    let height = PITCH * bars.len() as f64 + 4.0;
-    let said: Vec<String> = bars
-        .iter()
-        .map(|bar| {
-            let total = bar.up_to_ms.last().copied().unwrap_or(0.0);
-            format!("{} {} ms", bar.label, significant(total))
-        })
-        .collect();
-    let content = html! {
-        @for (index, bar) in bars.iter().enumerate() {
-            @let top = PITCH * index as f64 + 4.0;
-            @let middle = coordinate(top + BAR / 2.0);
-            @let at = |ms: f64| LEFT + ms / longest_ms * LONGEST;
-            text class="end" x=(coordinate(LEFT - 6.0)) y=(middle) dy=".35em" { (bar.label.split(" (").next().unwrap_or_default()) }
-            @for (stage, &end) in bar.up_to_ms.iter().enumerate() {
-                @let begin = stage.checked_sub(1).map_or(0.0, |before| bar.up_to_ms[before]).min(end);
-                rect class=(format!("stage-{stage}")) x=(coordinate(at(begin))) y=(coordinate(top))
-                    width=(coordinate(at(end) - at(begin))) height=(BAR) {}
-            }
-            @let total = bar.up_to_ms.last().copied().unwrap_or(0.0);
-            text x=(coordinate(at(total) + 6.0)) y=(middle) dy=".35em" { (significant(total)) " ms" }
-        }
-    };
     html! {
         figure {
             h3 { (title) }
-            (chart(height, &format!("Sums of median times: {}.", said.join("; ")), &content))
+            (drawn(&bars, "Sums of median times", "ms"))
             ul class="legend" {
                 li { (area_key("stage-0", "search")) }
                 li { (area_key("stage-1", "pruning")) }
@@ -69,4 +48,63 @@ pub(super) fn figure(title: &str, rows: &[StepRow]) -> Markup {
             }
         }
     }
+}
+
+/// Fig. 5: sums over all scenes for each angle, of times and of lengths.
+pub(super) fn angles(rows: &[PathRow]) -> Markup {
+    let summed = |figure: fn(&PathRow) -> f64| {
+        let mut bars: Vec<Bar> = Vec::new();
+        for row in rows {
+            match bars.iter_mut().find(|bar| bar.label == row.label) {
+                Some(bar) => bar.ends[0] += figure(row),
+                None => bars.push(Bar {
+                    label: row.label,
+                    ends: vec![figure(row)],
+                }),
+            }
+        }
+        bars
+    };
+    let times = summed(|row| row.time_ms.p50_ms);
+    let lengths = summed(|row| row.length_m);
+    html! {
+        div class="charts" {
+            figure {
+                h3 { "(a) Time of planning: sums of medians over the scenes" }
+                (drawn(&times, "Sums of median times", "ms"))
+            }
+            figure {
+                h3 { "(b) Length of the paths: sums over the scenes" }
+                (drawn(&lengths, "Sums of lengths", "m"))
+            }
+        }
+    }
+}
+
+/// The longest bar fills the width.
+fn drawn(bars: &[Bar], what: &str, unit: &str) -> Markup {
+    let longest = bars
+        .iter()
+        .map(Bar::total)
+        .fold(f64::MIN_POSITIVE, f64::max);
+    let height = PITCH * bars.len() as f64 + 4.0;
+    let said: Vec<String> = bars
+        .iter()
+        .map(|bar| format!("{} {} {unit}", bar.label, significant(bar.total())))
+        .collect();
+    let content = html! {
+        @for (index, bar) in bars.iter().enumerate() {
+            @let top = PITCH * index as f64 + 4.0;
+            @let middle = coordinate(top + BAR / 2.0);
+            @let at = |value: f64| LEFT + value / longest * LONGEST;
+            text class="end" x=(coordinate(LEFT - 6.0)) y=(middle) dy=".35em" { (bar.label.split(" (").next().unwrap_or_default()) }
+            @for (stage, &end) in bar.ends.iter().enumerate() {
+                @let begin = stage.checked_sub(1).map_or(0.0, |before| bar.ends[before]).min(end);
+                rect class=(format!("stage-{stage}")) x=(coordinate(at(begin))) y=(coordinate(top))
+                    width=(coordinate(at(end) - at(begin))) height=(BAR) {}
+            }
+            text x=(coordinate(at(bar.total()) + 6.0)) y=(middle) dy=".35em" { (significant(bar.total())) " " (unit) }
+        }
+    };
+    chart(height, &format!("{what}: {}.", said.join("; ")), &content)
 }

@@ -128,6 +128,7 @@ fn paths(report: &PaperReport, table: &PathTable) -> Markup {
                 }
                 (legend())
             }
+            @if table.name == "figure_5" { (paper_bars::angles(&table.rows)) }
             @if table.name == "table_2" { (mine(report)) }
             div class="whole" { (path_table(table)) }
             // Those of the others stand at the top, as a table of reductions.
@@ -150,7 +151,7 @@ fn steps(table: &AblationTable) -> Markup {
     html! {
         section id=(table.name) {
             h2 { (table.title) }
-            div class="charts" { (paper_bars::figure("Where the time goes: sums of median times", &table.rows)) }
+            div class="charts" { (paper_bars::stages("Where the time goes: sums of median times", &table.rows)) }
             div class="whole steps" { (step_table(table)) }
         }
     }

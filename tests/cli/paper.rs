@@ -98,8 +98,8 @@ fn the_page_holds_all_it_needs() {
     assert!(run.stdout.contains("the paper's, improved"), "{run:?}");
     let page = fs::read_to_string(place.path("out/deep/paper.html")).expect("the page is there");
     assert!(page.ends_with("</html>"));
-    // Three scenes and two paths of the mine with three maps each, the whole mine, two charts.
-    assert_eq!(page.matches("role=\"img\"").count(), 5 * 3 + 1 + 2);
+    // Three scenes and two paths of the mine with three maps each, the whole mine, and four charts, two of fig. 5.
+    assert_eq!(page.matches("role=\"img\"").count(), 5 * 3 + 1 + 4);
     let own = page.replace("http://www.w3.org/2000/svg", "");
     for outside in [
         "http:", "https:", "<script", "<link", "url(", "NaN", ">inf<",
