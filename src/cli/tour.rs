@@ -2,7 +2,7 @@
 
 use inbye::geometry::Point;
 use inbye::global::{
-    self, Curvature, Ground, Path, Plan, PlanError, Searcher, StageTimes, min_clearance_m,
+    self, Clearances, Curvature, Ground, Path, Plan, PlanError, Searcher, StageTimes,
 };
 use inbye::map::{FreeSpace, ObstacleGrid};
 use inbye::sim::Config;
@@ -62,6 +62,7 @@ pub fn plan(
     let stops = arguments.via.iter().chain([&arguments.goal]);
     let mut from = arguments.start.position;
     let mut legs = Vec::new();
+    let mut clearances = None;
     for (index, stop) in stops.enumerate() {
         let to = stop.position;
         let plan = match planner(from, to) {
@@ -71,7 +72,8 @@ pub fn plan(
                 return Err(Refused { legs, stop, error });
             }
         };
-        let clearance_m = min_clearance_m(&plan.smoothed, obstacles);
+        let clearances = clearances.get_or_insert_with(|| Clearances::new(obstacles));
+        let clearance_m = clearances.min_m(&plan.smoothed);
         legs.push(Leg {
             from,
             to,

@@ -6,27 +6,49 @@ use super::Path;
 use crate::geometry::{Point, nearest_on_segment};
 use crate::map::{Cell, DistanceField, GridFrame, ObstacleGrid};
 
-/// The smallest distance from a path to any obstacle cell's square, metres, zero where it touches one; infinite on a map
-/// without obstacles. Exact up to rounding. Ground off the map is no obstacle here.
-#[must_use]
-pub fn min_clearance_m(path: &Path, obstacles: &ObstacleGrid) -> f64 {
-    let frame = obstacles.frame();
-    let field = DistanceField::new(obstacles);
-    let pieces = pieces(path, frame, &field);
-    // The middles alone tell which pieces the nearest obstacle can be near to.
-    let mut least = pieces
-        .iter()
-        .map(|piece| piece.at_most)
-        .fold(f64::INFINITY, f64::min);
-    if least == f64::INFINITY {
-        return least;
-    }
-    for piece in &pieces {
-        if piece.at_least < least {
-            least = least.min(piece.distance_within(least, obstacles));
+/// How near paths come to the obstacles of one map: what only the map decides is found once.
+pub struct Clearances<'a> {
+    obstacles: &'a ObstacleGrid,
+    field: DistanceField,
+}
+
+impl<'a> Clearances<'a> {
+    /// Among these obstacles.
+    #[must_use]
+    pub fn new(obstacles: &'a ObstacleGrid) -> Self {
+        Self {
+            obstacles,
+            field: DistanceField::new(obstacles),
         }
     }
-    least * frame.resolution_m
+
+    /// The smallest distance from a path to any obstacle cell's square, metres, zero where it touches one; infinite on a
+    /// map without obstacles. Exact up to rounding. Ground off the map is no obstacle here.
+    #[must_use]
+    pub fn min_m(&self, path: &Path) -> f64 {
+        let frame = self.obstacles.frame();
+        let pieces = pieces(path, frame, &self.field);
+        // The middles alone tell which pieces the nearest obstacle can be near to.
+        let mut least = pieces
+            .iter()
+            .map(|piece| piece.at_most)
+            .fold(f64::INFINITY, f64::min);
+        if least == f64::INFINITY {
+            return least;
+        }
+        for piece in &pieces {
+            if piece.at_least < least {
+                least = least.min(piece.distance_within(least, self.obstacles));
+            }
+        }
+        least * frame.resolution_m
+    }
+}
+
+/// [`Clearances::min_m`] of a single path.
+#[must_use]
+pub fn min_clearance_m(path: &Path, obstacles: &ObstacleGrid) -> f64 {
+    Clearances::new(obstacles).min_m(path)
 }
 
 /// Pieces of a path are at most this long, in cells.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cost::{DIAGONAL, STRAIGHT};
+use super::cost::{STRAIGHT, octile};
 use crate::map::Cell;
 
 /// How the search estimates the cost from a cell to the goal.
@@ -101,7 +101,7 @@ impl Estimator {
         let dx = (cell.column - self.goal.column).unsigned_abs();
         let dy = (cell.row - self.goal.row).unsigned_abs();
         let (least, most) = (dx.min(dy), dx.max(dy));
-        let octile = u64::from(most - least) * STRAIGHT + u64::from(least) * DIAGONAL;
+        let octile = octile(cell, self.goal);
         let scaled = |cells: f64| (cells * STRAIGHT as f64).min(MOST) as u64;
         match self.heuristic {
             Heuristic::Manhattan => u64::from(dx + dy) * STRAIGHT,
@@ -134,6 +134,7 @@ fn difference(from: Cell, to: Cell) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::global::DIAGONAL;
 
     /// On an empty grid the octile distance is the true cost.
     #[test]

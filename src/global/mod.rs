@@ -16,7 +16,7 @@ mod search;
 mod settings;
 mod spline;
 
-pub use clearance::min_clearance_m;
+pub use clearance::{Clearances, min_clearance_m};
 pub use clearance_cost::{ClearanceCosts, MAX_CLEARANCE_WEIGHT};
 pub use cost::{DIAGONAL, STRAIGHT};
 pub use curvature::{Curvature, Spline};

@@ -5,7 +5,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::simplify::TOLERANCE;
 use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
 
-pub(super) const STYLE: &str = concat!(
+const STYLE: &str = concat!(
     include_str!("colours.css"),
     include_str!("drawing.css"),
     include_str!("chart.css"),
@@ -14,12 +14,29 @@ pub(super) const STYLE: &str = concat!(
 );
 
 /// What the page may load: nothing but what it holds.
-pub(super) const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
 /// The page as text, complete, to be written to a file that ends in `.html`.
 #[must_use]
 pub fn html(report: &Report) -> String {
     let content = html! {
+        (head(report))
+        @for (index, view) in report.missions.iter().enumerate() {
+            (mission::section(view, index + 1))
+        }
+        @if report.missions.is_empty() {
+            section { p class="nothing" { "There is no mission in this report." } }
+        }
+        @if !report.comparisons.is_empty() { (comparisons(report.comparisons)) }
+        @if !report.density.is_empty() || !report.density_command.is_empty() { (density(report)) }
+        (foot())
+    };
+    document(report.title, "", &content)
+}
+
+/// A whole page: a title, what it adds to the style of all pages, and what it shows.
+pub(super) fn document(title: &str, own_style: &str, content: &Markup) -> String {
+    html! {
         (DOCTYPE)
         html lang="en" {
             head {
@@ -27,24 +44,13 @@ pub fn html(report: &Report) -> String {
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { (report.title) }
-                style { (PreEscaped(STYLE)) }
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(own_style)) }
             }
-            body { main {
-                (head(report))
-                @for (index, view) in report.missions.iter().enumerate() {
-                    (mission::section(view, index + 1))
-                }
-                @if report.missions.is_empty() {
-                    section { p class="nothing" { "There is no mission in this report." } }
-                }
-                @if !report.comparisons.is_empty() { (comparisons(report.comparisons)) }
-                @if !report.density.is_empty() || !report.density_command.is_empty() { (density(report)) }
-                (foot())
-            } }
+            body { main { (content) } }
         }
-    };
-    content.into_string()
+    }
+    .into_string()
 }
 
 fn head(report: &Report) -> Markup {

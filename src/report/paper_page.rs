@@ -1,9 +1,9 @@
 //! The page of the paper's experiments, repeated.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::mission::badge;
-use super::page::{POLICY, STYLE};
+use super::page::document;
 use super::paper_bars;
 use super::paper_maps::{legend, overview, side_by_side};
 use super::paper_tables::{findings, path_table, reduction_table, step_table};
@@ -50,33 +50,20 @@ pub struct PaperReport<'a> {
 #[must_use]
 pub fn paper_html(report: &PaperReport) -> String {
     let title = "inbye: the paper's global paths, repeated";
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-            }
-            body { main {
-                header {
-                    h1 { (title) }
-                    @for paragraph in INTRO { p { (paragraph) } }
-                    p class="machine" { "Measured on: " (report.machine) }
-                }
-                (verdict(report))
-                @for table in report.tables { (section(report, table)) }
-                section {
-                    h2 { "The same again" }
-                    pre tabindex="0" { code { (report.command) } }
-                }
-            } }
+    let content = html! {
+        header {
+            h1 { (title) }
+            @for paragraph in INTRO { p { (paragraph) } }
+            p class="machine" { "Measured on: " (report.machine) }
         }
-    }
-    .into_string()
+        (verdict(report))
+        @for table in report.tables { (section(report, table)) }
+        section {
+            h2 { "The same again" }
+            pre tabindex="0" { code { (report.command) } }
+        }
+    };
+    document(title, OWN_STYLE, &content)
 }
 
 /// Whether the paths are what they should be, and whether the paper's reductions are reached.

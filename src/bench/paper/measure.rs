@@ -3,7 +3,7 @@
 use super::search::{Search, Stage};
 use super::shortest::shortest_cost;
 use super::{PaperError, Site, Task};
-use crate::global::{Path, Pruning, Searcher, min_clearance_m, prune, smooth};
+use crate::global::{Clearances, Path, Pruning, Searcher, prune, smooth};
 
 /// Degree of the smoothing B-spline, as in the default settings.
 const SPLINE_DEGREE: usize = 3;
@@ -129,6 +129,7 @@ pub fn measure(
     mut progress: impl FnMut(),
 ) -> Result<Vec<TaskRuns>, PaperError> {
     let mut searcher = Searcher::default();
+    let clearances = Clearances::new(&site.obstacles);
     let mut measured = Vec::new();
     for task in &site.tasks {
         let no_path = || PaperError::NoPath {
@@ -155,7 +156,7 @@ pub fn measure(
             .iter()
             .zip(judged)
             .zip(&seconds)
-            .map(|((&search, attempt), seconds)| run(site, search, attempt, seconds))
+            .map(|((&search, attempt), seconds)| run(&clearances, search, attempt, seconds))
             .collect();
         measured.push(TaskRuns {
             task: task.clone(),
@@ -207,7 +208,7 @@ fn attempt(
     })
 }
 
-fn run(site: &Site, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> Run {
+fn run(clearances: &Clearances, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> Run {
     let stages = attempt
         .paths
         .into_iter()
@@ -220,7 +221,7 @@ fn run(site: &Site, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> R
                 .map(|ends| ends[stage] - before(ends))
                 .collect();
             Worked {
-                min_clearance_m: min_clearance_m(&path, &site.obstacles),
+                min_clearance_m: clearances.min_m(&path),
                 path,
                 time: times(total),
                 own_ms: times(own).p50_ms,

@@ -8,13 +8,11 @@
 
 use super::astar::{Outcome, START};
 use super::labels::{Arrival, Labels};
+use super::moves::MOVES;
 use super::node::Node;
 use super::open_list::{Buckets, OpenList};
-use crate::global::cost::{DIAGONAL, STRAIGHT};
+use crate::global::cost::{DIAGONAL, STRAIGHT, octile};
 use crate::map::{BitGrid, Cell, FreeSpace};
-
-/// The four straight directions, counter-clockwise from that of the columns.
-const STRAIGHTS: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
 /// A search in progress.
 pub(super) struct Jumps<'a> {
@@ -72,9 +70,9 @@ impl Jumps<'_> {
     fn turn(&mut self, run: Run, ahead: usize) {
         let Cell { column, row } = run.from.cell();
         self.run_straight(run, run.from.cell(), 0, ahead);
-        let (dx, dy) = STRAIGHTS[ahead];
+        let (dx, dy) = MOVES[ahead];
         for side in [(ahead + 1) % 4, (ahead + 3) % 4] {
-            let (sx, sy) = STRAIGHTS[side];
+            let (sx, sy) = MOVES[side];
             let (free, _) = self.space.bits();
             let beside = free.position(column + sx, row + sy);
             let behind = free.position(column + sx - dx, row + sy - dy);
@@ -85,7 +83,7 @@ impl Jumps<'_> {
         }
     }
 
-    /// Looks straight on from a cell that the run has reached at a further cost.
+    /// Looks straight on, along one of the first four of [`MOVES`], from a cell that the run has reached at a further cost.
     #[inline]
     fn run_straight(&mut self, run: Run, from: Cell, further: u64, direction: usize) {
         let (rows, columns) = self.space.bits();
@@ -101,7 +99,7 @@ impl Jumps<'_> {
         } else {
             (look_back(bits, position), along - goal_along)
         };
-        let (dx, dy) = STRAIGHTS[direction];
+        let (dx, dy) = MOVES[direction];
         let steps = if across == goal_across && (1..=stop.steps).contains(&to_goal) {
             to_goal
         } else if stop.may_turn {
@@ -117,10 +115,7 @@ impl Jumps<'_> {
     /// Goes between two straight directions as far as there is room, and looks along both from every cell on the way.
     fn run_diagonally(&mut self, run: Run, one: usize, other: usize) {
         let (free, _) = self.space.bits();
-        let (dx, dy) = (
-            STRAIGHTS[one].0 + STRAIGHTS[other].0,
-            STRAIGHTS[one].1 + STRAIGHTS[other].1,
-        );
+        let (dx, dy) = (MOVES[one].0 + MOVES[other].0, MOVES[one].1 + MOVES[other].1);
         let stride = free.stride() as isize * dy as isize;
         let mut cell = run.from.cell();
         let mut position = free.position(cell.column, cell.row);
@@ -217,14 +212,6 @@ fn stop(steps: u32, is_free: bool) -> Stop {
         steps: steps as i32 - i32::from(!is_free),
         may_turn: is_free,
     }
-}
-
-/// Cost of the way between two cells on open ground.
-#[inline]
-pub(super) fn octile(one: Cell, other: Cell) -> u64 {
-    let dx = (one.column - other.column).unsigned_abs();
-    let dy = (one.row - other.row).unsigned_abs();
-    u64::from(dx.max(dy)) * STRAIGHT + u64::from(dx.min(dy)) * (DIAGONAL - STRAIGHT)
 }
 
 /// The cells of the path that the parents tell, from the goal back to the start: each run is straight at its end and

@@ -8,13 +8,13 @@ mod node;
 mod open_list;
 
 use astar::{Outcome, search};
-use jump::{Jumps, octile};
+use jump::Jumps;
 use labels::Labels;
 use node::Node;
 use open_list::{Buckets, Sorted};
 
 use super::ClearanceCosts;
-use super::cost::DIAGONAL;
+use super::cost::{DIAGONAL, octile};
 use super::heuristic::Heuristic;
 use crate::map::{Cell, FreeSpace};
 
