@@ -67,6 +67,26 @@ impl Pose {
         self.isometry().inverse_transform_point(point)
     }
 
+    /// The pose after moving with a constant twist for a time, seconds: along an arc of a circle, exact also where it is
+    /// straight. Its yaw is in (-pi, pi].
+    #[must_use]
+    pub fn after(&self, twist: &Twist, time_s: f64) -> Self {
+        let half_turn = twist.angular * time_s / 2.0;
+        // The chord is shorter than the arc by sin(h) / h, and points half the turn away from the start.
+        let shortening = if half_turn.abs() < 1e-4 {
+            1.0 - half_turn * half_turn / 6.0
+        } else {
+            libm::sin(half_turn) / half_turn
+        };
+        let chord = twist.linear * time_s * shortening;
+        let (sin, cos) = libm::sincos(self.yaw + half_turn);
+        Self {
+            x: self.x + chord * cos,
+            y: self.y + chord * sin,
+            yaw: wrap_angle(self.yaw + 2.0 * half_turn),
+        }
+    }
+
     /// Whether all three coordinates are finite.
     #[must_use]
     pub const fn is_finite(&self) -> bool {

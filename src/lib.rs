@@ -49,15 +49,9 @@
 //!     "#..............##..............#",
 //!     "################################",
 //! ];
-//! let mission = Mission {
-//!     map: Arc::new(OccupancyGrid::from_rows(&rows, 0.2, Pose::default())?),
-//!     truth: None,
-//!     start: Pose::new(1.2, 1.2, 0.0),
-//!     goal: Goal { position: Point::new(5.2, 1.2), yaw: None },
-//!     walkers: Walkers::default(),
-//!     seed: 1,
-//!     time_limit_s: 60.0,
-//! };
+//! let map = Arc::new(OccupancyGrid::from_rows(&rows, 0.2, Pose::default())?);
+//! let goal = Goal { position: Point::new(5.2, 1.2), yaw: None };
+//! let mission = Mission::new(map, Pose::new(1.2, 1.2, 0.0), goal);
 //! let engine = Box::new(CpuEngine::single_threaded());
 //! let mut observer = Observer { clock: &mut || 0.0, progress: &mut |_| {} };
 //! let result = run_mission(&mission, &Config::default(), engine, &mut observer)?;

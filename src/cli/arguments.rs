@@ -116,6 +116,9 @@ pub struct DriveArguments {
     /// Goal, metres, and the yaw to park with where one is given.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub goal: Place,
+    /// A stop on the way, metres, and the yaw to stand there with where one is given; give one --via for each, in order.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub via: Vec<Place>,
     /// How many people walk the drifts, or a JSON or TOML file of them.
     #[arg(
         long,

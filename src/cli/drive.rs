@@ -15,7 +15,7 @@ use inbye::sim::{
 };
 use serde_json::{Value, json};
 
-use super::arguments::{DriveArguments, Obstacles};
+use super::arguments::{DriveArguments, Obstacles, Place};
 use super::clock::wall_clock;
 use super::{engines, map_file, output, plan, report_file};
 
@@ -36,17 +36,17 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(folder) = &arguments.report {
         report_file::make_folder(folder)?;
     }
+    let stop = |place: &Place| Goal {
+        position: place.position,
+        yaw: place.yaw,
+    };
+    let goal = stop(&arguments.goal);
     let mission = Mission {
-        map: Arc::new(map),
-        truth: None,
-        start: arguments.start.pose(),
-        goal: Goal {
-            position: arguments.goal.position,
-            yaw: arguments.goal.yaw,
-        },
+        via: arguments.via.iter().map(stop).collect(),
         walkers,
         seed: arguments.seed,
         time_limit_s: arguments.time_limit,
+        ..Mission::new(Arc::new(map), arguments.start.pose(), goal)
     };
     let engine = engines::choose(&arguments.engine, arguments.threads)?;
     let result = match simulate(&mission, &config, engine, "driving") {

@@ -143,17 +143,15 @@ fn drive_scene(
         start.position(),
         goal,
     )?;
+    let goal = Goal {
+        position: goal,
+        yaw: None,
+    };
     let mission = Mission {
-        map: Arc::new(scene.map.clone()),
-        truth: None,
-        start,
-        goal: Goal {
-            position: goal,
-            yaw: None,
-        },
         walkers: people,
         seed: scene.seed,
         time_limit_s: 600.0,
+        ..Mission::new(Arc::new(scene.map.clone()), start, goal)
     };
     let result = drive::simulate(&mission, config, engine, scene.name)?;
     Ok((mission, result))

@@ -274,4 +274,19 @@ impl ObstacleGrid {
             self.blocked[index] = blocked;
         }
     }
+
+    /// Marks every cell whose centre lies within a disc, metres in the map frame.
+    pub fn fill_disc(&mut self, center: &Point, radius_m: f64) {
+        let units = self.frame.to_cell_units(center);
+        let reach = radius_m / self.frame.resolution_m;
+        let cells = |at: f64| (at - reach).floor() as i32..=(at + reach).floor() as i32;
+        for row in cells(units.y) {
+            for column in cells(units.x) {
+                let cell = Cell::new(column, row);
+                if (self.frame.center_of(cell) - center).norm() <= radius_m {
+                    self.set(cell, true);
+                }
+            }
+        }
+    }
 }

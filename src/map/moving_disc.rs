@@ -29,6 +29,16 @@ impl MovingDisc {
         Point::new(self.x, self.y)
     }
 
+    /// The same disc after a time, seconds.
+    #[must_use]
+    pub const fn after(&self, time_s: f64) -> Self {
+        Self {
+            x: self.x + self.vx * time_s,
+            y: self.y + self.vy * time_s,
+            ..*self
+        }
+    }
+
     /// Whether every number is finite and the radius above zero.
     #[must_use]
     pub fn is_valid(&self) -> bool {

@@ -1,4 +1,4 @@
-//! Where a mission ends.
+//! Where a mission leads.
 
 use crate::geometry::Point;
 
@@ -11,11 +11,11 @@ pub struct Goal {
     pub yaw: Option<f64>,
 }
 
-/// A mission's two ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A mission's start and stops: a tour where there are several, an inspection round say.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Journey {
     /// Where the robot stands.
     pub start: Point,
-    /// Where it shall go.
-    pub goal: Goal,
+    /// Where it shall go, one after the other; at least one.
+    pub stops: Vec<Goal>,
 }

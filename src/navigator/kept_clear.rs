@@ -1,7 +1,8 @@
 //! What the local planner must keep apart: the footprint and the moving obstacles, with their margins.
 
+use super::NavigatorSettings;
+use super::outlook::Outlook;
 use super::planning::{coarseness_m, local_margin_m};
-use super::{NavigatorSettings, Observation};
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;
@@ -27,9 +28,9 @@ impl KeptClear {
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
-        observation: &Observation,
+        now: &Outlook,
     ) -> Self {
-        let pose = &observation.pose;
+        let pose = &now.pose;
         let wanted_m = local_margin_m(settings, field.frame().resolution_m);
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
         let mut within_a_margin = wall_m < wanted_m - OVERSHOOT_M;
@@ -50,7 +51,7 @@ impl KeptClear {
             grown(disc, kept_m - margin_m)
         };
         Self {
-            moving: observation.moving.iter().map(grow).collect(),
+            moving: now.moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
             within_a_margin,
         }
@@ -63,9 +64,9 @@ impl KeptClear {
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
-        observation: &Observation,
+        now: &Outlook,
     ) -> Self {
-        let pose = &observation.pose;
+        let pose = &now.pose;
         let coarseness_m = coarseness_m(field.frame().resolution_m);
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
         let margin_m = left_of(coarseness_m, wall_m);
@@ -79,10 +80,23 @@ impl KeptClear {
             kept
         };
         Self {
-            moving: observation.moving.iter().map(grow).collect(),
+            moving: now.moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
             within_a_margin: true,
         }
+    }
+
+    /// Whether a robot at a pose, so many seconds from now, would touch nothing.
+    pub fn is_clear_at(&self, field: &ClearanceField, pose: &Pose, time_s: f64) -> bool {
+        let apart = |disc: &MovingDisc| {
+            let then = disc.after(time_s);
+            let gap_m = self
+                .footprint
+                .gap_to_disc_m(pose, &then.center(), then.radius);
+            gap_m > 0.0
+        };
+        let clearance_m = field.clearance_m(&self.footprint, pose);
+        clearance_m.is_some_and(|clearance_m| clearance_m > 0.0) && self.moving.iter().all(apart)
     }
 
     /// Whether the robot can turn on the spot: the circle that its discs sweep is clear.

@@ -91,20 +91,6 @@ impl LocalMap {
             .map(|&index| frame.center_of(frame.cell_at(index)))
     }
 
-    /// All obstacles, known and marked, with discs such as standing people filled in.
-    #[must_use]
-    pub fn obstacles_with(&self, discs: &[(Point, f64)]) -> ObstacleGrid {
-        let mut all = self.known.clone();
-        let frame = *all.frame();
-        for &index in &self.marks {
-            all.set(frame.cell_at(index), true);
-        }
-        for &(center, radius_m) in discs {
-            fill_disc(&mut all, &center, radius_m);
-        }
-        all
-    }
-
     /// The distance field of a square window about a point, `half_m` to each side, aligned with the map's cells. Ground
     /// off the map is an obstacle.
     ///
@@ -139,19 +125,5 @@ impl LocalMap {
             obstacles.set(Cell::new(column - left, row - bottom), true);
         }
         Ok(Arc::new(ClearanceField::new(&obstacles)?))
-    }
-}
-
-fn fill_disc(grid: &mut ObstacleGrid, center: &Point, radius_m: f64) {
-    let frame = *grid.frame();
-    let units = frame.to_cell_units(center);
-    let reach = radius_m / frame.resolution_m;
-    for row in (units.y - reach).floor() as i32..=(units.y + reach).floor() as i32 {
-        for column in (units.x - reach).floor() as i32..=(units.x + reach).floor() as i32 {
-            let cell = Cell::new(column, row);
-            if (frame.center_of(cell) - center).norm() <= radius_m {
-                grid.set(cell, true);
-            }
-        }
     }
 }

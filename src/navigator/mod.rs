@@ -1,9 +1,12 @@
 //! When to do which: the paper's hybrid method (section 3.3.3), made to finish.
 //!
 //! The global path gives key nodes; the local planner drives to one after the other; the robot stops at the last. At
-//! each tick [`Navigator::step`] takes what the robot sees and returns what it does. It holds no clock, no thread and
-//! no file: the same observations give the same decisions.
+//! each tick [`Navigator::step`] takes what the robot sees and returns what it does. It holds no clock and no
+//! file, and its planning thread answers at promised ticks: the same observations give the same decisions.
 
+mod arriving;
+mod background;
+mod driving;
 mod fault;
 mod goal;
 mod hybrid;
@@ -11,10 +14,15 @@ mod kept_clear;
 mod local_map;
 mod mode;
 mod observation;
+mod outlook;
+mod parking;
 mod planning;
+mod pose_filter;
 mod recovery;
+mod replanning;
 mod route;
 mod settings;
+mod tour;
 mod trail;
 mod watch;
 
@@ -25,5 +33,6 @@ pub use local_map::LocalMap;
 pub use mode::Mode;
 pub use observation::Observation;
 pub use planning::RoutePlanner;
+pub use pose_filter::{PoseFilter, PoseFix};
 pub use route::Route;
 pub use settings::NavigatorSettings;

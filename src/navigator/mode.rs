@@ -18,4 +18,8 @@ pub enum Mode {
     Arrived,
     /// Given up, with a reason.
     Failed,
+    /// Within reach of a stop, on the last decimetres to it.
+    Parking,
+    /// Standing at a stop that is not the last.
+    Stopped,
 }

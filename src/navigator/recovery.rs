@@ -1,9 +1,9 @@
 //! Backing out of where nothing goes on: when, for how long, and where to.
 
-use super::Observation;
+use super::outlook::Outlook;
 use super::trail::Trail;
 use super::watch::Since;
-use crate::geometry::Point;
+use crate::geometry::{Point, Pose};
 use crate::local::Weights;
 
 /// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
@@ -55,13 +55,13 @@ impl Recovery {
 
     /// Notes a tick of driving, `stuck_s` after the last progress; a robot held up for longer than `patience_s` backs
     /// out from the next tick on.
-    pub fn drove(&mut self, observation: &Observation, stuck_s: f64, patience_s: f64) {
-        let now_s = observation.time_s;
-        self.trail.note(&observation.pose.position());
+    pub fn drove(&mut self, now: &Outlook, stuck_s: f64, patience_s: f64) {
+        let now_s = now.time_s;
+        self.trail.note(&now.pose.position());
         if stuck_s == 0.0 {
             self.attempts = 0;
         }
-        let creeps = observation.twist.linear.abs() < CREEPING;
+        let creeps = now.twist.linear.abs() < CREEPING;
         let held_up_s = self.held_up.update(now_s, creeps);
         if held_up_s <= patience_s || now_s < self.next_s {
             return;
@@ -76,8 +76,7 @@ impl Recovery {
     }
 
     /// The place to back out to: on the way it came, or straight behind where it came from nowhere.
-    pub fn place_behind(&mut self, observation: &Observation) -> Point {
-        let pose = &observation.pose;
+    pub fn place_behind(&mut self, pose: &Pose) -> Point {
         self.trail
             .behind(&pose.position())
             .unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)))

@@ -87,10 +87,13 @@ impl Route {
         self.path.point_at(arc)
     }
 
-    /// Whether a point comes within `distance_m` of the path's next `ahead_m` metres.
-    #[must_use]
-    pub fn is_near_ahead(&self, point: &Point, distance_m: f64, ahead_m: f64) -> bool {
-        let range = self.progress_m..self.progress_m + ahead_m;
-        self.path.project_within(point, range).distance_m < distance_m
+    /// Points of the path's next `ahead_m` metres, `spacing_m` apart.
+    pub fn ahead(&self, ahead_m: f64, spacing_m: f64) -> impl Iterator<Item = Point> + '_ {
+        let stretch_m = ahead_m.min(self.left_m());
+        let count = (stretch_m / spacing_m) as usize;
+        (0..=count).map(move |index| {
+            self.path
+                .point_at(self.progress_m + index as f64 * spacing_m)
+        })
     }
 }

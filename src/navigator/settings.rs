@@ -12,8 +12,18 @@ use super::Fault;
 pub struct NavigatorSettings {
     /// The goal is reached when the robot stands within this distance of it, metres.
     pub xy_goal_tolerance: f64,
-    /// Where the goal asks for a yaw, the robot turns until it is within this of it, radians.
+    /// Where the goal asks for a yaw, the robot must stand within this of it, radians.
     pub yaw_goal_tolerance: f64,
+    /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal, metres.
+    pub xy_parking_tolerance: f64,
+    /// And within this of the yaw asked for, radians.
+    pub yaw_parking_tolerance: f64,
+    /// When this is over and it stands within the goal's tolerances, it has arrived all the same, seconds.
+    pub parking_patience_s: f64,
+    /// How long it stands at each stop of a tour, seconds.
+    pub stop_s: f64,
+    /// From a command to its effect, seconds: the robot's motion until then is taken for granted.
+    pub actuation_delay_s: f64,
     /// Gap kept to everything beyond the footprint, metres, on top of the map's own coarseness.
     pub safety_margin_m: f64,
     /// Gap kept to moving obstacles, metres: they may turn round at any moment.
@@ -30,7 +40,7 @@ pub struct NavigatorSettings {
     pub key_node_spacing_m: f64,
     /// The local target is the first key node at least this far ahead along the path, metres.
     pub lookahead_m: f64,
-    /// The path is checked for new obstacles this far ahead, metres.
+    /// The path is checked for new obstacles this far ahead, metres, as far as the local window shows.
     pub check_ahead_m: f64,
     /// The robot turns in place when the target lies further off its heading than this, radians.
     pub turn_in_place_from: f64,
@@ -40,6 +50,13 @@ pub struct NavigatorSettings {
     pub patience_s: f64,
     /// Seconds between two attempts to plan anew.
     pub replan_period_s: f64,
+    /// A new plan is followed so long after it was asked for, seconds; planning runs beside the control loop.
+    pub planning_budget_s: f64,
+    /// Whether to stop the control loop for a plan that takes longer than that. It keeps a simulated run the same at each
+    /// repetition; a robot goes on and takes the plan when it is there.
+    pub wait_for_plans: bool,
+    /// A way found that is shorter than the rest of the path by this share is taken, 0 to 1, though nothing blocks the path.
+    pub shorter_share: f64,
     /// Progress along the path that counts as such, metres (Nav2: `required_movement_radius`).
     pub required_movement_radius: f64,
     /// The mission is given up after this long without progress, seconds.
@@ -53,6 +70,11 @@ impl Default for NavigatorSettings {
         Self {
             xy_goal_tolerance: 0.25,
             yaw_goal_tolerance: 0.1,
+            xy_parking_tolerance: 0.006,
+            yaw_parking_tolerance: 0.005,
+            parking_patience_s: 30.0,
+            stop_s: 5.0,
+            actuation_delay_s: 0.08,
             safety_margin_m: 0.05,
             moving_margin_m: 0.35,
             passing_margin_m: 0.15,
@@ -65,7 +87,10 @@ impl Default for NavigatorSettings {
             turn_in_place_from: 1.2,
             turn_in_place_until: 0.3,
             patience_s: 3.0,
-            replan_period_s: 2.0,
+            replan_period_s: 0.5,
+            planning_budget_s: 0.1,
+            wait_for_plans: true,
+            shorter_share: 0.1,
             required_movement_radius: 0.5,
             give_up_after_s: 90.0,
             backing_speed: 0.25,
@@ -83,6 +108,15 @@ impl NavigatorSettings {
         let at_least_zero = "0 to 10000";
         for (name, value, expected) in [
             ("xy_goal_tolerance", self.xy_goal_tolerance, above_zero),
+            (
+                "xy_parking_tolerance",
+                self.xy_parking_tolerance,
+                above_zero,
+            ),
+            ("parking_patience_s", self.parking_patience_s, at_least_zero),
+            ("stop_s", self.stop_s, at_least_zero),
+            ("actuation_delay_s", self.actuation_delay_s, at_least_zero),
+            ("planning_budget_s", self.planning_budget_s, at_least_zero),
             ("safety_margin_m", self.safety_margin_m, at_least_zero),
             ("moving_margin_m", self.moving_margin_m, at_least_zero),
             ("passing_margin_m", self.passing_margin_m, at_least_zero),
@@ -123,6 +157,7 @@ impl NavigatorSettings {
         )?;
         for (name, value) in [
             ("yaw_goal_tolerance", self.yaw_goal_tolerance),
+            ("yaw_parking_tolerance", self.yaw_parking_tolerance),
             ("turn_in_place_from", self.turn_in_place_from),
         ] {
             within(
@@ -133,6 +168,7 @@ impl NavigatorSettings {
                 "above zero and at most pi",
             )?;
         }
+        within("shorter_share", self.shorter_share, 0.0, 1.0, "0 to 1")?;
         let until = self.turn_in_place_until;
         let expected = "above zero and at most turn_in_place_from";
         within(

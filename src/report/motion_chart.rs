@@ -91,11 +91,13 @@ fn lines(panel: &Panel, rows: &[TraceRow], value: impl Fn(&Twist) -> f64) -> Mar
 }
 
 /// All modes, in the order of the legend.
-const MODES: [Mode; 6] = [
+const MODES: [Mode; 8] = [
     Mode::Driving,
     Mode::Turning,
     Mode::Blocked,
     Mode::BackingUp,
+    Mode::Parking,
+    Mode::Stopped,
     Mode::Arrived,
     Mode::Failed,
 ];
@@ -106,6 +108,8 @@ fn name(mode: Mode) -> &'static str {
         Mode::Turning => "turning in place",
         Mode::Blocked => "blocked",
         Mode::BackingUp => "backing up",
+        Mode::Parking => "parking",
+        Mode::Stopped => "at a stop",
         Mode::Arrived => "arrived",
         Mode::Failed => "failed",
     }
@@ -117,6 +121,8 @@ fn class(mode: Mode) -> &'static str {
         Mode::Turning => "mode turning",
         Mode::Blocked => "mode blocked",
         Mode::BackingUp => "mode backing",
+        Mode::Parking => "mode parking",
+        Mode::Stopped => "mode stopped",
         Mode::Arrived => "mode arrived",
         Mode::Failed => "mode failed",
     }

@@ -6,7 +6,9 @@ use inbye::robot::Footprint;
 use inbye::sim::{Config, MissionResult, Trace, World};
 
 use crate::Test;
-use crate::driving::{arrive, drive, everybody, is_lawful, mission, people, story, try_drive};
+use crate::driving::{
+    arrive, drive, everybody, is_lawful, mission, people, reach_s, story, try_drive,
+};
 use crate::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
@@ -126,19 +128,19 @@ fn one_bit() {
 fn unlawful() {
     let result = arrive(&mission(&hall(6.0, 3.0), [1.5, 2.0, 0.0], [5.5, 2.0]));
     let config = Config::default();
-    let (limits, period_s) = (config.robot.limits, config.local.control_period_s);
+    let (limits, reach_s) = (config.robot.limits, reach_s(&config));
     let row = result.trace.rows.iter().find(|row| row.twist.linear > 0.5);
     let mut row = row.expect("it drives faster than that").clone();
     for command in [
-        Twist::new(row.twist.linear - 0.11, 0.0),
-        Twist::new(row.twist.linear, 0.3),
+        Twist::new(row.twist.linear - 0.19, 0.0),
+        Twist::new(row.twist.linear, 0.5),
         Twist::new(1.01, 0.0),
         Twist::new(f64::NAN, 0.0),
     ] {
-        assert!(is_lawful(&row, &limits, period_s));
+        assert!(is_lawful(&row, &limits, reach_s));
         let lawful = std::mem::replace(&mut row.command, command);
         assert!(
-            !is_lawful(&row, &limits, period_s),
+            !is_lawful(&row, &limits, reach_s),
             "{command:?} went unseen"
         );
         row.command = lawful;

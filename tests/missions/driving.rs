@@ -13,17 +13,14 @@ use crate::ground::Ground;
 
 /// A mission over known ground where nothing moves, for up to 400 s.
 pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Mission {
+    let goal = Goal {
+        position: Point::new(goal_x, goal_y),
+        yaw: None,
+    };
     Mission {
-        map: ground.map(),
-        truth: None,
-        start: Pose::new(x, y, yaw),
-        goal: Goal {
-            position: Point::new(goal_x, goal_y),
-            yaw: None,
-        },
-        walkers: Walkers::default(),
         seed: 1,
         time_limit_s: 400.0,
+        ..Mission::new(ground.map(), Pose::new(x, y, yaw), goal)
     }
 }
 
@@ -89,23 +86,28 @@ pub fn arrive(mission: &Mission) -> MissionResult {
     result
 }
 
-/// Every command within the limits, and within what one period allows from the speed at the time.
+/// Every command within the limits, and within what is reached from the speed at the time until the next command acts.
 pub fn assert_lawful(result: &MissionResult, config: &Config) {
-    let period_s = config.local.control_period_s;
+    let reach_s = reach_s(config);
     for row in &result.trace.rows {
         assert!(
-            is_lawful(row, &config.robot.limits, period_s),
+            is_lawful(row, &config.robot.limits, reach_s),
             "not lawful: {row:?}"
         );
     }
 }
 
-pub fn is_lawful(row: &TraceRow, limits: &Limits, period_s: f64) -> bool {
+/// How long the command before it, and a command itself, act until the next one does, seconds.
+pub fn reach_s(config: &Config) -> f64 {
+    config.local.control_period_s + config.navigator.actuation_delay_s
+}
+
+pub fn is_lawful(row: &TraceRow, limits: &Limits, reach_s: f64) -> bool {
     const ROUNDING: f64 = 1e-9;
     let (command, twist) = (row.command, row.twist);
     // The motors lag, so that the speed may stand a hair outside the limits; then only braking is left.
     let steps =
-        |change: f64, gain: f64, brake: f64| change.abs() <= gain.max(-brake) * period_s + ROUNDING;
+        |change: f64, gain: f64, brake: f64| change.abs() <= gain.max(-brake) * reach_s + ROUNDING;
     command.is_finite()
         && (limits.min_vel_x..=limits.max_vel_x).contains(&command.linear)
         && command.angular.abs() <= limits.max_vel_theta

@@ -39,17 +39,15 @@ fn crosses() -> Result<(), Failed> {
         .smoothed;
     let ends = [start.position(), goal];
     for seed in 0..2 {
+        let there = Goal {
+            position: goal,
+            yaw: None,
+        };
         let result = arrive(&Mission {
-            map: Arc::new(map.clone()),
-            truth: None,
-            start,
-            goal: Goal {
-                position: goal,
-                yaw: None,
-            },
             walkers: Walkers::seeded(&Crowd::new(5, seed), &obstacles, path.points(), &ends)?,
             seed,
             time_limit_s: 900.0,
+            ..Mission::new(Arc::new(map.clone()), start, there)
         });
         assert!(result.travelled_m >= 150.0, "{}", story(&result));
     }

@@ -36,18 +36,16 @@ fn task(scene: &Scene, other: u64) -> Mission {
     let seed = scene.seed + other;
     let crowd = Crowd::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
+    let goal = Goal {
+        position: scene.goal,
+        yaw: None,
+    };
     Mission {
-        map: Arc::new(scene.map.clone()),
-        truth: None,
-        start: scene.start,
-        goal: Goal {
-            position: scene.goal,
-            yaw: None,
-        },
         walkers: Walkers::seeded(&crowd, &obstacles, path.points(), &ends)
             .expect("room for people"),
         seed,
         time_limit_s: 600.0,
+        ..Mission::new(Arc::new(scene.map.clone()), scene.start, goal)
     }
 }
 

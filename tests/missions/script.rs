@@ -9,6 +9,7 @@ use inbye::navigator::{Decision, Goal, Journey, Mode, Navigator, Observation};
 use inbye::sim::Config;
 
 use crate::Test;
+use crate::driving::reach_s;
 use crate::ground::{Ground, RESOLUTION_M, hall};
 
 pub const TESTS: &[Test] = &[
@@ -60,9 +61,9 @@ impl Script {
         };
         let navigator = Navigator::new(
             ground.obstacles(),
-            Journey {
+            &Journey {
                 start: start.position(),
-                goal,
+                stops: vec![goal],
             },
             config.robot.model(),
             LocalPlanner::new(engine, config.local.clone()),
@@ -100,9 +101,8 @@ impl Script {
 
     fn assert_lawful(&self, command: &Twist) {
         let limits = &self.config.robot.limits;
-        let period_s = self.config.local.control_period_s;
         let now = &self.observation.twist;
-        let reached = limits.reachable(now, command, period_s);
+        let reached = limits.reachable(now, command, reach_s(&self.config));
         assert!(
             (reached.linear - command.linear).abs() < 1e-9,
             "{now:?} to {command:?}"

@@ -1,0 +1,153 @@
+//! Following the path, and backing out of where it cannot be followed.
+
+use std::sync::Arc;
+
+use super::hybrid::{Decision, Navigator};
+use super::kept_clear::KeptClear;
+use super::outlook::Outlook;
+use super::parking::turn;
+use super::recovery::BACKING_WEIGHTS;
+use super::{Fault, Mode};
+use crate::geometry::{Point, Twist, bearing, wrap_angle};
+use crate::local::{ClearanceField, Situation};
+use crate::robot::Limits;
+
+/// A robot faster than this does not begin to turn in place, m/s.
+const TURNS_BELOW: f64 = 0.2;
+/// Near the goal the speed leaves this share of the braking distance unused.
+const APPROACH: f64 = 0.6;
+/// Clearance that the local window shows beyond the ends of the longest trajectories, metres: a window's distance field
+/// is made anew at each tick, and its cost grows with the square of the side.
+const CLEARANCE_SEEN_M: f64 = 1.5;
+
+impl Navigator {
+    /// The local decision: turn in place, back out, or follow the path.
+    pub(super) fn drive(
+        &mut self,
+        now: &Outlook,
+        field: &Arc<ClearanceField>,
+        stuck_s: f64,
+    ) -> Result<Decision, Fault> {
+        let target = self.route.key_node(self.settings.lookahead_m);
+        if self.recovery.is_backing(now.time_s) {
+            return self.back_out(now, field, target);
+        }
+        let kept = KeptClear::new(&self.robot.footprint, &self.settings, field, now);
+        let error = wrap_angle(bearing(&now.pose.position(), &target) - now.pose.yaw);
+        let turns_from = if self.mode == Mode::Turning {
+            self.settings.turn_in_place_until
+        } else {
+            self.settings.turn_in_place_from
+        };
+        let faces_away = error.abs() > turns_from && kept.may_turn(field, &now.pose);
+        // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
+        if faces_away && now.twist.linear.abs() < TURNS_BELOW {
+            self.mode = Mode::Turning;
+            self.recovery.turned();
+            return Ok(Decision {
+                command: self.towards(now, &turn(error, &self.robot.limits)),
+                mode: self.mode,
+                local_target: target,
+                counts: None,
+            });
+        }
+        let situation = Situation {
+            field,
+            pose: now.pose,
+            twist: now.twist,
+            obstacles: &kept.moving,
+            target,
+            key_node: target,
+            limits: self.driving_limits(now, &kept, faces_away),
+            footprint: &kept.footprint,
+            weights: self.planner.settings().weights,
+        };
+        let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
+        self.recovery.drove(now, stuck_s, self.settings.patience_s);
+        self.mode = if command.is_some() {
+            Mode::Driving
+        } else {
+            Mode::Blocked
+        };
+        Ok(Decision {
+            command: command.unwrap_or_else(|| self.brake(now)),
+            mode: self.mode,
+            local_target: target,
+            counts: Some(evaluation.counts),
+        })
+    }
+
+    /// Moves slowly back to where it came from, even from within a margin.
+    fn back_out(
+        &mut self,
+        now: &Outlook,
+        field: &Arc<ClearanceField>,
+        target: Point,
+    ) -> Result<Decision, Fault> {
+        let slow = self.settings.backing_speed;
+        let limits = self.limits_between(-slow, slow / 2.0, now);
+        let footprint = &self.robot.footprint;
+        let kept = KeptClear::to_get_away(footprint, &self.settings, field, now);
+        let situation = Situation {
+            field,
+            pose: now.pose,
+            twist: now.twist,
+            obstacles: &kept.moving,
+            target,
+            key_node: self.recovery.place_behind(&now.pose),
+            limits,
+            footprint: &kept.footprint,
+            weights: BACKING_WEIGHTS,
+        };
+        let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
+        self.mode = Mode::BackingUp;
+        Ok(Decision {
+            command: command.unwrap_or_else(|| self.brake(now)),
+            mode: self.mode,
+            local_target: target,
+            counts: Some(evaluation.counts),
+        })
+    }
+
+    /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly within a margin or while
+    /// it faces away from its way: else it would circle about its target.
+    fn driving_limits(&self, now: &Outlook, kept: &KeptClear, faces_away: bool) -> Limits {
+        let limits = &self.robot.limits;
+        let to_goal_m = (now.pose.position() - self.tour.goal().position).norm();
+        let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
+        let mut fastest = stops_in_time.max(0.1);
+        if kept.within_a_margin {
+            fastest = fastest.min(self.settings.passing_speed);
+        }
+        if faces_away {
+            fastest = fastest.min(TURNS_BELOW / 2.0);
+        }
+        self.limits_between(0.0, fastest, now)
+    }
+
+    /// The robot's limits with forward speeds from `least` to `most`, and what braking needs to get there: so that
+    /// every sample can be reached and is judged as it will be driven.
+    fn limits_between(&self, least: f64, most: f64, now: &Outlook) -> Limits {
+        let limits = self.robot.limits;
+        let in_reach = |speed: f64| self.towards(now, &Twist::new(speed, 0.0)).linear;
+        let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
+        Limits {
+            min_vel_x: within(least.min(in_reach(least))),
+            max_vel_x: within(most.max(in_reach(most))),
+            ..limits
+        }
+    }
+
+    /// Half the side of the local window: as far as a trajectory can reach, and some clearance beyond.
+    pub(super) fn window_half_m(&self) -> f64 {
+        let settings = self.planner.settings();
+        let limits = &self.robot.limits;
+        let fastest = limits
+            .max_vel_x
+            .max(-limits.min_vel_x)
+            .max(self.settings.backing_speed);
+        fastest * settings.sim_time_s
+            + settings.max_clearance_m.min(CLEARANCE_SEEN_M)
+            + self.robot.footprint.circumscribed_radius_m()
+    }
+}

@@ -1,0 +1,165 @@
+//! When to plan anew, and which of two paths to follow.
+
+use super::background::{BackgroundPlanner, Order};
+use super::hybrid::Navigator;
+use super::outlook::Outlook;
+use super::{Fault, Mode, RoutePlanner};
+use crate::geometry::{Point, Pose};
+use crate::global::{Plan, PlanError};
+use crate::local::ClearanceField;
+use crate::map::ObstacleGrid;
+use crate::robot::Footprint;
+
+/// Beyond this distance from its path the robot plans anew, metres.
+const OFF_PATH_M: f64 = 2.5;
+/// The path is looked over at points so far apart, metres.
+const LOOKS_EVERY_M: f64 = 0.1;
+/// Clearance is looked up by the cell: a path at the least distance can seem nearer than it is by this share of a cell.
+const LOOKUP_CELLS: f64 = 0.25;
+/// A path that is clear is left for a shorter one at most once in so many replanning periods.
+const SHORTER_PERIODS: f64 = 4.0;
+
+/// Why a plan was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reason {
+    /// Something stands on the path.
+    Blocked,
+    /// The robot is off its path.
+    Strayed,
+    /// It waited for somebody in vain.
+    Waited,
+    /// What was seen since may have opened a shorter way.
+    Shorter,
+}
+
+/// Planning beside the control loop.
+pub(super) struct Replanning {
+    background: BackgroundPlanner<Reason>,
+    next_s: f64,
+    next_shorter_s: f64,
+    least_radius_m: f64,
+    /// Why the last attempt found no way.
+    no_way: Option<PlanError>,
+}
+
+impl Replanning {
+    pub fn new(known: ObstacleGrid, planner: RoutePlanner) -> Result<Self, Fault> {
+        Ok(Self {
+            least_radius_m: planner.least_radius_m(),
+            background: BackgroundPlanner::new(known, planner)?,
+            next_s: f64::NEG_INFINITY,
+            next_shorter_s: f64::NEG_INFINITY,
+            no_way: None,
+        })
+    }
+
+    /// Why there is no way on, if the last plan that was asked for found none.
+    pub fn no_way(&self) -> Option<PlanError> {
+        self.no_way.clone()
+    }
+
+    /// Drops what is on its way: the goal is another one.
+    pub fn forget(&mut self) {
+        self.background.forget();
+        self.no_way = None;
+    }
+}
+
+impl Navigator {
+    /// Takes the plan that is due, and asks for one when the way ahead is blocked, the robot strayed, it has stood for
+    /// long behind something moving, or from time to time for a shorter way.
+    pub(super) fn replan(
+        &mut self,
+        now: &Outlook,
+        field: &ClearanceField,
+        off_path_m: f64,
+        stuck_s: f64,
+    ) {
+        let waits = self.settings.wait_for_plans;
+        if let Some((reason, plan)) = self.replanning.background.due(now.time_s, waits) {
+            self.take(reason, plan, stuck_s);
+        }
+        if self.replanning.background.is_busy() || now.time_s < self.replanning.next_s {
+            return;
+        }
+        let Some(reason) = self.reason(now, field, off_path_m) else {
+            return;
+        };
+        let period_s = self.settings.replan_period_s;
+        self.replanning.next_s = now.time_s + period_s;
+        self.replanning.next_shorter_s = now.time_s + SHORTER_PERIODS * period_s;
+        // Moving things count as obstacles only for a robot that waited for them in vain.
+        let discs = if reason == Reason::Waited {
+            let moving = now.moving.iter();
+            moving.map(|disc| (disc.center(), disc.radius)).collect()
+        } else {
+            Vec::new()
+        };
+        let order = Order {
+            start: now.pose.position(),
+            goal: self.tour.goal().position,
+            marks: self.map.marks().collect(),
+            discs,
+        };
+        let due_s = now.time_s + self.settings.planning_budget_s;
+        self.replanning.background.ask(order, reason, due_s);
+    }
+
+    fn reason(&self, now: &Outlook, field: &ClearanceField, off_path_m: f64) -> Option<Reason> {
+        if off_path_m > OFF_PATH_M {
+            Some(Reason::Strayed)
+        } else if self.is_blocked(field) {
+            Some(Reason::Blocked)
+        } else if self.mode == Mode::BackingUp {
+            Some(Reason::Waited)
+        } else {
+            let may_be_shorter =
+                now.time_s >= self.replanning.next_shorter_s && self.map.marks().next().is_some();
+            may_be_shorter.then_some(Reason::Shorter)
+        }
+    }
+
+    /// Whether an obstacle stands too near to the path ahead, as far as the window shows it.
+    fn is_blocked(&self, field: &ClearanceField) -> bool {
+        let slack_m = LOOKUP_CELLS * field.frame().resolution_m;
+        let Ok(circle) = Footprint::round(self.replanning.least_radius_m - slack_m) else {
+            return false;
+        };
+        let is_near = |point: Point| {
+            let there = Pose::new(point.x, point.y, 0.0);
+            field
+                .clearance_m(&circle, &there)
+                .is_some_and(|clearance_m| clearance_m < 0.0)
+        };
+        self.route
+            .ahead(self.settings.check_ahead_m, LOOKS_EVERY_M)
+            .any(is_near)
+    }
+
+    /// Follows a plan that came, if it is better than going on.
+    ///
+    /// A way round people may be as much longer as the robot could have driven while it waited for them: so waiting
+    /// and the detour together never cost more than twice the better of the two.
+    fn take(&mut self, reason: Reason, plan: Result<Plan, PlanError>, stuck_s: f64) {
+        let plan = match plan {
+            Ok(plan) => plan,
+            Err(error) => {
+                // That it stands too near to something to begin a path tells nothing of the way.
+                let is_no_way = matches!(error, PlanError::NoValidPath { .. });
+                self.replanning.no_way = is_no_way.then_some(error);
+                return;
+            }
+        };
+        self.replanning.no_way = None;
+        let (length_m, left_m) = (plan.smoothed.length_m(), self.route.left_m());
+        let is_better = match reason {
+            Reason::Blocked | Reason::Strayed => true,
+            Reason::Waited => length_m - left_m <= stuck_s * self.robot.limits.max_vel_x,
+            Reason::Shorter => length_m < left_m * (1.0 - self.settings.shorter_share),
+        };
+        if is_better {
+            self.follow(plan);
+            self.watch.rebase(self.route.left_m());
+        }
+    }
+}
