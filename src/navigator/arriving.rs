@@ -85,7 +85,7 @@ impl Navigator {
 
     /// Makes a plan the one that is followed.
     pub(super) fn follow(&mut self, plan: crate::global::Plan) {
-        self.route = Route::new(&plan, self.settings.key_node_spacing_m);
+        self.route = Route::new(&plan, &self.settings);
         self.plans.push(plan);
     }
 }

@@ -39,7 +39,8 @@ impl Navigator {
         } else {
             self.settings.turn_in_place_from
         };
-        let faces_away = error.abs() > turns_from && kept.may_turn(field, &now.pose);
+        let recovers = self.settings.abilities.recovery;
+        let faces_away = recovers && error.abs() > turns_from && kept.may_turn(field, &now.pose);
         // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
         if faces_away && now.twist.linear.abs() < TURNS_BELOW {
             self.mode = Mode::Turning;
@@ -63,7 +64,9 @@ impl Navigator {
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
-        self.recovery.drove(now, stuck_s, self.settings.patience_s);
+        if recovers {
+            self.recovery.drove(now, stuck_s, self.settings.patience_s);
+        }
         self.mode = if command.is_some() {
             Mode::Driving
         } else {

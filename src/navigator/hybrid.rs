@@ -72,7 +72,7 @@ impl Navigator {
             route_planner.plan(&known, from, to, clock)
         })?;
         Ok(Self {
-            route: Route::new(&plan, settings.key_node_spacing_m),
+            route: Route::new(&plan, &settings),
             plans: vec![plan],
             map: LocalMap::new(known.clone()),
             replanning: Replanning::new(known, route_planner)?,

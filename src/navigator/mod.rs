@@ -4,6 +4,7 @@
 //! each tick [`Navigator::step`] takes what the robot sees and returns what it does. It holds no clock and no
 //! file, and its planning thread answers at promised ticks: the same observations give the same decisions.
 
+mod abilities;
 mod arriving;
 mod background;
 mod driving;
@@ -26,6 +27,7 @@ mod tour;
 mod trail;
 mod watch;
 
+pub use abilities::Abilities;
 pub use fault::Fault;
 pub use goal::{Goal, Journey};
 pub use hybrid::{Decision, Navigator, RobotModel};

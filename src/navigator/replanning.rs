@@ -75,6 +75,9 @@ impl Navigator {
         off_path_m: f64,
         stuck_s: f64,
     ) {
+        if !self.settings.abilities.replanning {
+            return;
+        }
         let waits = self.settings.wait_for_plans;
         if let Some((reason, plan)) = self.replanning.background.due(now.time_s, waits) {
             self.take(reason, plan, stuck_s);

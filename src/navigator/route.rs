@@ -1,5 +1,6 @@
 //! Where on the path the robot is, and the key node it makes for.
 
+use super::{Abilities, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{Path, Plan};
 
@@ -10,27 +11,46 @@ pub struct Route {
     /// Arc lengths of the key nodes, increasing; the last is the path's length.
     key_nodes_m: Vec<f64>,
     progress_m: f64,
+    /// Key nodes touched so far, where that is what counts.
+    touched: Option<usize>,
 }
 
 /// How far back, and ahead, of the last known progress the robot is looked for on the path, metres: so that a path that
 /// passes near itself is not skipped.
 const SEARCH_BACK_M: f64 = 1.0;
 const SEARCH_AHEAD_M: f64 = 3.0;
+/// A key node this near is touched, metres. The paper does not say when it is.
+const TOUCH_M: f64 = 0.5;
 
 impl Route {
-    /// The route of a plan: its key nodes are the pruned path's nodes and, where those are further apart than
-    /// `spacing_m`, points between them.
+    /// The route of a plan: its key nodes are the pruned path's nodes and, where those are further apart than the settings
+    /// allow, points between them. Fewer nodes, or only the goal, where the abilities say so.
     #[must_use]
-    pub fn new(plan: &Plan, spacing_m: f64) -> Self {
+    pub fn new(plan: &Plan, settings: &NavigatorSettings) -> Self {
+        let Abilities {
+            global_path,
+            progress,
+            ..
+        } = settings.abilities;
+        if !global_path {
+            let ends = plan.raw.points();
+            let straight = Path::new(vec![ends[0], ends[ends.len() - 1]]);
+            return Self::with_nodes(straight, Vec::new(), f64::INFINITY);
+        }
         let path = plan.smoothed.clone();
-        let length = path.length_m();
-        let mut nodes: Vec<f64> = plan
-            .pruned
-            .points()
-            .iter()
-            .map(|node| path.project(node).arc_m)
-            .collect();
-        nodes.push(length);
+        let nodes = plan.pruned.points().iter();
+        let nodes = nodes.map(|node| path.project(node).arc_m).collect();
+        if progress {
+            return Self::with_nodes(path, nodes, settings.key_node_spacing_m);
+        }
+        Self {
+            touched: Some(0),
+            ..Self::with_nodes(path, nodes, f64::INFINITY)
+        }
+    }
+
+    fn with_nodes(path: Path, mut nodes: Vec<f64>, spacing_m: f64) -> Self {
+        nodes.push(path.length_m());
         nodes.sort_by(f64::total_cmp);
         let mut key_nodes_m = Vec::new();
         let mut last = 0.0;
@@ -45,6 +65,7 @@ impl Route {
             path,
             key_nodes_m,
             progress_m: 0.0,
+            touched: None,
         }
     }
 
@@ -52,6 +73,11 @@ impl Route {
     #[must_use]
     pub const fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The key nodes in order, the goal last.
+    pub fn key_nodes(&self) -> impl Iterator<Item = Point> + '_ {
+        self.key_nodes_m.iter().map(|&arc| self.path.point_at(arc))
     }
 
     /// Arc length reached, metres.
@@ -68,17 +94,26 @@ impl Route {
 
     /// Finds the robot on the path; returns its distance from it, metres.
     pub fn advance(&mut self, robot: &Point) -> f64 {
+        if let Some(touched) = &mut self.touched {
+            let is_touched = |&&arc: &&f64| (self.path.point_at(arc) - robot).norm() <= TOUCH_M;
+            *touched += self.key_nodes_m[*touched..]
+                .iter()
+                .take_while(is_touched)
+                .count();
+        }
         let range = self.progress_m - SEARCH_BACK_M..self.progress_m + SEARCH_AHEAD_M;
         let found = self.path.project_within(robot, range);
         self.progress_m = found.arc_m;
         found.distance_m
     }
 
-    /// The first key node at least `ahead_m` further along the path; the goal when there is none.
+    /// The key node to make for: the first at least `ahead_m` further along the path, or the first that was not touched
+    /// where that is what counts; the goal when there is none.
     #[must_use]
     pub fn key_node(&self, ahead_m: f64) -> Point {
         let from = self.progress_m + ahead_m;
-        let next = self.key_nodes_m.partition_point(|&arc| arc < from);
+        let by_progress = || self.key_nodes_m.partition_point(|&arc| arc < from);
+        let next = self.touched.unwrap_or_else(by_progress);
         let arc = self
             .key_nodes_m
             .get(next)

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::Fault;
+use super::{Abilities, Fault};
 
 /// Distances, tolerances and patience. The defaults drive the default robot through mine drifts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +63,8 @@ pub struct NavigatorSettings {
     pub give_up_after_s: f64,
     /// Speed at which the robot backs out of a dead end, m/s.
     pub backing_speed: f64,
+    /// What it does beyond the dynamic window.
+    pub abilities: Abilities,
 }
 
 impl Default for NavigatorSettings {
@@ -94,6 +96,7 @@ impl Default for NavigatorSettings {
             required_movement_radius: 0.5,
             give_up_after_s: 90.0,
             backing_speed: 0.25,
+            abilities: Abilities::default(),
         }
     }
 }
