@@ -8,12 +8,14 @@ use super::outlook::Outlook;
 use super::parking::turn;
 use super::recovery::BACKING_WEIGHTS;
 use super::{Fault, Mode};
-use crate::geometry::{Point, Twist, bearing, wrap_angle};
+use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use crate::local::{ClearanceField, Situation};
-use crate::robot::Limits;
+use crate::robot::{Footprint, Limits};
 
 /// A robot faster than this does not begin to turn in place, m/s.
 const TURNS_BELOW: f64 = 0.2;
+/// The straight way to a key node is looked over at points so far apart, metres.
+const LOOKS_EVERY_M: f64 = 0.1;
 /// Near the goal the speed leaves this share of the braking distance unused.
 const APPROACH: f64 = 0.6;
 /// Clearance that the local window shows beyond the ends of the longest trajectories, metres: a window's distance field
@@ -28,7 +30,7 @@ impl Navigator {
         field: &Arc<ClearanceField>,
         stuck_s: f64,
     ) -> Result<Decision, Fault> {
-        let target = self.route.key_node(self.settings.lookahead_m);
+        let target = self.local_target(now, field);
         if self.recovery.is_backing(now.time_s) {
             return self.back_out(now, field, target);
         }
@@ -78,6 +80,27 @@ impl Navigator {
             local_target: target,
             counts: Some(evaluation.counts),
         })
+    }
+
+    /// The farthest key node that the robot could drive straight to, so that it does not cut a corner that it must drive
+    /// round.
+    fn local_target(&self, now: &Outlook, field: &ClearanceField) -> Point {
+        let robot = now.pose.position();
+        let body = Footprint::round(self.robot.footprint.largest_disc_m());
+        let in_sight = |node: &Point| {
+            let way = node - robot;
+            let steps = (way.norm() / LOOKS_EVERY_M).ceil();
+            body.as_ref().is_ok_and(|body| {
+                (1..=steps as u32).all(|step| {
+                    let point = robot + way * (f64::from(step) / steps);
+                    let there = Pose::new(point.x, point.y, 0.0);
+                    let clearance_m = field.clearance_m(body, &there);
+                    clearance_m.is_none_or(|clearance_m| clearance_m > 0.0)
+                })
+            })
+        };
+        let (nearest_m, farthest_m) = (self.settings.least_lookahead_m, self.settings.lookahead_m);
+        self.route.key_node(nearest_m, farthest_m, in_sight)
     }
 
     /// Moves slowly back to where it came from, even from within a margin.

@@ -107,19 +107,32 @@ impl Route {
         found.distance_m
     }
 
-    /// The key node to make for: the first at least `ahead_m` further along the path, or the first that was not touched
-    /// where that is what counts; the goal when there is none.
+    /// The key node to make for: of those from the first at least `nearest_m` further along the path to the first at least
+    /// `farthest_m`, the last that is in sight, or the first of them; but the first that was not touched where that is what
+    /// counts; the goal when there is none.
     #[must_use]
-    pub fn key_node(&self, ahead_m: f64) -> Point {
-        let from = self.progress_m + ahead_m;
-        let by_progress = || self.key_nodes_m.partition_point(|&arc| arc < from);
-        let next = self.touched.unwrap_or_else(by_progress);
-        let arc = self
-            .key_nodes_m
-            .get(next)
-            .copied()
-            .unwrap_or(self.path.length_m());
-        self.path.point_at(arc)
+    pub fn key_node(
+        &self,
+        nearest_m: f64,
+        farthest_m: f64,
+        in_sight: impl Fn(&Point) -> bool,
+    ) -> Point {
+        let last = self.key_nodes_m.len() - 1;
+        let node = |index: usize| self.path.point_at(self.key_nodes_m[index]);
+        if let Some(touched) = self.touched {
+            return node(touched.min(last));
+        }
+        let first_after = |ahead_m: f64| {
+            let from = self.progress_m + ahead_m;
+            let next = self.key_nodes_m.partition_point(|&arc| arc < from);
+            next.min(last)
+        };
+        let nearest = first_after(nearest_m);
+        let candidates = (nearest..=first_after(farthest_m)).rev().map(node);
+        candidates
+            .into_iter()
+            .find(in_sight)
+            .unwrap_or_else(|| node(nearest))
     }
 
     /// Points of the path's next `ahead_m` metres, `spacing_m` apart.

@@ -38,8 +38,11 @@ pub struct NavigatorSettings {
     pub comfort_detour: f64,
     /// Key nodes are at most this far apart along the path, metres.
     pub key_node_spacing_m: f64,
-    /// The local target is the first key node at least this far ahead along the path, metres.
+    /// The local target is the first key node at least this far ahead along the path, metres, if it is in sight: as far as
+    /// the robot gets within the horizon, or it would dawdle.
     pub lookahead_m: f64,
+    /// And if not, one nearer that is, down to the first at least this far ahead, metres.
+    pub least_lookahead_m: f64,
     /// The path is checked for new obstacles this far ahead, metres, as far as the local window shows.
     pub check_ahead_m: f64,
     /// The robot turns in place when the target lies further off its heading than this, radians.
@@ -84,7 +87,8 @@ impl Default for NavigatorSettings {
             comfort_margin_m: 0.25,
             comfort_detour: 1.5,
             key_node_spacing_m: 0.5,
-            lookahead_m: 2.0,
+            lookahead_m: 3.0,
+            least_lookahead_m: 1.0,
             check_ahead_m: 8.0,
             turn_in_place_from: 1.2,
             turn_in_place_until: 0.3,
@@ -126,6 +130,7 @@ impl NavigatorSettings {
             ("passing_speed", self.passing_speed, above_zero),
             ("comfort_margin_m", self.comfort_margin_m, at_least_zero),
             ("lookahead_m", self.lookahead_m, above_zero),
+            ("least_lookahead_m", self.least_lookahead_m, at_least_zero),
             ("check_ahead_m", self.check_ahead_m, at_least_zero),
             ("patience_s", self.patience_s, at_least_zero),
             ("replan_period_s", self.replan_period_s, at_least_zero),
