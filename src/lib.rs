@@ -57,6 +57,7 @@
 //!     walkers: Walkers::default(),
 //!     seed: 1,
 //!     time_limit_s: 60.0,
+//!     done_within_m: None,
 //! };
 //! let engine = Box::new(CpuEngine::single_threaded());
 //! let mut observer = Observer { clock: &mut || 0.0, progress: &mut |_| {} };

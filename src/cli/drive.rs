@@ -47,6 +47,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         walkers,
         seed: arguments.seed,
         time_limit_s: arguments.time_limit,
+        done_within_m: None,
     };
     let engine = engines::choose(&arguments.engine, arguments.threads)?;
     let result = match simulate(&mission, &config, engine, "driving") {

@@ -154,6 +154,7 @@ fn drive_scene(
         walkers: people,
         seed: scene.seed,
         time_limit_s: 600.0,
+        done_within_m: None,
     };
     let result = drive::simulate(&mission, config, engine, scene.name)?;
     Ok((mission, result))

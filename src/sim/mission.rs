@@ -29,6 +29,16 @@ pub struct Mission {
     pub seed: u64,
     /// The run ends after this long, seconds of simulated time.
     pub time_limit_s: f64,
+    /// The run ends, as reached, once the true pose is within this of the goal, metres; none leaves that to the
+    /// navigator.
+    pub done_within_m: Option<f64>,
+}
+
+impl Mission {
+    fn is_done_at(&self, robot: &Point) -> bool {
+        self.done_within_m
+            .is_some_and(|within_m| (robot - self.goal.position).norm() <= within_m)
+    }
 }
 
 /// How a mission ended.
@@ -166,7 +176,9 @@ impl<'a> Simulation<'a> {
         for tick in 0..ticks {
             let row = self.tick(tick as f64 * period_s, observer);
             (observer.progress)(&row);
-            let over = matches!(row.mode, Mode::Arrived | Mode::Failed) || row.gap_m <= 0.0;
+            let over = matches!(row.mode, Mode::Arrived | Mode::Failed)
+                || row.gap_m <= 0.0
+                || self.mission.is_done_at(&row.pose.position());
             self.trace.rows.push(row);
             if over {
                 break;
@@ -243,7 +255,9 @@ impl<'a> Simulation<'a> {
         let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
         let goal: Point = self.mission.goal.position;
         MissionResult {
-            reached: last.is_some_and(|row| row.mode == Mode::Arrived),
+            reached: last.is_some_and(|row| {
+                row.mode == Mode::Arrived || self.mission.is_done_at(&row.pose.position())
+            }),
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
             travelled_m: rows

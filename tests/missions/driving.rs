@@ -24,6 +24,7 @@ pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2
         walkers: Walkers::default(),
         seed: 1,
         time_limit_s: 400.0,
+        done_within_m: None,
     }
 }
 

@@ -50,6 +50,7 @@ fn crosses() -> Result<(), Failed> {
             walkers: Walkers::seeded(&Crowd::new(5, seed), &obstacles, path.points(), &ends)?,
             seed,
             time_limit_s: 900.0,
+            done_within_m: None,
         });
         assert!(result.travelled_m >= 150.0, "{}", story(&result));
     }

@@ -48,6 +48,7 @@ fn task(scene: &Scene, other: u64) -> Mission {
             .expect("room for people"),
         seed,
         time_limit_s: 600.0,
+        done_within_m: None,
     }
 }
 
