@@ -1,5 +1,7 @@
 //! Measure: verify the answer first, then time it; medians and tails, never a mean alone.
 
+pub mod barn;
+pub mod campaign;
 mod crossover;
 mod deadlines;
 mod density;

@@ -188,6 +188,8 @@ pub struct BenchArguments {
 /// The benchmarks.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
+    /// Closed loop over the worlds of the BARN benchmark, by its rules.
+    Barn(super::barn::BarnArguments),
     /// Sampling density against latency and quality, on every engine here.
     Density(DensityArguments),
     /// Grid search against the published optimal lengths of the `MovingAI` benchmark.
@@ -378,7 +380,11 @@ fn duration(text: &str) -> Result<f64, String> {
     number(text, fits, "seconds, above zero and at most 1e9")
 }
 
-fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+pub(super) fn number(
+    text: &str,
+    fits: impl Fn(f64) -> bool,
+    expected: &str,
+) -> Result<f64, String> {
     match text.parse() {
         Ok(number) if fits(number) => Ok(number),
         _ => Err(format!("it must be a number of {expected}")),

@@ -1,7 +1,10 @@
 //! The command line: the only room that prints, reads clocks and opens files to write.
 
 mod arguments;
+mod barn;
+mod barn_words;
 mod bench;
+mod campaign;
 mod clock;
 mod config;
 mod density_words;
@@ -49,6 +52,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Verify(command)) => verify::run(command, json),
         Some(Command::Devices) => devices::run(json),
         Some(Command::Bench(bench)) => match &bench.command {
+            BenchCommand::Barn(command) => barn::run(command, json),
             BenchCommand::Density(command) => bench::density(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),
