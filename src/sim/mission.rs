@@ -135,7 +135,9 @@ impl<'a> Simulation<'a> {
             config.robot.drive(),
             config.robot.limits,
             config.dynamics,
+            config.odometry,
             mission.start,
+            mission.seed,
         )?;
         let moving_radii = mission
             .walkers
