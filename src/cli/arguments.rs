@@ -116,7 +116,7 @@ pub struct DriveArguments {
     /// Goal, metres, and the yaw to park with where one is given.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub goal: Place,
-    /// How many people walk the drifts, or a JSON or TOML file of them.
+    /// How many people walk the drifts, or a JSON or TOML file of moving obstacles: walkers, wanderers, scripts.
     #[arg(
         long,
         default_value = "0",

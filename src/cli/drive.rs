@@ -140,7 +140,10 @@ fn walkers(
 ) -> Result<Walkers, MissionError> {
     let count = match &arguments.obstacles {
         Obstacles::Count(count) => *count,
-        Obstacles::File(file) => return Ok(Walkers::read(file, map.frame())?),
+        Obstacles::File(file) => {
+            let ground = map.obstacles(config.unknown);
+            return Ok(Walkers::read(file, &ground, arguments.seed)?);
+        }
     };
     seeded_walkers(
         count,
