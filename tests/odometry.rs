@@ -19,7 +19,7 @@ fn wind(base: &mut SimBase, time_s: f64) {
         let time_s = 0.05 * f64::from(tick);
         let turn = 0.6 * libm::sin(0.7 * time_s);
         base.send(&Twist::new(0.6 + 0.3 * libm::sin(0.3 * time_s), turn))
-            .unwrap();
+            .expect("a finite command");
         base.step(0.05);
     }
 }
@@ -27,7 +27,8 @@ fn wind(base: &mut SimBase, time_s: f64) {
 /// Drives straight ahead, or stands, for a time, seconds.
 fn go(base: &mut SimBase, speed: f64, time_s: f64) {
     for _ in 0..(time_s / 0.1) as u32 {
-        base.send(&Twist::new(speed, 0.0)).unwrap();
+        base.send(&Twist::new(speed, 0.0))
+            .expect("a finite command");
         base.step(0.1);
     }
 }

@@ -38,7 +38,7 @@ fn base() -> SimBase {
 fn keep_on(base: &mut SimBase, command: Twist, time_s: f64) {
     let sends = (time_s / 0.1).ceil();
     for _ in 0..sends as u32 {
-        base.send(&command).unwrap();
+        base.send(&command).expect("a finite command");
         base.step(time_s / sends);
     }
 }

@@ -9,7 +9,7 @@ use super::{Config, SimBase, SimError, Trace, TraceRow, Walkers, World};
 use crate::base::Base;
 use crate::geometry::{Point, Pose, wrap_angle};
 use crate::local::{Engine, LocalPlanner};
-use crate::map::{ObstacleGrid, OccupancyGrid};
+use crate::map::{MovingDisc, ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Fault, Goal, Journey, Mode, Navigator, Observation};
 
 /// What to do, and in which world.
@@ -139,12 +139,6 @@ impl<'a> Simulation<'a> {
             mission.start,
             mission.seed,
         )?;
-        let moving_radii = mission
-            .walkers
-            .discs()
-            .iter()
-            .map(|disc| disc.radius)
-            .collect();
         Ok(Self {
             mission,
             config,
@@ -154,7 +148,7 @@ impl<'a> Simulation<'a> {
             navigator,
             lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
             trace: Trace {
-                moving_radii,
+                moving_radii: mission.walkers.radii(),
                 ..Trace::default()
             },
             decision_s: Vec::new(),
@@ -197,10 +191,10 @@ impl<'a> Simulation<'a> {
             mode: decision.mode,
             path: self.navigator.plans().len() - 1,
             moving: self
-                .world
-                .moving
+                .walkers
+                .places()
                 .iter()
-                .map(crate::map::MovingDisc::center)
+                .map(|place| place.as_ref().map(MovingDisc::center))
                 .collect(),
         };
         // The simulated base refuses only commands that are not finite, and the navigator sends none.

@@ -303,10 +303,12 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
         .collect()
 }
 
-fn crossing(share: f64) -> Vec<Point> {
-    vec![
+fn crossing(share: f64) -> Vec<Option<Point>> {
+    [
         Point::new(8.5 - 6.0 * (share - 0.1), -1.2 + 14.0 * share),
         Point::new(30.0 - 28.0 * share, 7.8),
         Point::new(18.8, 15.0 - 16.0 * (share - 0.5).abs()),
     ]
+    .map(Some)
+    .to_vec()
 }
