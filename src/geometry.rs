@@ -178,4 +178,19 @@ mod tests {
         assert!((ahead - Point::new(1.0, 5.0)).norm() < 1e-12);
         assert!((pose.inverse_transform(&ahead) - Point::new(3.0, 0.0)).norm() < 1e-12);
     }
+
+    #[test]
+    fn a_half_circle_ends_a_diameter_to_the_left_facing_back() {
+        // 1 m/s at 0.5 rad/s is a circle of radius 2 m; half of it takes 2 pi seconds.
+        let end = Pose::default().after(&Twist::new(1.0, 0.5), 2.0 * PI);
+        assert!(end.x.abs() < 1e-12 && (end.y - 4.0).abs() < 1e-12);
+        assert!((end.yaw.abs() - PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_arc_has_no_seam_where_it_turns_straight() {
+        let x_of = |angular| Pose::default().after(&Twist::new(1.0, angular), 1.0).x;
+        assert!((x_of(1.999e-4) - x_of(2.001e-4)).abs() < 2e-11);
+        assert!((x_of(0.0) - 1.0).abs() < 1e-15);
+    }
 }

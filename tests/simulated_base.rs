@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use inbye::base::{Base, BaseError};
 use inbye::geometry::{Pose, Twist};
 use inbye::robot::{Limits, TrackedDrive};
-use inbye::sim::{DriveDynamics, SimBase};
+use inbye::sim::{DriveDynamics, OdometryNoise, SimBase, Slip};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -21,8 +21,26 @@ const LIMITS: Limits = Limits {
     decel_lim_theta: -2.0,
 };
 
+fn base_with(dynamics: DriveDynamics, noise: OdometryNoise, seed: u64) -> SimBase {
+    SimBase::new(DRIVE, LIMITS, dynamics, noise, Pose::default(), seed).expect("valid settings")
+}
+
+/// Motors that lag, commands that are at once there, and ground without slip.
 fn base() -> SimBase {
-    SimBase::new(DRIVE, LIMITS, DriveDynamics::default(), Pose::default()).expect("valid settings")
+    let lagging = DriveDynamics {
+        motor_lag_s: 0.05,
+        ..DriveDynamics::ideal()
+    };
+    base_with(lagging, OdometryNoise::none(), 0)
+}
+
+/// Keeps a command up for a time, seconds.
+fn keep_on(base: &mut SimBase, command: Twist, time_s: f64) {
+    let sends = (time_s / 0.1).ceil();
+    for _ in 0..sends as u32 {
+        base.send(&command).expect("a finite command");
+        base.step(time_s / sends);
+    }
 }
 
 #[test]
@@ -79,24 +97,18 @@ fn a_ramp_is_followed_with_the_stated_lag() {
         "{:?}",
         base.twist()
     );
-    assert_eq!(base.feedback().unwrap().twist, base.twist());
+    // The sensors give the mean over their last 10 ms, 5 ms ago.
+    let measured = base.feedback().unwrap().twist.linear;
+    assert!((base.twist().linear - 0.005 * 0.5 - measured).abs() < 1e-4);
 }
 
 #[test]
 fn a_steady_turn_closes_its_circle() {
     let mut base = base();
     let turn = Twist::new(0.6, 0.5);
-    let keep_on = |base: &mut SimBase, time_s: f64| {
-        base.send(&turn).unwrap();
-        base.step(time_s);
-    };
-    for _ in 0..100 {
-        keep_on(&mut base, 0.1);
-    }
+    keep_on(&mut base, turn, 10.0);
     let from = *base.pose();
-    for _ in 0..100 {
-        keep_on(&mut base, TAU / 0.5 / 100.0);
-    }
+    keep_on(&mut base, turn, TAU / 0.5);
     let moved = base.pose().position() - from.position();
     assert!(moved.norm() < 1e-9, "{moved}");
 }
@@ -126,20 +138,193 @@ fn a_base_without_commands_brakes_by_itself() {
 }
 
 #[test]
-fn bad_settings_are_refused_by_name() {
-    let lag = DriveDynamics {
-        motor_lag_s: f64::NAN,
+fn a_command_acts_after_its_delay_and_not_before() {
+    // Neither a multiple of the sub-step, nor shorter than the time between two commands.
+    let delay_s = 0.1337;
+    let mut base = base_with(
+        DriveDynamics {
+            command_delay_s: delay_s,
+            ..DriveDynamics::ideal()
+        },
+        OdometryNoise::none(),
+        0,
+    );
+    // 0.4 m/s from the start, and nothing from 0.1 s on: up at 0.5 m/s^2 for 0.1 s, down at 1.5 m/s^2.
+    let expected = |time_s: f64| {
+        let since = time_s - delay_s;
+        if since <= 0.1 {
+            (0.5 * since).max(0.0)
+        } else {
+            (0.05 - 1.5 * (since - 0.1)).max(0.0)
+        }
+    };
+    base.send(&Twist::new(0.4, 0.0)).unwrap();
+    for tick in 1..=60 {
+        base.step(0.005);
+        let time_s = 0.005 * f64::from(tick);
+        let speed = base.twist().linear;
+        assert!(
+            (speed - expected(time_s)).abs() < 1e-9,
+            "{speed} at {time_s} s"
+        );
+        if tick == 20 {
+            base.send(&Twist::STOP).unwrap();
+        }
+    }
+}
+
+#[test]
+fn of_two_commands_sent_at_once_the_later_counts() {
+    let mut base = base_with(DriveDynamics::default(), OdometryNoise::none(), 0);
+    base.send(&Twist::new(1.0, 0.0)).unwrap();
+    base.send(&Twist::new(-0.2, 0.0)).unwrap();
+    base.step(0.5);
+    assert!(base.twist().linear < -0.1);
+}
+
+#[test]
+fn steady_slip_and_width_change_speed_and_turn_as_stated() {
+    let slip = Slip {
+        mean: 0.1,
+        width_ratio: 1.6,
+        calibrated_width_ratio: 1.2,
+        wander: 0.0,
+        ..Slip::default()
+    };
+    let dynamics = DriveDynamics {
+        slip,
         ..DriveDynamics::default()
     };
-    let error = SimBase::new(DRIVE, LIMITS, lag, Pose::default()).unwrap_err();
+    let mut base = base_with(dynamics, OdometryNoise::none(), 0);
+    keep_on(&mut base, Twist::new(0.6, 0.4), 8.0);
+    let truth = base.twist();
+    assert!((truth.linear - 0.6 * 0.9).abs() < 1e-9, "{truth:?}");
     assert!(
-        error.to_string().starts_with("motor_lag_s is NaN"),
-        "{error}"
+        (truth.angular - 0.4 * 0.9 * 1.2 / 1.6).abs() < 1e-9,
+        "{truth:?}"
     );
+    // The belts run as the controller believes to need, the encoders see only them, and the gyro sees the turn.
+    let tracks = base.track_speeds();
+    assert!((tracks.right - tracks.left - 0.4 * 0.5 * 1.2).abs() < 1e-9);
+    let measured = base.feedback().unwrap().twist;
+    assert!((measured.linear - 0.6).abs() < 1e-9);
+    assert!((measured.angular - truth.angular).abs() < 1e-9);
+}
+
+/// True speed and turn rate over those commanded, at each of many metres of a steady drive.
+fn grip(wander: f64, seed: u64) -> Vec<[f64; 2]> {
+    let slip = Slip {
+        mean: 0.05,
+        width_ratio: 1.5,
+        calibrated_width_ratio: 1.5,
+        wander,
+        wander_length_m: 2.0,
+    };
+    let dynamics = DriveDynamics {
+        slip,
+        ..DriveDynamics::ideal()
+    };
+    let mut base = base_with(dynamics, OdometryNoise::none(), seed);
+    let command = Twist::new(1.0, 0.5);
+    keep_on(&mut base, command, 5.0);
+    let look = |_| {
+        keep_on(&mut base, command, 1.0);
+        let truth = base.twist();
+        [truth.linear, truth.angular / 0.5]
+    };
+    (0..4000).map(look).collect()
+}
+
+#[test]
+fn slip_wanders_as_widely_and_as_slowly_as_stated() {
+    let grip = grip(0.03, 5);
+    let count = grip.len() as f64;
+    let slip: Vec<f64> = grip.iter().map(|[speed, _]| 1.0 - speed).collect();
+    let width: Vec<f64> = grip.iter().map(|[speed, turn]| speed / turn).collect();
+    for (wandering, mean) in [(slip, 0.05), (width, 1.0)] {
+        let found = wandering.iter().sum::<f64>() / count;
+        assert!((found - mean).abs() < 0.005, "{found} for {mean}");
+        let together = |apart: usize| {
+            let pairs = wandering.iter().zip(&wandering[apart..]);
+            pairs.map(|(a, b)| (a - found) * (b - found)).sum::<f64>() / count
+        };
+        let deviation = together(0).sqrt();
+        assert!((deviation - 0.03).abs() < 0.004, "{deviation}");
+        // 2 m further all but 1/e is forgotten.
+        let kept = together(2) / together(0);
+        assert!((kept - 0.368).abs() < 0.08, "{kept}");
+    }
+}
+
+#[test]
+fn ground_without_wandering_is_the_same_for_every_seed() {
+    assert_eq!(grip(0.0, 1), grip(0.0, 2));
+    assert_ne!(grip(0.01, 1), grip(0.01, 2));
+}
+
+#[test]
+fn the_same_seed_drives_the_same_and_another_does_not() {
+    let run = |seed| {
+        let mut base = base_with(DriveDynamics::default(), OdometryNoise::default(), seed);
+        let mut seen = Vec::new();
+        for tick in 0..200 {
+            let turn = 0.4 * libm::sin(0.1 * f64::from(tick));
+            keep_on(&mut base, Twist::new(0.5, turn), 0.05);
+            seen.push((*base.pose(), base.twist(), base.odometry()));
+        }
+        seen
+    };
+    assert_eq!(run(7), run(7));
+    let (one, other) = (run(7), run(8));
+    assert_ne!(one[199].0, other[199].0);
+    assert_ne!(one[199].2, other[199].2);
+}
+
+#[test]
+fn bad_settings_are_refused_by_name() {
+    let refusal = |limits, dynamics, noise| {
+        SimBase::new(DRIVE, limits, dynamics, noise, Pose::default(), 0)
+            .unwrap_err()
+            .to_string()
+    };
+    let plain = DriveDynamics::default();
+    let lag = DriveDynamics {
+        motor_lag_s: f64::NAN,
+        ..plain
+    };
+    let late = DriveDynamics {
+        command_delay_s: -0.1,
+        ..plain
+    };
+    let slipping = |slip| DriveDynamics { slip, ..plain };
+    let all = slipping(Slip {
+        mean: 1.0,
+        ..Slip::default()
+    });
+    let wild = slipping(Slip {
+        wander: 0.3,
+        ..Slip::default()
+    });
+    let noise = OdometryNoise::default();
+    for (dynamics, words) in [
+        (lag, "motor_lag_s is NaN"),
+        (late, "command_delay_s is -0.1"),
+        (all, "slip.mean is 1"),
+        (wild, "slip.wander is 0.3"),
+    ] {
+        let error = refusal(LIMITS, dynamics, noise);
+        assert!(error.starts_with(words), "{error}");
+    }
     let slow = Limits {
         acc_lim_x: 0.0,
         ..LIMITS
     };
-    let error = SimBase::new(DRIVE, slow, DriveDynamics::default(), Pose::default()).unwrap_err();
-    assert!(error.to_string().starts_with("acc_lim_x is 0"), "{error}");
+    let error = refusal(slow, plain, noise);
+    assert!(error.starts_with("acc_lim_x is 0"), "{error}");
+    let coarse = OdometryNoise {
+        encoder_tick_m: f64::INFINITY,
+        ..noise
+    };
+    let error = refusal(LIMITS, plain, coarse);
+    assert!(error.starts_with("encoder_tick_m is inf"), "{error}");
 }

@@ -74,8 +74,10 @@ fn is_solid(world: &World, point: &Point) -> bool {
 fn quiet_lidar(beams: usize) -> Lidar {
     Lidar {
         beams,
+        range_min_m: 0.0,
         range_max_m: 4.0,
         range_sigma_m: 0.0,
+        dropout: 0.0,
         ..Lidar::default()
     }
 }
@@ -276,14 +278,113 @@ fn range_noise_has_the_stated_spread_and_none_draws_nothing() {
     assert!((beyond_two - 0.0455).abs() < 0.006, "{beyond_two}");
 }
 
+/// An empty room of 6 by 6 m.
+fn room() -> World {
+    let frame = GridFrame {
+        width: 60,
+        height: 60,
+        resolution_m: RESOLUTION_M,
+        origin: Pose::default(),
+    };
+    World::new(ObstacleGrid::new(frame, vec![false; frame.len()]))
+}
+
+#[test]
+fn the_stated_share_of_beams_gives_no_measurement() {
+    let world = room();
+    let pose = Pose::new(3.0, 3.0, 0.0);
+    let mut rng = Pcg64Mcg::seed_from_u64(4);
+    let whole = quiet_lidar(20_000);
+    let truth = whole.scan(&world, &pose, &mut rng).scan.ranges;
+    let dropping = Lidar {
+        dropout: 0.2,
+        ..whole
+    };
+    let seen = dropping.scan(&world, &pose, &mut rng).scan.ranges;
+    let (dropped, kept): (Vec<_>, Vec<_>) =
+        (seen.iter().zip(&truth)).partition(|(range, _)| range.is_nan());
+    let share = dropped.len() as f64 / seen.len() as f64;
+    assert!((share - 0.2).abs() < 0.01, "{share}");
+    assert!(kept.iter().all(|(range, truth)| range == truth));
+    let blind = Lidar {
+        dropout: 1.0,
+        ..whole
+    };
+    let mut world = world;
+    world.moving = vec![MovingDisc {
+        x: 4.0,
+        y: 3.0,
+        radius: 0.3,
+        vx: 0.0,
+        vy: 0.0,
+    }];
+    assert_eq!(whole.scan(&world, &pose, &mut rng).visible, [0]);
+    assert!(blind.scan(&world, &pose, &mut rng).visible.is_empty());
+}
+
+#[test]
+fn what_is_nearer_than_the_shortest_range_is_not_measured() {
+    let mut world = room();
+    let disc = |x| MovingDisc {
+        x,
+        y: 3.0,
+        radius: 0.3,
+        vx: 0.0,
+        vy: 0.0,
+    };
+    world.moving = vec![disc(3.4), disc(2.0)];
+    let lidar = Lidar {
+        range_min_m: 0.2,
+        range_sigma_m: 0.05,
+        ..quiet_lidar(360)
+    };
+    let mut rng = Pcg64Mcg::seed_from_u64(4);
+    let seen = lidar.scan(&world, &Pose::new(3.0, 3.0, 0.0), &mut rng);
+    assert!(seen.scan.ranges[180].is_nan(), "0.1 m ahead");
+    assert!((seen.scan.ranges[0] - 0.7).abs() < 0.25, "behind");
+    assert_eq!(seen.visible, [0, 1], "the flanks of the near one are far");
+    let measured = seen.scan.ranges.iter().filter(|range| !range.is_nan());
+    assert!(measured.into_iter().all(|&range| range >= 0.2));
+}
+
+#[test]
+fn a_fan_of_three_quarters_of_a_turn_has_a_beam_at_either_edge() {
+    let lidar = Lidar {
+        field_of_view_rad: 1.5 * PI,
+        ..quiet_lidar(271)
+    };
+    let mut rng = Pcg64Mcg::seed_from_u64(4);
+    let scan = lidar
+        .scan(&room(), &Pose::new(3.0, 3.0, 0.0), &mut rng)
+        .scan;
+    assert!((scan.angle(0) + 0.75 * PI).abs() < 1e-12);
+    assert!((scan.angle(270) - 0.75 * PI).abs() < 1e-12);
+    assert!((scan.ranges[135] - 3.0).abs() < 1e-12, "straight ahead");
+}
+
 #[test]
 fn bad_settings_are_refused_by_name() {
-    let lidar = Lidar {
-        beams: 0,
-        ..Lidar::default()
-    };
-    let error = lidar.validate().unwrap_err();
-    assert!(error.to_string().starts_with("beams is 0"), "{error}");
+    let plain = Lidar::default();
+    for (lidar, words) in [
+        (Lidar { beams: 0, ..plain }, "beams is 0"),
+        (
+            Lidar {
+                range_min_m: 11.0,
+                ..plain
+            },
+            "range_max_m is 10",
+        ),
+        (
+            Lidar {
+                dropout: -0.1,
+                ..plain
+            },
+            "dropout is -0.1",
+        ),
+    ] {
+        let error = lidar.validate().unwrap_err();
+        assert!(error.to_string().starts_with(words), "{error}");
+    }
     assert_eq!(Lidar::default().validate(), Ok(()));
 }
 

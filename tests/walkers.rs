@@ -240,12 +240,17 @@ const FRAME: GridFrame = GridFrame {
     origin: Pose::new(0.0, 0.0, 0.0),
 };
 
+/// Ten by five metres of free ground.
+fn open_ground() -> ObstacleGrid {
+    ObstacleGrid::new(FRAME, vec![false; FRAME.len()])
+}
+
 const ONE_WALKER: &str =
     r#"[{"x": 1.0, "y": 2.5, "radius": 0.3, "speed": 0.5, "route": [[9.0, 2.5]]}]"#;
 
 #[test]
 fn a_walker_holds_before_the_robot_and_turns_round_when_out_of_patience() {
-    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &FRAME).unwrap();
+    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
     let pose = Pose::new(5.0, 2.5, 0.0);
     let mut held_s = 0.0;
     for _ in 0..400 {
@@ -264,7 +269,7 @@ fn a_walker_holds_before_the_robot_and_turns_round_when_out_of_patience() {
 
 #[test]
 fn a_walk_goes_back_and_forth_at_its_speed() {
-    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &FRAME).unwrap();
+    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
     let mut x_after = |time_s| {
         walkers.step(time_s, &AWAY, &robot(0.4));
         walkers.discs()[0].x
@@ -278,8 +283,8 @@ fn a_walk_goes_back_and_forth_at_its_speed() {
 fn obstacle_files_in_json_and_toml_say_the_same() {
     let toml = "[[obstacles]]\nx = 1.0\ny = 2.5\nradius = 0.3\nspeed = 0.5\nroute = [[9.0, 2.5]]";
     assert_eq!(
-        Walkers::parse(ONE_WALKER, "a.json", &FRAME),
-        Walkers::parse(toml, "a.toml", &FRAME)
+        Walkers::parse(ONE_WALKER, "a.json", &open_ground(), 0),
+        Walkers::parse(toml, "a.toml", &open_ground(), 0)
     );
 }
 
@@ -287,7 +292,55 @@ fn obstacle_files_in_json_and_toml_say_the_same() {
 fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
     let cases = [
         ("{", "a.json: not a list of moving obstacles"),
-        (r#"[{"x": 1, "y": 1, "radius": 0.3}]"#, "a.json: not a list"),
+        (r#"[{"x": 1, "y": 1, "speed": 0.3}]"#, "a.json: not a list"),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3}]"#,
+            "a.json: obstacle 0: speed is missing",
+        ),
+        (
+            r#"[{"radius": 0.3, "keyframes": [[0, 1, 1]], "speed": 1}]"#,
+            "a.json: obstacle 0: keyframes and speed exclude each other",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "loop_s": 4}]"#,
+            "a.json: obstacle 0: keyframes is missing",
+        ),
+        (
+            r#"[{"radius": 0.3, "keyframes": []}]"#,
+            "a.json: obstacle 0: number of keyframes is 0",
+        ),
+        (
+            r#"[{"radius": 0.3, "keyframes": [[0, 1, 1], [2, 3, 1], [2, 4, 1]]}]"#,
+            "a.json: obstacle 0: time of a keyframe is 2",
+        ),
+        (
+            r#"[{"radius": 0.3, "keyframes": [[0, 1, 1], [2, 3, 1]], "loop_s": 1.5}]"#,
+            "a.json: obstacle 0: loop_s is 1.5",
+        ),
+        (
+            r#"[{"radius": 0.3, "keyframes": [[0, 1, 1], [2, 3, 9]]}]"#,
+            "a.json: obstacle 0: (3, 9) lies outside the map",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "wander_m": 2, "route": []}]"#,
+            "a.json: obstacle 0: wander_m and route exclude each other",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 0, "wander_m": 2}]"#,
+            "a.json: obstacle 0: speed is 0",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "wander_m": 0.01}]"#,
+            "a.json: obstacle 0: (1, 1) has no free ground",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "appears_at_s": -1}]"#,
+            "a.json: obstacle 0: appears_at_s is -1",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "appears_at_s": 1, "appears_within_m": 2}]"#,
+            "a.json: obstacle 0: appears_at_s and appears_within_m exclude each other",
+        ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "colour": 3}]"#,
             "a.json: not a list",
@@ -306,7 +359,7 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
         ),
     ];
     for (text, expected) in cases {
-        let message = Walkers::parse(text, "a.json", &FRAME)
+        let message = Walkers::parse(text, "a.json", &open_ground(), 0)
             .unwrap_err()
             .to_string();
         assert!(
@@ -315,7 +368,7 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
         );
     }
     let toml = "[[obstacles]]\nx = nan\ny = 1\nradius = 0.3\nspeed = inf";
-    let message = Walkers::parse(toml, "a.toml", &FRAME)
+    let message = Walkers::parse(toml, "a.toml", &open_ground(), 0)
         .unwrap_err()
         .to_string();
     assert!(
@@ -323,14 +376,14 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
         "{message}"
     );
     let toml = "[[obstacles]]\nx = nan\ny = 1.0\nradius = 0.3\nspeed = 1.0\nwho = 1";
-    let message = Walkers::parse(toml, "a.toml", &FRAME)
+    let message = Walkers::parse(toml, "a.toml", &open_ground(), 0)
         .unwrap_err()
         .to_string();
     assert!(
         message.contains("who") && !message.contains('\n'),
         "{message}"
     );
-    let missing = Walkers::read("no/such/file.json".as_ref(), &FRAME).unwrap_err();
+    let missing = Walkers::read("no/such/file.json".as_ref(), &open_ground(), 0).unwrap_err();
     assert!(matches!(missing, SimError::Unreadable { .. }), "{missing}");
 }
 

@@ -115,6 +115,7 @@ fn as_points(roadway: &Roadway, field: &Arc<ClearanceField>, world: &World) -> P
     let problem = roadway.problem(field, TICK);
     let lidar = Lidar {
         range_sigma_m: 0.0,
+        dropout: 0.0,
         ..Lidar::default()
     };
     let rng = &mut Pcg64Mcg::seed_from_u64(0);

@@ -119,7 +119,7 @@ pub struct DriveArguments {
     /// A stop on the way, metres, and the yaw to stand there with where one is given; give one --via for each, in order.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
-    /// How many people walk the drifts, or a JSON or TOML file of them.
+    /// How many people walk the drifts, or a JSON or TOML file of moving obstacles: walkers, wanderers, scripts.
     #[arg(
         long,
         default_value = "0",

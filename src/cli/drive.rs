@@ -11,7 +11,8 @@ use inbye::local::ChooseError;
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::sim::{
-    Config, Mission, MissionError, MissionResult, Observer, TraceRow, Walkers, run_mission,
+    Config, Mission, MissionError, MissionResult, Observer, StopError, TraceRow, Walkers,
+    run_mission,
 };
 use serde_json::{Value, json};
 
@@ -140,7 +141,10 @@ fn walkers(
 ) -> Result<Walkers, MissionError> {
     let count = match &arguments.obstacles {
         Obstacles::Count(count) => *count,
-        Obstacles::File(file) => return Ok(Walkers::read(file, map.frame())?),
+        Obstacles::File(file) => {
+            let ground = map.obstacles(config.unknown);
+            return Ok(Walkers::read(file, &ground, arguments.seed)?);
+        }
     };
     seeded_walkers(
         count,
@@ -198,6 +202,7 @@ pub fn object(result: &MissionResult) -> Value {
         "travelled_m": result.travelled_m,
         "min_clearance_m": result.min_clearance_m,
         "final_error": { "x_m": x_m, "y_m": y_m, "yaw_rad": result.final_yaw_error },
+        "stop_errors": result.stop_errors.iter().map(stop_error).collect::<Vec<_>>(),
         "engine": result.engine,
         "latency_ms": latencies(result).summary(),
         "ticks": result.trace.rows.len(),
@@ -205,6 +210,10 @@ pub fn object(result: &MissionResult) -> Value {
         "fault": result.fault.as_ref().map(ToString::to_string),
         "trace_digest": result.trace.digest(),
     })
+}
+
+fn stop_error(error: &StopError) -> Value {
+    json!({ "x_m": error.x_m, "y_m": error.y_m, "yaw_rad": error.yaw_rad })
 }
 
 /// The result in one line.
@@ -229,8 +238,12 @@ fn print(result: &MissionResult) {
     if let Some(fault) = &result.fault {
         output::line(format!("why: {fault}"));
     }
+    for (number, error) in result.stop_errors.iter().enumerate() {
+        let StopError { x_m, y_m, yaw_rad } = *error;
+        output::line(miss(&format!("stop {}", number + 1), x_m, y_m, yaw_rad));
+    }
     let (x_m, y_m) = result.final_error_m;
-    output::line(format!("final error  x {x_m:+.3} m, y {y_m:+.3} m"));
+    output::line(miss("final error", x_m, y_m, result.final_yaw_error));
     if let Some(summary) = latencies(result).summary() {
         output::line(format!(
             "decision     p50 {:.2} ms, p99 {:.2} ms, slowest {:.2} ms on {}",
@@ -238,6 +251,12 @@ fn print(result: &MissionResult) {
         ));
     }
     output::line(format!("trace        {}", result.trace.digest()));
+}
+
+/// How far from where it should the robot stands.
+fn miss(what: &str, x_m: f64, y_m: f64, yaw_rad: Option<f64>) -> String {
+    let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));
+    format!("{what:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
 }
 
 fn record(file: File, result: &MissionResult) -> anyhow::Result<()> {

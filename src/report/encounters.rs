@@ -46,6 +46,7 @@ impl Encounters {
             for (obstacle, (center, radius)) in
                 row.moving.iter().zip(&trace.moving_radii).enumerate()
             {
+                let Some(center) = center else { continue };
                 let near = distance_m(center, &row.pose.position()) - radius <= NEAR_M;
                 if near && view.shows(center) {
                     encounters.add(obstacle, view.at(center), radius * view.scale(), &number);

@@ -61,7 +61,7 @@ pub(super) fn has_trails(trace: &Trace, view: &Viewport) -> bool {
     trace
         .rows
         .iter()
-        .any(|row| row.moving.iter().any(|center| view.shows(center)))
+        .any(|row| row.moving.iter().flatten().any(|center| view.shows(center)))
 }
 
 /// The ways of the moving obstacles as far as the picture shows them.
@@ -70,7 +70,7 @@ pub(super) fn trails(trace: &Trace, view: &Viewport) -> Markup {
         let seen: Vec<(f64, Point)> = trace
             .rows
             .iter()
-            .filter_map(|row| Some((row.time_s, *row.moving.get(obstacle)?)))
+            .filter_map(|row| Some((row.time_s, (*row.moving.get(obstacle)?)?)))
             .collect();
         seen.chunk_by(|(earlier, from), (later, to)| {
             view.shows(from)

@@ -49,7 +49,7 @@ fn closest_passes(trace: &Trace) -> Vec<usize> {
                 .iter()
                 .enumerate()
                 .filter_map(|(index, row)| {
-                    let center = row.moving.get(obstacle)?;
+                    let center = row.moving.get(obstacle)?.as_ref()?;
                     let distance = distance_m(center, &row.pose.position()) - radius;
                     (distance <= NEAR_M).then_some((distance, index))
                 })

@@ -5,7 +5,7 @@ use core::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use super::error::{above_zero, require};
-use super::{Crowd, DriveDynamics, Lidar, SimError};
+use super::{Crowd, DriveDynamics, Fixes, Lidar, OdometryNoise, SimError};
 use crate::global;
 use crate::local::{LocalSettings, MAX_DISCS};
 use crate::map::UnknownPolicy;
@@ -164,8 +164,12 @@ pub struct Config {
     pub navigator: NavigatorSettings,
     /// The simulated lidar.
     pub lidar: Lidar,
-    /// The simulated base.
+    /// The simulated base, and how its tracks slip.
     pub dynamics: DriveDynamics,
+    /// The simulated base's measurement of its own motion.
+    pub odometry: OdometryNoise,
+    /// Simulated fixes of the robot's pose.
+    pub fixes: Fixes,
     /// Simulated people.
     pub walkers: WalkerSettings,
 }
@@ -194,6 +198,8 @@ impl Config {
         check("navigator", self.navigator.validate())?;
         check("lidar", self.lidar.validate())?;
         check("dynamics", self.dynamics.validate())?;
+        check("odometry", self.odometry.validate())?;
+        check("fixes", self.fixes.validate())?;
         check("walkers", self.walkers.validate())
     }
 }

@@ -6,9 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::error::above_zero;
-use super::obstacles::Walker;
+use super::to_and_fro::ToAndFro;
 use super::walk::{straight_walk, winding_walk};
-use super::{SimError, Walkers};
+use super::{Moving, SimError, Walkers};
 use crate::geometry::{Point, bearing};
 use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid};
@@ -95,10 +95,10 @@ impl Walkers {
             };
             let share = rng.random::<f64>();
             let speed = slowest + (fastest - slowest) * share;
-            let mut walker = Walker::new(crowd.radius_m, speed, route, crowd.yields);
-            walker.along_m = walker.route.length_m() * rng.random::<f64>();
-            walker.forward = rng.random_bool(0.5);
-            walkers.push(walker);
+            let mut walk = ToAndFro::new(route, speed);
+            walk.along_m = walk.route.length_m() * rng.random::<f64>();
+            walk.forward = rng.random_bool(0.5);
+            walkers.push(Moving::under_way(crowd.radius_m, crowd.yields, walk)?);
         }
         Ok(Self::new(walkers))
     }

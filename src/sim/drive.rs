@@ -1,68 +1,100 @@
-//! A tracked base in motion: motors that lag, ramps that limit, and a pose that follows exact arcs.
+//! A tracked base in motion: commands that come late, ramps that limit, motors that lag, and tracks that slip.
+
+use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use super::SimError;
 use super::error::{above_zero, at_least_zero, require};
+use super::odometry::{INSTANT_S, Odometry, SAMPLE_S};
+use super::slip::Ground;
+use super::{OdometryNoise, OdometryReading, SimError, Slip};
 use crate::base::{Base, BaseError, Feedback, finite};
-use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::geometry::{Pose, Twist};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
-
-/// Longest step of the integration, seconds.
-const SUB_STEP_S: f64 = 0.01;
 
 /// How a simulated base answers commands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DriveDynamics {
+    /// Time from the sending of a command until the base acts on it, seconds, at least zero. Default 0.03 s: a USB
+    /// serial adapter holds bytes back for up to 16 ms, the command's 11 bytes take 1 ms at 115,200 baud, and a base
+    /// whose loop runs at 100 Hz looks up to 10 ms later.
+    pub command_delay_s: f64,
     /// Time constant of each track's motor under closed-loop speed control, seconds, at least zero: a step of the
-    /// set speed is followed to 63 % within it. Default 0.05 s.
+    /// set speed is followed to 63 % within it. Default 0.05 s: our own choice for small geared motors.
     pub motor_lag_s: f64,
-    /// Age of a command, seconds, above which the base brakes by itself. Default 0.5 s.
+    /// Age of a command, seconds since the base has it, above which the base brakes by itself. Default 0.5 s, as that of
+    /// the ROS differential drive controller.
     pub command_timeout_s: f64,
+    /// How the tracks slip.
+    pub slip: Slip,
 }
 
 impl Default for DriveDynamics {
     fn default() -> Self {
         Self {
+            command_delay_s: 0.03,
             motor_lag_s: 0.05,
             command_timeout_s: 0.5,
+            slip: Slip::default(),
         }
     }
 }
 
 impl DriveDynamics {
+    /// A base that is at once, and exactly, what its ramp sets: no delay, no lag, no slip.
+    #[must_use]
+    pub fn ideal() -> Self {
+        Self {
+            command_delay_s: 0.0,
+            motor_lag_s: 0.0,
+            slip: Slip::none(),
+            ..Self::default()
+        }
+    }
+
     /// Checks every number.
     ///
     /// # Errors
     /// [`SimError::BadSetting`] names the first that is out of range.
     pub fn validate(&self) -> Result<(), SimError> {
+        at_least_zero("command_delay_s", self.command_delay_s)?;
         at_least_zero("motor_lag_s", self.motor_lag_s)?;
-        above_zero("command_timeout_s", self.command_timeout_s)
+        above_zero("command_timeout_s", self.command_timeout_s)?;
+        self.slip.validate()
     }
 }
 
 /// A simulated tracked base: the same to a caller as a real one, but its time passes only in [`SimBase::step`].
 ///
-/// A command, brought within the speed limits, is approached by a ramp within the acceleration limits; each track's
-/// motor follows the ramp with a first-order lag. So speed and turn rate never change faster than the limits allow;
+/// A command, brought within the speed limits, acts after a delay. It is approached by a ramp within the acceleration
+/// limits, which the controller turns into belt speeds by the track width it believes in; each track's motor follows
+/// with a first-order lag. So in the controller's belief speed and turn rate never change faster than the limits allow;
 /// only when the motion reverses does the braking limit, and not the lower one for gaining, hold for a few lags more.
-/// The tracks do not slip.
+/// What the belts do to the base is the ground's affair: see [`Slip`].
 #[derive(Clone, Debug)]
 pub struct SimBase {
     drive: TrackedDrive,
+    /// The same with the track width that the controller believes in.
+    believed: TrackedDrive,
     limits: Limits,
     dynamics: DriveDynamics,
     pose: Pose,
+    /// Commands under way, each with the time until it acts, seconds; the oldest first.
+    pending: VecDeque<(f64, Twist)>,
     command: Twist,
     command_age_s: f64,
     /// Where the ramp stands.
     set: Twist,
     tracks: TrackSpeeds,
+    ground: Ground,
+    odometry: Odometry,
+    /// Time until the sensors are next read, seconds.
+    until_sample_s: f64,
 }
 
 impl SimBase {
-    /// A base that stands still at a pose.
+    /// A base that stands still at a pose. Same seed, same slip and same noise.
     ///
     /// # Errors
     /// Names the first setting that is out of range.
@@ -70,10 +102,13 @@ impl SimBase {
         drive: TrackedDrive,
         limits: Limits,
         dynamics: DriveDynamics,
+        noise: OdometryNoise,
         pose: Pose,
+        seed: u64,
     ) -> Result<Self, SimError> {
         limits.validate()?;
         dynamics.validate()?;
+        noise.validate()?;
         above_zero("track_width_m", drive.track_width_m)?;
         for (name, value) in [
             ("start x", pose.x),
@@ -84,13 +119,18 @@ impl SimBase {
         }
         Ok(Self {
             drive,
+            believed: dynamics.slip.believed(&drive),
             limits,
             dynamics,
             pose,
+            pending: VecDeque::new(),
             command: Twist::STOP,
             command_age_s: 0.0,
             set: Twist::STOP,
             tracks: TrackSpeeds::default(),
+            ground: Ground::new(dynamics.slip, seed),
+            odometry: Odometry::new(noise, pose, seed),
+            until_sample_s: SAMPLE_S,
         })
     }
 
@@ -103,21 +143,47 @@ impl SimBase {
     /// How fast it truly moves.
     #[must_use]
     pub fn twist(&self) -> Twist {
-        self.drive.twist(&self.tracks)
+        self.ground.twist(&self.drive, &self.tracks)
     }
 
-    /// Lets time pass, seconds; none for a time that is not above zero.
+    /// How fast its belts run.
+    #[must_use]
+    pub const fn track_speeds(&self) -> &TrackSpeeds {
+        &self.tracks
+    }
+
+    /// What it knows of its motion by its own sensors, which are read each 10 ms.
+    #[must_use]
+    pub const fn odometry(&self) -> OdometryReading {
+        self.odometry.reading()
+    }
+
+    /// Lets time pass, seconds; none for a time that is not finite or below a nanosecond.
     ///
-    /// Steps of at most 10 ms: within each the twist is the mean of those at its ends, along which the pose moves
-    /// on an exact arc.
+    /// Steps of at most 10 ms, which end where a command begins to act: within each the twist is the mean of those at
+    /// its ends, along which the pose moves on an exact arc.
     pub fn step(&mut self, time_s: f64) {
-        if !(time_s > 0.0 && time_s.is_finite()) {
+        if !time_s.is_finite() {
             return;
         }
-        let steps = (time_s / SUB_STEP_S).ceil().max(1.0);
-        let sub_step_s = time_s / steps;
-        for _ in 0..steps as u64 {
+        let mut left_s = time_s;
+        while left_s > INSTANT_S {
+            self.take_commands();
+            let until_command_s = self.pending.front().map_or(f64::INFINITY, |next| next.0);
+            let sub_step_s = left_s.min(self.until_sample_s).min(until_command_s);
             self.sub_step(sub_step_s);
+            left_s -= sub_step_s;
+        }
+    }
+
+    /// Commands whose time has come take effect, the newest last.
+    fn take_commands(&mut self) {
+        while let Some(&(due_s, command)) = self.pending.front()
+            && due_s <= INSTANT_S
+        {
+            self.pending.pop_front();
+            self.command = command;
+            self.command_age_s = 0.0;
         }
     }
 
@@ -127,78 +193,59 @@ impl SimBase {
         } else {
             self.command
         };
-        self.command_age_s += time_s;
         self.set = self.limits.reachable(&self.set, &wanted, time_s);
-        let before = self.twist();
-        let set = self.drive.tracks(&self.set);
+        let set = self.believed.tracks(&self.set);
         let share = if self.dynamics.motor_lag_s > 0.0 {
             1.0 - libm::exp(-time_s / self.dynamics.motor_lag_s)
         } else {
             1.0
         };
+        let before = self.tracks;
         self.tracks.left += share * (set.left - self.tracks.left);
         self.tracks.right += share * (set.right - self.tracks.right);
-        let after = self.twist();
-        let mean = Twist::new(
-            f64::midpoint(before.linear, after.linear),
-            f64::midpoint(before.angular, after.angular),
-        );
-        self.pose = along_arc(&self.pose, &mean, time_s);
+        let mean = TrackSpeeds {
+            left: f64::midpoint(before.left, self.tracks.left),
+            right: f64::midpoint(before.right, self.tracks.right),
+        };
+        let moved = self.ground.twist(&self.drive, &mean);
+        self.pose = self.pose.after(&moved, time_s);
+        self.odometry.roll(&mean, moved.angular * time_s, time_s);
+        self.ground
+            .roll(f64::midpoint(mean.left.abs(), mean.right.abs()) * time_s);
+        self.pass(time_s);
+    }
+
+    /// Moves every clock on.
+    fn pass(&mut self, time_s: f64) {
+        self.command_age_s += time_s;
+        for (due_s, _) in &mut self.pending {
+            *due_s -= time_s;
+        }
+        self.until_sample_s -= time_s;
+        if self.until_sample_s <= INSTANT_S {
+            self.until_sample_s = SAMPLE_S;
+        }
     }
 }
 
 impl Base for SimBase {
     /// Never blocks.
     fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
-        self.command = self.limits.nearest_allowed(finite(command)?);
-        self.command_age_s = 0.0;
+        let command = self.limits.nearest_allowed(finite(command)?);
+        let delay_s = self.dynamics.command_delay_s;
+        // Of two that are sent at once the later counts, so that the queue holds one for each moment at most.
+        if self.pending.back().is_some_and(|last| last.0 >= delay_s) {
+            self.pending.pop_back();
+        }
+        self.pending.push_back((delay_s, command));
         Ok(())
     }
 
-    /// Never blocks, never fails: the true twist.
+    /// Never blocks, never fails: the measured twist.
     fn feedback(&mut self) -> Result<Feedback, BaseError> {
         Ok(Feedback {
-            twist: self.twist(),
+            twist: self.odometry().twist,
             ..Feedback::default()
         })
-    }
-}
-
-/// The pose after driving with a constant twist for a time: an arc of a circle, exact also where it is straight.
-fn along_arc(pose: &Pose, twist: &Twist, time_s: f64) -> Pose {
-    let half_turn = twist.angular * time_s / 2.0;
-    // The chord is shorter than the arc by sin(h) / h, and points half the turn away from the start.
-    let shortening = if half_turn.abs() < 1e-4 {
-        1.0 - half_turn * half_turn / 6.0
-    } else {
-        libm::sin(half_turn) / half_turn
-    };
-    let chord = twist.linear * time_s * shortening;
-    let (sin, cos) = libm::sincos(pose.yaw + half_turn);
-    Pose {
-        x: pose.x + chord * cos,
-        y: pose.y + chord * sin,
-        yaw: wrap_angle(pose.yaw + 2.0 * half_turn),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use core::f64::consts::PI;
-
-    #[test]
-    fn a_half_circle_ends_a_diameter_to_the_left_facing_back() {
-        // 1 m/s at 0.5 rad/s is a circle of radius 2 m; half of it takes 2 pi seconds.
-        let end = along_arc(&Pose::default(), &Twist::new(1.0, 0.5), 2.0 * PI);
-        assert!(end.x.abs() < 1e-12 && (end.y - 4.0).abs() < 1e-12);
-        assert!((end.yaw.abs() - PI).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_arc_has_no_seam_where_it_turns_straight() {
-        let x_of = |angular| along_arc(&Pose::default(), &Twist::new(1.0, angular), 1.0).x;
-        assert!((x_of(1.999e-4) - x_of(2.001e-4)).abs() < 2e-11);
-        assert!((x_of(0.0) - 1.0).abs() < 1e-15);
     }
 }

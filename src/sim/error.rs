@@ -76,29 +76,37 @@ pub enum SimError {
         /// The parser's words, in one line.
         reason: String,
     },
-    /// A number of a moving obstacle out of range.
-    #[error("{file}: obstacle {index}: {key} is {value}: it must be {expected}")]
-    BadObstacle {
+    /// What is wrong with one moving obstacle of a file.
+    #[error("{file}: obstacle {index}: {reason}")]
+    InObstacle {
         /// The file.
         file: String,
         /// Position in the list, from zero.
         index: usize,
-        /// Which of its keys.
+        /// What is wrong.
+        reason: Box<SimError>,
+    },
+    /// A key that a moving obstacle needs.
+    #[error(
+        "{key} is missing: an obstacle has x, y and speed, and a route or wander_m if it walks; or keyframes, and loop_s if they repeat"
+    )]
+    KeyMissing {
+        /// The key.
         key: &'static str,
-        /// As given.
-        value: f64,
-        /// What would be accepted.
-        expected: &'static str,
+    },
+    /// Two keys of a moving obstacle that cannot both be.
+    #[error("{key} and {other} exclude each other: leave one of them out")]
+    KeysExclude {
+        /// One.
+        key: &'static str,
+        /// The other.
+        other: &'static str,
     },
     /// A moving obstacle that would leave the map.
     #[error(
-        "{file}: obstacle {index}: ({x}, {y}) lies outside the map, which ends within ({width_m} m, {height_m} m) of its origin: move the point or the map"
+        "({x}, {y}) lies outside the map, which ends within ({width_m} m, {height_m} m) of its origin: move the point or the map"
     )]
     ObstacleOutside {
-        /// The file.
-        file: String,
-        /// Position in the list, from zero.
-        index: usize,
         /// The point, metres.
         x: f64,
         /// The point, metres.
@@ -107,6 +115,20 @@ pub enum SimError {
         width_m: f64,
         /// Extent of the map along its own y axis.
         height_m: f64,
+    },
+    /// A place from which a wanderer cannot walk.
+    #[error(
+        "({x}, {y}) has no free ground about it for a radius of {radius_m} m to wander over within {reach_m} m: move it, or make it smaller"
+    )]
+    NowhereToGo {
+        /// The start, metres.
+        x: f64,
+        /// The start, metres.
+        y: f64,
+        /// Radius of the obstacle, metres.
+        radius_m: f64,
+        /// How far from its start it may walk, metres.
+        reach_m: f64,
     },
     /// No room for as many moving obstacles along the robot's path.
     #[error(

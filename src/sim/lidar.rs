@@ -6,7 +6,8 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use super::error::{above_zero, at_least_zero, require};
+use super::error::{at_least_zero, require};
+use super::noise::standard_normal;
 use super::ray::GridRay;
 use super::{SimError, World};
 use crate::geometry::{Point, Pose, Vector};
@@ -21,12 +22,20 @@ const MAX_BEAMS: usize = 65_536;
 pub struct Lidar {
     /// Beams of one scan, 1 to 65,536. Default 360.
     pub beams: usize,
-    /// Angle the beams spread over, centred ahead, radians, above zero to a full turn. Default a full turn.
+    /// Angle the beams spread over, centred ahead, radians, above zero to a full turn. Default a full turn; many
+    /// scanners have three quarters of one, 4.71238898038469 rad.
     pub field_of_view_rad: f64,
-    /// Longest range, metres, above zero. Default 10 m.
+    /// Shortest range, metres, at least zero: what is nearer gives no measurement. Default 0.05 m, as that of SICK's
+    /// `TiM` series.
+    pub range_min_m: f64,
+    /// Longest range, metres, above the shortest. Default 10 m.
     pub range_max_m: f64,
-    /// Standard deviation of the range noise, metres; zero for none. Default 0.01 m.
+    /// Standard deviation of the range noise, metres; zero for none. Default 0.01 m: half of the 20 mm that SICK states
+    /// for the `TiM` series, as our walls are neither dark nor far.
     pub range_sigma_m: f64,
+    /// Share of the beams, each by itself, that return no measurement whatever they meet, 0 to 1: dust, wet or dark rock,
+    /// grazing angles. Default 0.01: our own choice.
+    pub dropout: f64,
 }
 
 /// One scan, and which moving obstacles it shows.
@@ -43,8 +52,10 @@ impl Default for Lidar {
         Self {
             beams: 360,
             field_of_view_rad: TAU,
+            range_min_m: 0.05,
             range_max_m: 10.0,
             range_sigma_m: 0.01,
+            dropout: 0.01,
         }
     }
 }
@@ -64,15 +75,26 @@ impl Lidar {
             view,
             "above zero and at most a full turn, 6.283185307179586",
         )?;
-        above_zero("range_max_m", self.range_max_m)?;
-        at_least_zero("range_sigma_m", self.range_sigma_m)
+        at_least_zero("range_min_m", self.range_min_m)?;
+        let longest = self.range_max_m;
+        require(
+            longest.is_finite() && longest > self.range_min_m,
+            "range_max_m",
+            longest,
+            "finite and above range_min_m",
+        )?;
+        at_least_zero("range_sigma_m", self.range_sigma_m)?;
+        let share = self.dropout;
+        require((0.0..=1.0).contains(&share), "dropout", share, "0 to 1")
     }
 
-    /// One scan by a robot at this pose, which must be finite. Each beam ends at the first wall or body it meets;
-    /// the range is zero where the lidar is inside one. Beams that meet nothing within range read infinite.
+    /// One scan by a robot at this pose, which must be finite. Each beam ends at the first wall or body it meets, at a
+    /// range of zero where the lidar is inside one. Beams that meet nothing within range read infinite; those that are
+    /// dropped, and those that meet something nearer than the shortest range, read NaN and make nothing visible. (ROS has
+    /// minus infinity for the latter, REP-117; real scanners give zero, NaN or any error code.)
     ///
-    /// Noise is normal and independent for each beam, and kept within zero and the longest range; what is visible
-    /// does not depend on it. Without noise the generator is left alone.
+    /// Noise is normal and independent for each beam, and kept within the shortest and the longest range; what is visible
+    /// does not depend on it. Without noise and dropouts the generator is left alone.
     #[must_use]
     pub fn scan(&self, world: &World, pose: &Pose, rng: &mut Pcg64Mcg) -> LidarReturn {
         let mut scan = Scan {
@@ -83,14 +105,22 @@ impl Lidar {
         };
         let mut seen = vec![false; world.moving.len()];
         for beam in 0..self.beams {
+            if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
+                scan.ranges.push(f64::NAN);
+                continue;
+            }
             let direction = pose.yaw + scan.angle(beam);
             let (mut range, disc) = self.first_hit(world, &pose.position(), direction);
+            if range < self.range_min_m {
+                scan.ranges.push(f64::NAN);
+                continue;
+            }
             if let Some(disc) = disc {
                 seen[disc] = true;
             }
             if self.range_sigma_m > 0.0 && range.is_finite() {
                 range += self.range_sigma_m * standard_normal(rng);
-                range = range.clamp(0.0, self.range_max_m);
+                range = range.clamp(self.range_min_m, self.range_max_m);
             }
             scan.ranges.push(range);
         }
@@ -149,11 +179,4 @@ fn range_to_disc(start: &Point, direction: &Vector, disc: &MovingDisc) -> f64 {
         return f64::INFINITY;
     }
     along - depth.sqrt()
-}
-
-/// A draw from the normal distribution of mean zero and deviation one (Box and Muller, 1958).
-fn standard_normal(rng: &mut Pcg64Mcg) -> f64 {
-    // 1 - [0, 1) is never zero, so the logarithm is finite.
-    let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
-    radius * libm::cos(TAU * rng.random::<f64>())
 }

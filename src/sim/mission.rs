@@ -1,16 +1,13 @@
-//! A closed loop: the navigator in a simulated world, tick by tick, to the goal.
+//! What to do in a simulated world, and what came of it.
 
 use std::sync::Arc;
 
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-
-use super::{Config, SimBase, SimError, Trace, TraceRow, Walkers, World};
-use crate::base::Base;
-use crate::geometry::{Point, Pose, wrap_angle};
-use crate::local::{Engine, LocalPlanner};
+use super::simulation::Simulation;
+use super::{Config, SimError, Trace, TraceRow, Walkers};
+use crate::geometry::{Pose, wrap_angle};
+use crate::local::Engine;
 use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{Fault, Goal, Journey, Mode, Navigator, Observation};
+use crate::navigator::{Fault, Goal};
 
 /// What to do, and in which world.
 #[derive(Clone, Debug)]
@@ -54,7 +51,7 @@ impl Mission {
     }
 
     /// All stops in order, the goal last.
-    fn stops(&self) -> Vec<Goal> {
+    pub(super) fn stops(&self) -> Vec<Goal> {
         self.via.iter().chain([&self.goal]).copied().collect()
     }
 }
@@ -80,12 +77,38 @@ pub struct MissionResult {
     pub final_error_m: (f64, f64),
     /// Final yaw less the goal's, where it has one.
     pub final_yaw_error: Option<f64>,
+    /// True pose less the goal of each stop before, where the robot stood at it: along x and y, and the yaw where it was
+    /// given.
+    pub stop_errors: Vec<StopError>,
     /// What each decision took by the clock that was given, seconds; one for each tick.
     pub decision_s: Vec<f64>,
     /// Why the mission was given up, if it was.
     pub fault: Option<Fault>,
     /// What the decisions were computed on.
     pub engine: String,
+}
+
+/// How far from a stop the robot truly stood.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StopError {
+    /// Along x, metres.
+    pub x_m: f64,
+    /// Along y, metres.
+    pub y_m: f64,
+    /// Of the yaw, radians, where one was asked for.
+    pub yaw_rad: Option<f64>,
+}
+
+impl StopError {
+    /// Of a robot that stands at a pose, where it shall stand at a stop.
+    #[must_use]
+    pub fn of(pose: &Pose, stop: &Goal) -> Self {
+        Self {
+            x_m: pose.x - stop.position.x,
+            y_m: pose.y - stop.position.y,
+            yaw_rad: stop.yaw.map(|yaw| wrap_angle(pose.yaw - yaw)),
+        }
+    }
 }
 
 /// What kept a mission from starting.
@@ -118,185 +141,4 @@ pub fn run_mission(
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
     Ok(Simulation::new(mission, config, engine, observer)?.run(observer))
-}
-
-struct Simulation<'a> {
-    mission: &'a Mission,
-    config: &'a Config,
-    world: World,
-    walkers: Walkers,
-    base: SimBase,
-    navigator: Navigator,
-    lidar_noise: Pcg64Mcg,
-    trace: Trace,
-    decision_s: Vec<f64>,
-    engine: String,
-}
-
-impl<'a> Simulation<'a> {
-    fn new(
-        mission: &'a Mission,
-        config: &'a Config,
-        engine: Box<dyn Engine>,
-        observer: &mut Observer<'_>,
-    ) -> Result<Self, MissionError> {
-        config.validate()?;
-        let known = mission.map.obstacles(config.unknown);
-        let truth = mission.truth.clone().unwrap_or_else(|| known.clone());
-        let robot = config.robot.model();
-        let route_planner = config.route_planner(known.frame().resolution_m);
-        let planner = LocalPlanner::new(engine, config.local.clone());
-        let engine = planner.engine_name();
-        let navigator = Navigator::new(
-            known,
-            &Journey {
-                start: mission.start.position(),
-                stops: mission.stops(),
-            },
-            robot,
-            planner,
-            route_planner,
-            config.navigator.clone(),
-            observer.clock,
-        )?;
-        let base = SimBase::new(
-            config.robot.drive(),
-            config.robot.limits,
-            config.dynamics,
-            mission.start,
-        )?;
-        let moving_radii = mission
-            .walkers
-            .discs()
-            .iter()
-            .map(|disc| disc.radius)
-            .collect();
-        Ok(Self {
-            mission,
-            config,
-            world: World::new(truth),
-            walkers: mission.walkers.clone(),
-            base,
-            navigator,
-            lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
-            trace: Trace {
-                moving_radii,
-                ..Trace::default()
-            },
-            decision_s: Vec::new(),
-            engine,
-        })
-    }
-
-    fn run(mut self, observer: &mut Observer<'_>) -> MissionResult {
-        let period_s = self.config.local.control_period_s;
-        let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
-        for tick in 0..ticks {
-            let row = self.tick(tick as f64 * period_s, observer);
-            (observer.progress)(&row);
-            let over = matches!(row.mode, Mode::Arrived | Mode::Failed)
-                || row.gap_m <= 0.0
-                || self.is_done(&row.pose);
-            self.trace.rows.push(row);
-            if over {
-                break;
-            }
-        }
-        self.result()
-    }
-
-    fn is_done(&self, pose: &Pose) -> bool {
-        let away_m = (pose.position() - self.mission.goal.position).norm();
-        let within_m = self.mission.done_within_m;
-        within_m.is_some_and(|within_m| away_m <= within_m)
-    }
-
-    /// Look, decide, record, move: in this order.
-    fn tick(&mut self, time_s: f64, observer: &mut Observer<'_>) -> TraceRow {
-        let observation = self.observe(time_s);
-        let began = (observer.clock)();
-        let decision = self.navigator.step(&observation);
-        self.decision_s.push((observer.clock)() - began);
-        let counts = decision.counts.unwrap_or_default();
-        let footprint = &self.config.robot.footprint;
-        let row = TraceRow {
-            time_s,
-            pose: *self.base.pose(),
-            twist: self.base.twist(),
-            command: decision.command,
-            local_target: decision.local_target,
-            gap_m: self.world.gap_m(footprint, self.base.pose()),
-            admissible: counts.admissible,
-            samples: counts.to_array().iter().sum(),
-            mode: decision.mode,
-            path: self.navigator.plans().len() - 1,
-            moving: self
-                .world
-                .moving
-                .iter()
-                .map(crate::map::MovingDisc::center)
-                .collect(),
-        };
-        // The simulated base refuses only commands that are not finite, and the navigator sends none.
-        let sent = self.base.send(&decision.command);
-        debug_assert!(sent.is_ok());
-        let period_s = self.config.local.control_period_s;
-        self.base.step(period_s);
-        self.walkers.step(period_s, self.base.pose(), footprint);
-        row
-    }
-
-    fn observe(&mut self, time_s: f64) -> Observation {
-        self.world.moving = self.walkers.discs();
-        let pose = *self.base.pose();
-        let seen = self
-            .config
-            .lidar
-            .scan(&self.world, &pose, &mut self.lidar_noise);
-        let moving = seen
-            .visible
-            .iter()
-            .map(|&index| self.world.moving[index])
-            .collect();
-        Observation {
-            time_s,
-            pose,
-            twist: self.base.twist(),
-            scan: seen.scan,
-            moving,
-        }
-    }
-
-    fn result(mut self) -> MissionResult {
-        let plans = self.navigator.plans().to_vec();
-        self.trace.paths = plans
-            .iter()
-            .map(|plan| plan.smoothed.points().to_vec())
-            .collect();
-        let rows = &self.trace.rows;
-        let last = rows.last();
-        let pose = last.map_or(self.mission.start, |row| row.pose);
-        let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
-        let goal: Point = self.mission.goal.position;
-        MissionResult {
-            reached: last.is_some_and(|row| row.mode == Mode::Arrived || self.is_done(&row.pose)),
-            collided: rows.iter().any(|row| row.gap_m <= 0.0),
-            time_s: last.map_or(0.0, |row| row.time_s),
-            travelled_m: rows
-                .windows(2)
-                .map(step)
-                .fold(0.0, |sum, step_m| sum + step_m),
-            min_clearance_m: rows
-                .iter()
-                .map(|row| row.gap_m)
-                .fold(f64::INFINITY, f64::min),
-            final_error_m: (pose.x - goal.x, pose.y - goal.y),
-            final_yaw_error: self.mission.goal.yaw.map(|yaw| wrap_angle(pose.yaw - yaw)),
-            fault: self.navigator.fault().cloned(),
-            decision_s: self.decision_s,
-            engine: self.engine,
-            plans,
-            trace: self.trace,
-        }
-    }
 }

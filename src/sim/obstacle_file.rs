@@ -2,26 +2,29 @@
 
 use std::path::Path;
 
+use rand::RngExt;
 use serde::Deserialize;
 
-use super::obstacles::Walker;
-use super::{SimError, Walkers};
+use super::noise::{Source, generator};
+use super::{Appears, Moving, SimError, Walkers};
 use crate::geometry::Point;
-use crate::global;
-use crate::map::GridFrame;
+use crate::map::{GridFrame, ObstacleGrid};
 
 /// One moving obstacle as a file has it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
-    x: f64,
-    y: f64,
+    x: Option<f64>,
+    y: Option<f64>,
     radius: f64,
-    speed: f64,
-    #[serde(default)]
-    route: Vec<[f64; 2]>,
-    #[serde(default = "yes")]
-    yields: bool,
+    speed: Option<f64>,
+    route: Option<Vec<[f64; 2]>>,
+    wander_m: Option<f64>,
+    keyframes: Option<Vec<[f64; 3]>>,
+    loop_s: Option<f64>,
+    yields: Option<bool>,
+    appears_at_s: Option<f64>,
+    appears_within_m: Option<f64>,
 }
 
 /// A TOML document, which cannot be a bare list.
@@ -31,19 +34,15 @@ struct Document {
     obstacles: Vec<Entry>,
 }
 
-const fn yes() -> bool {
-    true
-}
-
 impl Walkers {
     /// Reads moving obstacles from a `.json` or `.toml` file; see [`Walkers::parse`].
     ///
     /// # Errors
     /// [`SimError::Unreadable`], or as [`Walkers::parse`].
-    pub fn read(file: &Path, frame: &GridFrame) -> Result<Self, SimError> {
+    pub fn read(file: &Path, ground: &ObstacleGrid, seed: u64) -> Result<Self, SimError> {
         let name = file.display().to_string();
         match std::fs::read_to_string(file) {
-            Ok(text) => Self::parse(&text, &name, frame),
+            Ok(text) => Self::parse(&text, &name, ground, seed),
             Err(error) => Err(SimError::Unreadable {
                 file: name,
                 reason: error.to_string(),
@@ -52,15 +51,28 @@ impl Walkers {
     }
 
     /// Moving obstacles from the text of a file: TOML, with an `[[obstacles]]` table for each, when the file's name
-    /// ends in `.toml`, else a JSON list. Each has `x` and `y`, where it starts, metres in the map frame; `radius`,
-    /// metres, above zero; `speed`, m/s, at least zero; `route`, a list of further points `[x, y]`, from its start to
-    /// the last of which it walks back and forth (left out: it stands); `yields`, whether it minds the robot (left
-    /// out: it does). All points must lie in the map; that they are free ground is the caller's affair.
+    /// ends in `.toml`, else a JSON list. Lengths are in metres, times in seconds, speeds in m/s, points in the map
+    /// frame. Each has a `radius`, above zero, and moves in one of three ways:
+    ///
+    /// - to and fro: from `x`, `y` at `speed`, at least zero, to the last of the points `[x, y]` of `route` and back (left
+    ///   out: it stands), see [`Moving::walker`];
+    /// - at random: from `x`, `y` at `speed` over free ground within `wander_m` of its start, see [`Moving::wanderer`]; the
+    ///   seed, and its place in the list, decide where to;
+    /// - by script: at the times and places `[t, x, y]` of `keyframes`, again and again with a period of `loop_s` where it
+    ///   is given, see [`Moving::keyframes`].
+    ///
+    /// `yields` says whether it minds the robot (left out: it does, unless it plays a script). `appears_at_s`, or
+    /// `appears_within_m` of the robot, says when it appears (left out: it is there from the start). All points must lie
+    /// in the map; that they are free ground is the caller's affair.
     ///
     /// # Errors
-    /// [`SimError::NotObstacles`], [`SimError::BadObstacle`] or [`SimError::ObstacleOutside`]: for the first that is
-    /// wrong.
-    pub fn parse(text: &str, file: &str, frame: &GridFrame) -> Result<Self, SimError> {
+    /// [`SimError::NotObstacles`], or [`SimError::InObstacle`] for the first that is wrong.
+    pub fn parse(
+        text: &str,
+        file: &str,
+        ground: &ObstacleGrid,
+        seed: u64,
+    ) -> Result<Self, SimError> {
         let is_toml = Path::new(file)
             .extension()
             .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
@@ -79,49 +91,109 @@ impl Walkers {
             file: file.to_owned(),
             reason: reason.split_whitespace().collect::<Vec<_>>().join(" "),
         })?;
+        let mut seeds = generator(seed, Source::Obstacles);
         entries
             .iter()
             .enumerate()
-            .map(|(index, entry)| entry.walker(file, index, frame))
+            .map(|(index, entry)| {
+                // Drawn for each entry, so that no obstacle changes when another does.
+                entry
+                    .moving(ground, seeds.random())
+                    .map_err(|reason| SimError::InObstacle {
+                        file: file.to_owned(),
+                        index,
+                        reason: Box::new(reason),
+                    })
+            })
             .collect::<Result<Vec<_>, _>>()
             .map(Self::new)
     }
 }
 
 impl Entry {
-    fn walker(&self, file: &str, index: usize, frame: &GridFrame) -> Result<Walker, SimError> {
-        let bad = |key, value, expected| {
-            Err(SimError::BadObstacle {
-                file: file.to_owned(),
-                index,
-                key,
-                value,
-                expected,
-            })
+    fn moving(&self, ground: &ObstacleGrid, seed: u64) -> Result<Moving, SimError> {
+        self.check_keys()?;
+        let (moving, points) = if let Some(keyframes) = &self.keyframes {
+            let keys: Vec<(f64, Point)> = keyframes
+                .iter()
+                .map(|&[time_s, x, y]| (time_s, Point::new(x, y)))
+                .collect();
+            let moving = Moving::keyframes(self.radius, &keys, self.loop_s)?;
+            (moving, keys.iter().map(|key| key.1).collect())
+        } else {
+            let start = Point::new(needed("x", self.x)?, needed("y", self.y)?);
+            let speed = needed("speed", self.speed)?;
+            if let Some(wander_m) = self.wander_m {
+                check_inside(&start, ground.frame())?;
+                let moving = Moving::wanderer(self.radius, speed, start, wander_m, ground, seed)?;
+                (moving, vec![start])
+            } else {
+                let route = self.route.iter().flatten();
+                let further = route.map(|&[x, y]| Point::new(x, y));
+                let points: Vec<Point> = core::iter::once(start).chain(further).collect();
+                (Moving::walker(self.radius, speed, points.clone())?, points)
+            }
         };
-        if !(self.radius.is_finite() && self.radius > 0.0) {
-            return bad("radius", self.radius, "finite and above zero");
+        for point in &points {
+            check_inside(point, ground.frame())?;
         }
-        if !(self.speed.is_finite() && self.speed >= 0.0) {
-            return bad("speed", self.speed, "finite and at least zero");
+        let moving = match self.yields {
+            Some(yields) => moving.yielding(yields),
+            None => moving,
+        };
+        match (self.appears_at_s, self.appears_within_m) {
+            (Some(time_s), _) => moving.appearing(Appears::AtTime(time_s)),
+            (_, Some(distance_m)) => moving.appearing(Appears::Within(distance_m)),
+            (None, None) => Ok(moving),
         }
-        let mut points = vec![Point::new(self.x, self.y)];
-        points.extend(self.route.iter().map(|&[x, y]| Point::new(x, y)));
-        if let Some(outside) = points.iter().find(|point| frame.cell_of(point).is_none()) {
-            return Err(SimError::ObstacleOutside {
-                file: file.to_owned(),
-                index,
-                x: outside.x,
-                y: outside.y,
-                width_m: f64::from(frame.width) * frame.resolution_m,
-                height_m: f64::from(frame.height) * frame.resolution_m,
-            });
-        }
-        Ok(Walker::new(
-            self.radius,
-            self.speed,
-            global::Path::new(points),
-            self.yields,
-        ))
     }
+
+    /// Refuses keys that contradict each other or mean nothing together.
+    fn check_keys(&self) -> Result<(), SimError> {
+        let given = [
+            ("x", self.x.is_some()),
+            ("y", self.y.is_some()),
+            ("speed", self.speed.is_some()),
+            ("route", self.route.is_some()),
+            ("wander_m", self.wander_m.is_some()),
+            ("keyframes", self.keyframes.is_some()),
+            ("loop_s", self.loop_s.is_some()),
+            ("appears_at_s", self.appears_at_s.is_some()),
+            ("appears_within_m", self.appears_within_m.is_some()),
+        ];
+        let has = |key| given.contains(&(key, true));
+        for (key, other) in [
+            ("keyframes", "x"),
+            ("keyframes", "y"),
+            ("keyframes", "speed"),
+            ("keyframes", "route"),
+            ("keyframes", "wander_m"),
+            ("wander_m", "route"),
+            ("appears_at_s", "appears_within_m"),
+        ] {
+            if has(key) && has(other) {
+                return Err(SimError::KeysExclude { key, other });
+            }
+        }
+        if has("loop_s") && !has("keyframes") {
+            return Err(SimError::KeyMissing { key: "keyframes" });
+        }
+        Ok(())
+    }
+}
+
+fn needed(key: &'static str, value: Option<f64>) -> Result<f64, SimError> {
+    value.ok_or(SimError::KeyMissing { key })
+}
+
+fn check_inside(point: &Point, frame: &GridFrame) -> Result<(), SimError> {
+    if frame.cell_of(point).is_some() {
+        return Ok(());
+    }
+    Err(SimError::ObstacleOutside {
+        x: point.x,
+        y: point.y,
+        width_m: f64::from(frame.width) * frame.resolution_m,
+        height_m: f64::from(frame.height) * frame.resolution_m,
+    })
 }

@@ -12,6 +12,8 @@ pub struct TraceRow {
     pub time_s: f64,
     /// Where the robot truly is.
     pub pose: Pose,
+    /// Where it believes to be.
+    pub belief: Pose,
     /// How fast it truly moves.
     pub twist: Twist,
     /// The command sent to the base.
@@ -28,8 +30,8 @@ pub struct TraceRow {
     pub mode: Mode,
     /// Which of [`Trace::paths`] it followed.
     pub path: usize,
-    /// Centre of each moving obstacle.
-    pub moving: Vec<Point>,
+    /// Centre of each moving obstacle; none for one that has not yet appeared.
+    pub moving: Vec<Option<Point>>,
 }
 
 /// A whole run.
@@ -74,6 +76,9 @@ impl TraceRow {
             pose.x,
             pose.y,
             pose.yaw,
+            self.belief.x,
+            self.belief.y,
+            self.belief.yaw,
             twist.linear,
             twist.angular,
             command.linear,
@@ -87,9 +92,11 @@ impl TraceRow {
         digest.word(self.samples);
         digest.word(self.mode as u32);
         digest.wide(self.path as u64);
+        // No centre is NaN, so this is none of them.
+        let absent = Point::new(f64::NAN, f64::NAN);
         self.moving
             .iter()
-            .for_each(|center| add_point(digest, center));
+            .for_each(|center| add_point(digest, center.as_ref().unwrap_or(&absent)));
     }
 }
 

@@ -13,6 +13,9 @@ use crate::map::{Cell, FreeSpace};
 /// The four neighbours of a cell.
 const STEPS: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
+/// Who roams makes for a place at least so far off, metres, so that it does not seem to tremble.
+const LEAST_ROAM_M: f64 = 1.0;
+
 /// No step leads here yet.
 const UNREACHED: u8 = u8::MAX;
 
@@ -45,23 +48,32 @@ pub(super) fn winding_walk(
     let frame = free.frame();
     let start = frame.cell_of(spot)?;
     let most_steps = (length_m.end() / frame.resolution_m) as u32;
-    let reached = Reached::from(free, start, most_steps);
-    let least_cells = length_m.start() / frame.resolution_m;
-    let far: Vec<Cell> = reached
-        .order
-        .iter()
-        .copied()
-        .filter(|cell| {
-            let (dx, dy) = (cell.column - start.column, cell.row - start.row);
-            libm::hypot(f64::from(dx), f64::from(dy)) >= least_cells
-        })
-        .collect();
-    if far.is_empty() {
-        return None;
-    }
-    let cells = reached.way_to(far[rng.random_range(0..far.len())]);
-    let corners = pull_straight(free, &cells);
-    Some(corners.iter().map(|&cell| frame.center_of(cell)).collect())
+    let reached = Reached::from(free, start, most_steps, |_| true);
+    let end = reached.draw_beyond(length_m.start() / frame.resolution_m, rng)?;
+    Some(reached.walk_to(end))
+}
+
+/// A walk from a place on free ground to a cell drawn among those that can be reached without leaving a disc about
+/// home, of a radius in metres, and that lie [`LEAST_ROAM_M`] off or, failing these, anywhere else; none where there is
+/// no such cell. Each leg is straight over free cells.
+pub(super) fn roaming_walk(
+    free: &FreeSpace,
+    place: &Point,
+    home: &Point,
+    reach_m: f64,
+    rng: &mut Pcg64Mcg,
+) -> Option<Vec<Point>> {
+    let frame = free.frame();
+    let start = frame.cell_of(place).filter(|&start| free.is_free(start))?;
+    // A disc is convex: the straight legs between its cells do not leave it either.
+    let inside = |cell| (frame.center_of(cell) - home).norm() <= reach_m;
+    let reached = Reached::from(free, start, u32::MAX, inside);
+    let end = reached
+        .draw_beyond(LEAST_ROAM_M / frame.resolution_m, rng)
+        .or_else(|| reached.draw_beyond(1.0, rng))?;
+    let mut walk = vec![*place];
+    walk.extend(reached.walk_to(end));
+    Some(walk)
 }
 
 /// Breadth-first search from a cell over free neighbours.
@@ -74,7 +86,12 @@ struct Reached<'a> {
 }
 
 impl<'a> Reached<'a> {
-    fn from(free: &'a FreeSpace, start: Cell, most_steps: u32) -> Self {
+    fn from(
+        free: &'a FreeSpace,
+        start: Cell,
+        most_steps: u32,
+        may_enter: impl Fn(Cell) -> bool,
+    ) -> Self {
         let frame = free.frame();
         let mut reached = Self {
             free,
@@ -90,7 +107,10 @@ impl<'a> Reached<'a> {
             }
             for (number, (dx, dy)) in STEPS.iter().enumerate() {
                 let next = Cell::new(cell.column + dx, cell.row + dy);
-                if free.is_free(next) && reached.step[frame.index(next)] == UNREACHED {
+                if free.is_free(next)
+                    && reached.step[frame.index(next)] == UNREACHED
+                    && may_enter(next)
+                {
                     reached.step[frame.index(next)] = number as u8;
                     reached.order.push(next);
                     queue.push_back((next, steps + 1));
@@ -98,6 +118,30 @@ impl<'a> Reached<'a> {
             }
         }
         reached
+    }
+
+    /// One of the cells whose straight distance from the start is at least so many cells.
+    fn draw_beyond(&self, least_cells: f64, rng: &mut Pcg64Mcg) -> Option<Cell> {
+        let start = self.order[0];
+        let far: Vec<Cell> = self
+            .order
+            .iter()
+            .copied()
+            .filter(|cell| {
+                let (dx, dy) = (cell.column - start.column, cell.row - start.row);
+                libm::hypot(f64::from(dx), f64::from(dy)) >= least_cells
+            })
+            .collect();
+        (!far.is_empty()).then(|| far[rng.random_range(0..far.len())])
+    }
+
+    /// The centres of the cells at the corners of a walk from the start to a cell that was reached.
+    fn walk_to(&self, end: Cell) -> Vec<Point> {
+        let frame = self.free.frame();
+        pull_straight(self.free, &self.way_to(end))
+            .into_iter()
+            .map(|cell| frame.center_of(cell))
+            .collect()
     }
 
     /// Cells from the start to one that was reached, both included.

@@ -112,7 +112,7 @@ fn one_bit() {
         |trace, row, flip| flip(&mut trace.rows[row].command.angular),
         |trace, row, flip| flip(&mut trace.rows[row].local_target.y),
         |trace, row, flip| flip(&mut trace.rows[row].gap_m),
-        |trace, row, flip| flip(&mut trace.rows[row].moving[0].x),
+        |trace, row, flip| flip(&mut trace.rows[row].moving[0].as_mut().expect("somebody").x),
         |trace, row, _| trace.rows[row].admissible ^= 1,
         |trace, _, flip| flip(&mut trace.paths[0][1].x),
         |trace, _, flip| flip(&mut trace.moving_radii[0]),

@@ -26,19 +26,22 @@ pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2
 
 /// People from JSON, as a file would have them.
 pub fn people(mission: &Mission, json: &str) -> Walkers {
-    Walkers::parse(json, "people.json", mission.map.frame()).expect("people on the map")
+    let ground = mission.map.obstacles(Config::default().unknown);
+    Walkers::parse(json, "people.json", &ground, 0).expect("people on the map")
 }
 
 /// Everybody as they were at a row of a trace, taken to stand.
 pub fn everybody(trace: &Trace, row: &TraceRow) -> Vec<MovingDisc> {
     let discs = row.moving.iter().zip(&trace.moving_radii);
     discs
-        .map(|(center, &radius)| MovingDisc {
-            x: center.x,
-            y: center.y,
-            radius,
-            vx: 0.0,
-            vy: 0.0,
+        .filter_map(|(center, &radius)| {
+            center.map(|center| MovingDisc {
+                x: center.x,
+                y: center.y,
+                radius,
+                vx: 0.0,
+                vy: 0.0,
+            })
         })
         .collect()
 }

@@ -137,13 +137,35 @@ fn nothing_to_show_is_said_in_words() {
 }
 
 #[test]
+fn obstacles_are_drawn_from_when_they_appear() {
+    let trails = |made: &Scene| {
+        page_of(std::slice::from_ref(made))
+            .matches("class=\"trail\"")
+            .count()
+    };
+    let mut made = scene(60);
+    let all = trails(&made);
+    for row in &mut made.trace.rows[..30] {
+        row.moving[1] = None;
+    }
+    check(&page_of(std::slice::from_ref(&made)));
+    assert_eq!(trails(&made), all);
+    for row in &mut made.trace.rows {
+        row.moving[1] = None;
+    }
+    check(&page_of(std::slice::from_ref(&made)));
+    assert_eq!(trails(&made), all - 1);
+}
+
+#[test]
 fn numbers_that_are_not_finite_never_reach_the_page() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut made = scene(60);
         for tick in [0, 7, 30, 59] {
             let row = &mut made.trace.rows[tick];
             (row.gap_m, row.pose.x, row.pose.yaw, row.twist.linear) = (bad, bad, bad, bad);
-            (row.command.angular, row.local_target.x, row.moving[0].y) = (bad, bad, bad);
+            (row.command.angular, row.local_target.x) = (bad, bad);
+            row.moving[0] = Some(Point::new(1.0, bad));
             made.latency_ms[tick] = bad;
         }
         made.trace.rows[20].time_s = bad;

@@ -275,7 +275,9 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
             };
             let turn = wrap_angle(bearing(&pose.position(), &target) - pose.yaw).clamp(-0.8, 0.8);
             let command = match mode {
-                Mode::Blocked | Mode::Arrived | Mode::Failed => Twist::STOP,
+                Mode::Blocked | Mode::Parking | Mode::Stopped | Mode::Arrived | Mode::Failed => {
+                    Twist::STOP
+                }
                 Mode::BackingUp => Twist::new(-0.3, 0.0),
                 Mode::Turning => Twist::new(0.0, turn),
                 Mode::Driving => Twist::new(speed * (1.0 - turn.abs()), turn),
@@ -283,6 +285,7 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
             let row = TraceRow {
                 time_s: tick as f64 * PERIOD_S,
                 pose,
+                belief: pose,
                 twist,
                 command,
                 local_target: target,
@@ -303,10 +306,12 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
         .collect()
 }
 
-fn crossing(share: f64) -> Vec<Point> {
-    vec![
+fn crossing(share: f64) -> Vec<Option<Point>> {
+    [
         Point::new(8.5 - 6.0 * (share - 0.1), -1.2 + 14.0 * share),
         Point::new(30.0 - 28.0 * share, 7.8),
         Point::new(18.8, 15.0 - 16.0 * (share - 0.5).abs()),
     ]
+    .map(Some)
+    .to_vec()
 }

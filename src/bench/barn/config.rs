@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use crate::local::{LocalSettings, Stopping};
 use crate::navigator::NavigatorSettings;
 use crate::robot::{Disc, Footprint, Limits};
-use crate::sim::{Config, DriveDynamics, Lidar, RobotConfig};
+use crate::sim::{Config, DriveDynamics, Fixes, Lidar, RobotConfig};
 
 /// Half the width of the footprint, metres (`footprint` in the challenge's `costmap_common_params.yaml`: 0.42 by 0.33 m).
 const HALF_WIDTH_M: f64 = 0.165;
@@ -45,6 +45,12 @@ pub fn barn_config(max_speed: f64) -> Config {
             field_of_view_rad: 1.5 * PI,
             range_max_m: 30.0,
             range_sigma_m: 0.01,
+            ..Lidar::default()
+        },
+        // No map, so nothing to be fixed to.
+        fixes: Fixes {
+            rate_hz: 0.0,
+            ..Fixes::default()
         },
         dynamics: DriveDynamics::default(),
         local: LocalSettings {

@@ -7,9 +7,7 @@ use crate::bench::Latencies;
 use crate::geometry::{Point, Pose};
 use crate::local::CpuEngine;
 use crate::navigator::Goal;
-use crate::sim::{
-    Config, Mission, MissionError, MissionResult, Observer, SimError, run_mission,
-};
+use crate::sim::{Config, Mission, MissionError, MissionResult, Observer, SimError, run_mission};
 
 /// From where to where, and when a run is over.
 #[derive(Clone, Copy, Debug, PartialEq)]

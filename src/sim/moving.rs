@@ -1,0 +1,239 @@
+//! One moving obstacle: how it moves, whether it minds the robot, and since when it is there.
+
+use super::error::{above_zero, at_least_zero, require};
+use super::keyframes::Keyframes;
+use super::to_and_fro::ToAndFro;
+use super::wander::Wander;
+use super::{SimError, YIELD_GAP_M, YIELD_PATIENCE_S};
+use crate::geometry::{Point, Pose, Vector};
+use crate::global::Path;
+use crate::map::{MovingDisc, ObstacleGrid};
+use crate::robot::Footprint;
+
+/// When an obstacle appears that is not there from the start. Until then it touches nothing and nothing sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Appears {
+    /// At a time, seconds after the start.
+    AtTime(f64),
+    /// When the robot's origin comes within a distance, metres, of the place where it appears.
+    Within(f64),
+}
+
+/// A disc that moves by itself.
+///
+/// One that yields holds while its next step would bring it within [`YIELD_GAP_M`] of the robot and nearer than it is,
+/// and gives up its way after [`YIELD_PATIENCE_S`]; nor does it appear within that gap. So it never walks into the robot,
+/// though the robot may drive into it. One that does not yield takes no notice of the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moving {
+    radius_m: f64,
+    yields: bool,
+    /// None once it is there.
+    appears: Option<Appears>,
+    /// How long it has been waited for.
+    waited_s: f64,
+    /// How long it has stood for the robot; zero while it moves.
+    held_s: f64,
+    motion: Motion,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Motion {
+    ToAndFro(ToAndFro),
+    Keyframes(Keyframes),
+    Wander(Box<Wander>),
+}
+
+impl Moving {
+    /// Somebody who walks a route from end to end and back, at a speed in m/s, which may be zero; yields. Patience gone,
+    /// it turns round. Whether the route is free is the caller's affair.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] for a radius that is not above zero, a speed below zero, a route of no point, or any of
+    /// these not finite.
+    pub fn walker(radius_m: f64, speed_m_s: f64, route: Vec<Point>) -> Result<Self, SimError> {
+        at_least_zero("speed", speed_m_s)?;
+        let points = route.len() as f64;
+        require(points > 0.0, "number of points", points, "at least one")?;
+        for value in route.iter().flat_map(|point| [point.x, point.y]) {
+            require(value.is_finite(), "point of a route", value, "finite")?;
+        }
+        Self::new(
+            radius_m,
+            true,
+            Motion::ToAndFro(ToAndFro::new(Path::new(route), speed_m_s)),
+        )
+    }
+
+    /// A body that plays a script: at each time, seconds after it appears, at the place beside it, and evenly on its way
+    /// between; it does not yield. It stands at the first place until the first time. Without a period it stays at the
+    /// last place; with one, at least the last time, it is at time zero again after it, wherever that is: the
+    /// cylinders of the `DynaBARN` benchmark jump so from the end of their way to its beginning. A yielding one stops its
+    /// clock while it holds, however long.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] for a radius that is not above zero, for no key, for times that are below zero or not
+    /// ascending, for a period that is too short, or any of these not finite.
+    pub fn keyframes(
+        radius_m: f64,
+        keys: &[(f64, Point)],
+        loop_s: Option<f64>,
+    ) -> Result<Self, SimError> {
+        let script = Keyframes::new(keys, loop_s)?;
+        Self::new(radius_m, false, Motion::Keyframes(script))
+    }
+
+    /// Somebody who starts at a place and walks, at a speed in m/s, to one random place after another, round corners, over
+    /// ground that is free for it and within a distance, metres, of its start; yields. Patience gone, it makes for
+    /// another place. Same seed, same places.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] for a radius, speed or distance that is not finite and above zero;
+    /// [`SimError::NowhereToGo`] where the start is not free ground or has none about it.
+    pub fn wanderer(
+        radius_m: f64,
+        speed_m_s: f64,
+        start: Point,
+        wander_m: f64,
+        ground: &ObstacleGrid,
+        seed: u64,
+    ) -> Result<Self, SimError> {
+        above_zero("radius", radius_m)?;
+        above_zero("speed", speed_m_s)?;
+        above_zero("wander_m", wander_m)?;
+        let wander = Wander::new(ground, radius_m, speed_m_s, start, wander_m, seed)?;
+        Self::new(radius_m, true, Motion::Wander(Box::new(wander)))
+    }
+
+    fn new(radius_m: f64, yields: bool, motion: Motion) -> Result<Self, SimError> {
+        above_zero("radius", radius_m)?;
+        Ok(Self {
+            radius_m,
+            yields,
+            appears: None,
+            waited_s: 0.0,
+            held_s: 0.0,
+            motion,
+        })
+    }
+
+    /// A walk that is already under way.
+    pub(super) fn under_way(radius_m: f64, yields: bool, walk: ToAndFro) -> Result<Self, SimError> {
+        Self::new(radius_m, yields, Motion::ToAndFro(walk))
+    }
+
+    /// The same, minding the robot or not.
+    #[must_use]
+    pub fn yielding(self, yields: bool) -> Self {
+        Self { yields, ..self }
+    }
+
+    /// The same, but not there from the start: it appears where it would have started, and only then begins to move.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] for a time or distance that is not finite and at least zero.
+    pub fn appearing(self, appears: Appears) -> Result<Self, SimError> {
+        match appears {
+            Appears::AtTime(time_s) => at_least_zero("appears_at_s", time_s)?,
+            Appears::Within(distance_m) => at_least_zero("appears_within_m", distance_m)?,
+        }
+        Ok(Self {
+            appears: Some(appears),
+            ..self
+        })
+    }
+
+    /// Its radius, metres, whether it is there or not.
+    #[must_use]
+    pub const fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
+    /// Where it is now and how it moves, if it is there; one that holds does not move.
+    #[must_use]
+    pub fn disc(&self) -> Option<MovingDisc> {
+        if self.appears.is_some() {
+            return None;
+        }
+        let center = self.center();
+        let velocity = if self.held_s > 0.0 {
+            Vector::zeros()
+        } else {
+            self.velocity()
+        };
+        Some(MovingDisc {
+            x: center.x,
+            y: center.y,
+            radius: self.radius_m,
+            vx: velocity.x,
+            vy: velocity.y,
+        })
+    }
+
+    /// Lets time pass, seconds, while the robot stands at a pose.
+    pub(super) fn step(&mut self, time_s: f64, robot: &Pose, footprint: &Footprint) {
+        let gap = |center| footprint.gap_to_disc_m(robot, &center, self.radius_m);
+        if let Some(appears) = self.appears {
+            self.waited_s += time_s;
+            let start = self.center();
+            let is_time = match appears {
+                // The sum of many steps may fall short of their number by its rounding.
+                Appears::AtTime(at_s) => self.waited_s >= at_s - 1e-9,
+                Appears::Within(distance_m) => (start - robot.position()).norm() <= distance_m,
+            };
+            if is_time && !(self.yields && gap(start) < YIELD_GAP_M) {
+                self.appears = None;
+            }
+            return;
+        }
+        if self.yields {
+            let ahead = gap(self.center_after(time_s));
+            if ahead < YIELD_GAP_M && ahead < gap(self.center()) {
+                self.hold(time_s);
+                return;
+            }
+        }
+        self.held_s = 0.0;
+        match &mut self.motion {
+            Motion::ToAndFro(walk) => walk.step(time_s),
+            Motion::Keyframes(script) => script.step(time_s),
+            Motion::Wander(wander) => wander.step(time_s),
+        }
+    }
+
+    fn hold(&mut self, time_s: f64) {
+        self.held_s += time_s;
+        if self.held_s >= YIELD_PATIENCE_S {
+            match &mut self.motion {
+                Motion::ToAndFro(walk) => walk.turn_round(),
+                Motion::Keyframes(_) => return,
+                Motion::Wander(wander) => wander.choose(),
+            }
+            self.held_s = 0.0;
+        }
+    }
+
+    fn center(&self) -> Point {
+        match &self.motion {
+            Motion::ToAndFro(walk) => walk.center(),
+            Motion::Keyframes(script) => script.center(),
+            Motion::Wander(wander) => wander.center(),
+        }
+    }
+
+    fn velocity(&self) -> Vector {
+        match &self.motion {
+            Motion::ToAndFro(walk) => walk.velocity(),
+            Motion::Keyframes(script) => script.velocity(),
+            Motion::Wander(wander) => wander.velocity(),
+        }
+    }
+
+    fn center_after(&self, time_s: f64) -> Point {
+        match &self.motion {
+            Motion::ToAndFro(walk) => walk.center_after(time_s),
+            Motion::Keyframes(script) => script.center_after(time_s),
+            Motion::Wander(wander) => wander.center_after(time_s),
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! A closed loop: the navigator in a simulated world, tick by tick, to the goal.
+
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use super::fixes::FixSource;
+use super::mission::{Mission, MissionError, MissionResult, Observer, StopError};
+use super::{Config, SimBase, Trace, TraceRow, Walkers, World};
+use crate::base::Base;
+use crate::geometry::Pose;
+use crate::local::{Engine, LocalPlanner};
+use crate::map::MovingDisc;
+use crate::navigator::{Journey, Mode, Navigator, Observation, PoseFilter, PoseFix};
+
+/// A deviation that is as good as none, metres and radians: a filter must not divide by zero.
+const LEAST_SIGMA: f64 = 1e-6;
+
+pub(super) struct Simulation<'a> {
+    mission: &'a Mission,
+    config: &'a Config,
+    world: World,
+    walkers: Walkers,
+    base: SimBase,
+    fixes: FixSource,
+    belief: PoseFilter,
+    navigator: Navigator,
+    lidar_noise: Pcg64Mcg,
+    trace: Trace,
+    decision_s: Vec<f64>,
+    stop_errors: Vec<StopError>,
+    engine: String,
+}
+
+impl<'a> Simulation<'a> {
+    pub fn new(
+        mission: &'a Mission,
+        config: &'a Config,
+        engine: Box<dyn Engine>,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, MissionError> {
+        config.validate()?;
+        let known = mission.map.obstacles(config.unknown);
+        let truth = mission.truth.clone().unwrap_or_else(|| known.clone());
+        let route_planner = config.route_planner(known.frame().resolution_m);
+        let planner = LocalPlanner::new(engine, config.local.clone());
+        let engine = planner.engine_name();
+        let navigator = Navigator::new(
+            known,
+            &Journey {
+                start: mission.start.position(),
+                stops: mission.stops(),
+            },
+            config.robot.model(),
+            planner,
+            route_planner,
+            config.navigator.clone(),
+            observer.clock,
+        )?;
+        let base = SimBase::new(
+            config.robot.drive(),
+            config.robot.limits,
+            config.dynamics,
+            config.odometry,
+            mission.start,
+            mission.seed,
+        )?;
+        Ok(Self {
+            mission,
+            config,
+            world: World::new(truth),
+            walkers: mission.walkers.clone(),
+            base,
+            fixes: FixSource::new(config.fixes, mission.seed)?,
+            belief: PoseFilter::new(&fix(config, mission.start)),
+            navigator,
+            lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
+            trace: Trace {
+                moving_radii: mission.walkers.radii(),
+                ..Trace::default()
+            },
+            decision_s: Vec::new(),
+            stop_errors: Vec::new(),
+            engine,
+        })
+    }
+
+    pub fn run(mut self, observer: &mut Observer<'_>) -> MissionResult {
+        let period_s = self.config.local.control_period_s;
+        let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
+        for tick in 0..ticks {
+            let row = self.tick(tick as f64 * period_s, observer);
+            (observer.progress)(&row);
+            let over = matches!(row.mode, Mode::Arrived | Mode::Failed)
+                || row.gap_m <= 0.0
+                || self.is_done(&row.pose);
+            self.trace.rows.push(row);
+            if over {
+                break;
+            }
+        }
+        self.result()
+    }
+
+    fn is_done(&self, pose: &Pose) -> bool {
+        let away_m = (pose.position() - self.mission.goal.position).norm();
+        let within_m = self.mission.done_within_m;
+        within_m.is_some_and(|within_m| away_m <= within_m)
+    }
+
+    /// Look, decide, record, move: in this order.
+    fn tick(&mut self, time_s: f64, observer: &mut Observer<'_>) -> TraceRow {
+        let observation = self.observe(time_s);
+        let began = (observer.clock)();
+        let decision = self.navigator.step(&observation);
+        self.decision_s.push((observer.clock)() - began);
+        self.note_stop(decision.mode);
+        let counts = decision.counts.unwrap_or_default();
+        let footprint = &self.config.robot.footprint;
+        let row = TraceRow {
+            time_s,
+            pose: *self.base.pose(),
+            belief: observation.pose,
+            twist: self.base.twist(),
+            command: decision.command,
+            local_target: decision.local_target,
+            gap_m: self.world.gap_m(footprint, self.base.pose()),
+            admissible: counts.admissible,
+            samples: counts.to_array().iter().sum(),
+            mode: decision.mode,
+            path: self.navigator.plans().len() - 1,
+            moving: self
+                .walkers
+                .places()
+                .iter()
+                .map(|place| place.as_ref().map(MovingDisc::center))
+                .collect(),
+        };
+        // The simulated base refuses only commands that are not finite, and the navigator sends none.
+        let sent = self.base.send(&decision.command);
+        debug_assert!(sent.is_ok());
+        let period_s = self.config.local.control_period_s;
+        self.base.step(period_s);
+        self.walkers.step(period_s, self.base.pose(), footprint);
+        row
+    }
+
+    /// What the robot can know: its odometry held to the map by fixes, and what its lidar sees.
+    fn observe(&mut self, time_s: f64) -> Observation {
+        self.world.moving = self.walkers.discs();
+        let truth = *self.base.pose();
+        let odometry = self.base.odometry();
+        self.belief.moved(&odometry.pose);
+        if let Some(pose) = self.fixes.fix(time_s, &truth) {
+            self.belief.fixed(&fix(self.config, pose));
+        }
+        let lidar = &self.config.lidar;
+        let seen = lidar.scan(&self.world, &truth, &mut self.lidar_noise);
+        let moving = seen
+            .visible
+            .iter()
+            .map(|&index| self.world.moving[index])
+            .collect();
+        Observation {
+            time_s,
+            pose: *self.belief.pose(),
+            twist: odometry.twist,
+            scan: seen.scan,
+            moving,
+        }
+    }
+
+    /// Measures how well it stands at each stop but the last, once.
+    fn note_stop(&mut self, mode: Mode) {
+        let (stop, number) = self.navigator.stop();
+        if mode == Mode::Stopped && self.stop_errors.len() == number {
+            let error = StopError::of(self.base.pose(), stop);
+            self.stop_errors.push(error);
+        }
+    }
+
+    fn result(mut self) -> MissionResult {
+        let plans = self.navigator.plans().to_vec();
+        self.trace.paths = plans
+            .iter()
+            .map(|plan| plan.smoothed.points().to_vec())
+            .collect();
+        let rows = &self.trace.rows;
+        let last = rows.last();
+        let pose = last.map_or(self.mission.start, |row| row.pose);
+        let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
+        let error = StopError::of(&pose, &self.mission.goal);
+        MissionResult {
+            reached: last.is_some_and(|row| row.mode == Mode::Arrived || self.is_done(&row.pose)),
+            collided: rows.iter().any(|row| row.gap_m <= 0.0),
+            time_s: last.map_or(0.0, |row| row.time_s),
+            travelled_m: rows
+                .windows(2)
+                .map(step)
+                .fold(0.0, |sum, step_m| sum + step_m),
+            min_clearance_m: rows
+                .iter()
+                .map(|row| row.gap_m)
+                .fold(f64::INFINITY, f64::min),
+            final_error_m: (error.x_m, error.y_m),
+            final_yaw_error: error.yaw_rad,
+            stop_errors: self.stop_errors,
+            fault: self.navigator.fault().cloned(),
+            decision_s: self.decision_s,
+            engine: self.engine,
+            plans,
+            trace: self.trace,
+        }
+    }
+}
+
+/// A pose as well known as the configuration's fixes tell it.
+fn fix(config: &Config, pose: Pose) -> PoseFix {
+    PoseFix {
+        pose,
+        sigma_m: config.fixes.sigma_m.max(LEAST_SIGMA),
+        sigma_rad: config.fixes.sigma_rad.max(LEAST_SIGMA),
+    }
+}

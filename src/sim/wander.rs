@@ -1,0 +1,85 @@
+//! A walk without a plan: to a random free place, and from there to the next.
+
+use std::sync::Arc;
+
+use rand_pcg::Pcg64Mcg;
+
+use super::SimError;
+use super::noise::{Source, generator};
+use super::walk::roaming_walk;
+use crate::geometry::{Point, Vector};
+use crate::global::Path;
+use crate::map::{FreeSpace, ObstacleGrid};
+
+/// Somebody who walks over free ground near home, always on the way to a random place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wander {
+    ground: Arc<FreeSpace>,
+    home: Point,
+    reach_m: f64,
+    speed_m_s: f64,
+    rng: Pcg64Mcg,
+    route: Path,
+    /// Distance along the route.
+    along_m: f64,
+}
+
+impl Wander {
+    pub(super) fn new(
+        ground: &ObstacleGrid,
+        radius_m: f64,
+        speed_m_s: f64,
+        home: Point,
+        reach_m: f64,
+        seed: u64,
+    ) -> Result<Self, SimError> {
+        let mut wander = Self {
+            ground: Arc::new(FreeSpace::new(ground, radius_m)),
+            home,
+            reach_m,
+            speed_m_s,
+            rng: generator(seed, Source::Obstacles),
+            route: Path::new(vec![home]),
+            along_m: 0.0,
+        };
+        wander.choose();
+        if wander.route.length_m() > 0.0 {
+            Ok(wander)
+        } else {
+            Err(SimError::NowhereToGo {
+                x: home.x,
+                y: home.y,
+                radius_m,
+                reach_m,
+            })
+        }
+    }
+
+    pub(super) fn center(&self) -> Point {
+        self.route.point_at(self.along_m)
+    }
+
+    pub(super) fn velocity(&self) -> Vector {
+        self.route.direction_at(self.along_m) * self.speed_m_s
+    }
+
+    pub(super) fn center_after(&self, time_s: f64) -> Point {
+        self.route.point_at(self.along_m + self.speed_m_s * time_s)
+    }
+
+    /// At the end of its route it chooses another place.
+    pub(super) fn step(&mut self, time_s: f64) {
+        self.along_m += self.speed_m_s * time_s;
+        if self.along_m >= self.route.length_m() {
+            self.choose();
+        }
+    }
+
+    /// Makes for another place from where it is; stays if there is none.
+    pub(super) fn choose(&mut self) {
+        let here = self.center();
+        let walk = roaming_walk(&self.ground, &here, &self.home, self.reach_m, &mut self.rng);
+        self.route = Path::new(walk.unwrap_or_else(|| vec![here]));
+        self.along_m = 0.0;
+    }
+}
