@@ -19,8 +19,9 @@ pub struct Fixes {
     /// scan matcher gives one for each turn.
     pub rate_hz: f64,
     /// Standard deviation along x and along y, metres. Default 0.01 m: localisation with a planar lidar errs by a few
-    /// millimetres at taught places (Röwekämper et al., IROS 2012) and by less than a centimetre amid clutter (Costa et
-    /// al., ICARSC 2014).
+    /// millimetres at taught places (Röwekämper et al., "On the Position Accuracy of Mobile Robot Localization based on
+    /// Particle Filters Combined with Scan Matching") and by less than a centimetre amid clutter (Costa et al., "Robust
+    /// and Accurate Localization System for Mobile Manipulators in Cluttered Environments").
     pub sigma_m: f64,
     /// Standard deviation of the yaw, radians. Default 0.005 rad: the latter state less than a degree, of which this is a
     /// third; our own choice.

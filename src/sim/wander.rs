@@ -75,11 +75,15 @@ impl Wander {
         }
     }
 
-    /// Makes for another place from where it is; stays if there is none.
+    /// Makes for another place from where it is; keeps to its way if there is none, as where it stands on a corner of a
+    /// cell that is not free.
     pub(super) fn choose(&mut self) {
         let here = self.center();
-        let walk = roaming_walk(&self.ground, &here, &self.home, self.reach_m, &mut self.rng);
-        self.route = Path::new(walk.unwrap_or_else(|| vec![here]));
-        self.along_m = 0.0;
+        if let Some(walk) =
+            roaming_walk(&self.ground, &here, &self.home, self.reach_m, &mut self.rng)
+        {
+            self.route = Path::new(walk);
+            self.along_m = 0.0;
+        }
     }
 }
