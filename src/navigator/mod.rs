@@ -15,7 +15,10 @@ mod planning;
 mod recovery;
 mod route;
 mod settings;
+mod surroundings;
+mod tracker;
 mod trail;
+mod view;
 mod watch;
 
 pub use fault::Fault;
@@ -27,3 +30,5 @@ pub use observation::Observation;
 pub use planning::RoutePlanner;
 pub use route::Route;
 pub use settings::NavigatorSettings;
+pub use surroundings::Surroundings;
+pub use tracker::Tracker;
