@@ -1,13 +1,14 @@
 //! The navigator: one decision for each observation.
 
-use super::local_map::LocalMap;
 use super::outlook::Outlook;
 use super::parking::Parking;
 use super::recovery::Recovery;
 use super::replanning::Replanning;
 use super::tour::Tour;
 use super::watch::ProgressWatch;
-use super::{Fault, Goal, Journey, Mode, NavigatorSettings, Observation, Route, RoutePlanner};
+use super::{
+    Fault, Goal, Journey, Mode, NavigatorSettings, Observation, Route, RoutePlanner, Surroundings,
+};
 use crate::geometry::{Point, Twist};
 use crate::global::Plan;
 use crate::local::{Counts, LocalPlanner};
@@ -41,7 +42,7 @@ pub struct Navigator {
     pub(super) settings: NavigatorSettings,
     pub(super) robot: RobotModel,
     pub(super) planner: LocalPlanner,
-    pub(super) map: LocalMap,
+    pub(super) surroundings: Surroundings,
     pub(super) tour: Tour,
     pub(super) route: Route,
     pub(super) plans: Vec<Plan>,
@@ -74,7 +75,11 @@ impl Navigator {
         Ok(Self {
             route: Route::new(&plan, &settings),
             plans: vec![plan],
-            map: LocalMap::new(known.clone()),
+            surroundings: if settings.abilities.tracking {
+                Surroundings::new(known.clone())
+            } else {
+                Surroundings::without_tracking(known.clone())
+            },
             replanning: Replanning::new(known, route_planner)?,
             settings,
             robot,
@@ -107,6 +112,12 @@ impl Navigator {
         (self.tour.goal(), self.tour.done())
     }
 
+    /// What it has seen that the map does not show.
+    #[must_use]
+    pub const fn surroundings(&self) -> &Surroundings {
+        &self.surroundings
+    }
+
     /// The local planner.
     #[must_use]
     pub const fn planner(&self) -> &LocalPlanner {
@@ -133,11 +144,25 @@ impl Navigator {
                 ..self.standing(self.mode)
             };
         }
-        let now = self.outlook(observation);
+        let Observation {
+            time_s,
+            pose,
+            twist,
+            scan,
+        } = observation;
+        if !self.is_over() {
+            self.surroundings.update(*time_s, pose, scan);
+        }
+        let now = Outlook::new(
+            (*time_s, pose, twist),
+            self.surroundings.moving(),
+            &self.last_command,
+            &self.robot.limits,
+            self.settings.actuation_delay_s,
+        );
         if self.is_over() {
             return self.stand(&now, self.mode);
         }
-        self.map.update(observation);
         match self.act(&now) {
             Ok(decision) => decision,
             Err(fault) => {
@@ -152,24 +177,11 @@ impl Navigator {
         matches!(self.mode, Mode::Arrived | Mode::Failed)
     }
 
-    fn outlook(&self, observation: &Observation) -> Outlook {
-        let Observation {
-            time_s,
-            pose,
-            twist,
-            moving,
-            ..
-        } = observation;
-        let (limits, delay_s) = (&self.robot.limits, self.settings.actuation_delay_s);
-        let seen = (*time_s, pose, twist);
-        Outlook::new(seen, moving, &self.last_command, limits, delay_s)
-    }
-
     fn act(&mut self, now: &Outlook) -> Result<Decision, Fault> {
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
         let field = self
-            .map
+            .surroundings
             .window(&robot, self.window_half_m())
             .map_err(|error| Fault::Choose(error.into()))?;
         if self.mode == Mode::Stopped {

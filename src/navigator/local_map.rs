@@ -1,86 +1,184 @@
 //! What stands around the robot: the map, and what the lidar saw that the map does not show.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::Observation;
-use crate::geometry::{Point, bearing, wrap_angle};
+use super::view::seen_to_m;
+use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
-use crate::map::{Cell, GridFrame, ObstacleGrid};
+use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan};
 
-/// A lidar return this close to a tracked moving obstacle is that obstacle, metres.
-const TRACKED_MARGIN_M: f64 = 0.2;
+/// A return this near to a known obstacle, metres, is that obstacle: three deviations of the range and of the pose.
+const KNOWN_MARGIN_M: f64 = 0.06;
+/// So many scans more than hit a mark must see through it before it goes, at most: beams that pass close by a thin
+/// post must not make it flicker.
+const MOST_EVIDENCE: u8 = 3;
+/// Beams must go beyond a mark by this, metres, or by a cell if that is more.
+const SEEN_THROUGH_M: f64 = 0.05;
+/// A mark that has stood for this long, seconds, stands still.
+const SETTLED_S: f64 = 2.5;
+/// No slot of the list of marks.
+const UNMARKED: u32 = u32::MAX;
 
 /// Known obstacles and the marks the lidar made among them.
-pub struct LocalMap {
+pub(super) struct LocalMap {
     known: ObstacleGrid,
-    /// Cells, by row-major index, that the lidar saw occupied and the map shows free. Ordered, so that everything
-    /// computed from them is the same at every run.
-    marks: BTreeSet<usize>,
+    /// Cells that are not beside a known obstacle.
+    apart: FreeSpace,
+    /// For each cell, plus one: its place among the marks. Zero for cells without, so that the memory of ground where
+    /// nothing was seen is never touched.
+    slots: Vec<u32>,
+    /// In an order that depends on nothing but the scans.
+    marks: Vec<Mark>,
+}
+
+/// A cell that the lidar saw occupied and the map shows free.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    index: u32,
+    evidence: u8,
+    first_s: f64,
+}
+
+/// What a return is known to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Known {
+    /// A wall of the map, or beyond the map.
+    Mapped,
+    /// Something that has stood there for a while.
+    Settled,
+    /// New.
+    Unknown,
 }
 
 impl LocalMap {
     /// A local map over the known obstacles, without marks.
-    #[must_use]
-    pub const fn new(known: ObstacleGrid) -> Self {
+    pub fn new(known: ObstacleGrid) -> Self {
         Self {
+            apart: FreeSpace::new(&known, KNOWN_MARGIN_M),
+            slots: vec![0; known.frame().len()],
             known,
-            marks: BTreeSet::new(),
+            marks: Vec::new(),
         }
     }
 
-    /// Marks what a scan hit and clears marks that it saw through.
-    pub fn update(&mut self, observation: &Observation) {
-        self.clear_seen_through(observation);
-        for hit in observation.scan.hits(&observation.pose) {
-            let tracked = observation
-                .moving
-                .iter()
-                .any(|disc| (disc.center() - hit).norm() <= disc.radius + TRACKED_MARGIN_M);
-            if tracked {
-                continue;
-            }
-            if let Some(cell) = self.known.frame().cell_of(&hit)
-                && !self.is_beside_known(cell)
-            {
-                self.marks.insert(self.known.frame().index(cell));
+    /// What a return at a point is.
+    pub fn known_at(&self, time_s: f64, point: &Point) -> Known {
+        let frame = self.known.frame();
+        let Some(cell) = frame.cell_of(point) else {
+            return Known::Mapped;
+        };
+        if self.is_beside_known(cell) {
+            return Known::Mapped;
+        }
+        let settled = |cell: Cell| {
+            self.mark_of(cell)
+                .is_some_and(|mark| time_s - mark.first_s > SETTLED_S)
+        };
+        // Its own cell first: it is the likeliest.
+        if settled(cell) || neighbours(cell).any(settled) {
+            Known::Settled
+        } else {
+            Known::Unknown
+        }
+    }
+
+    /// A hit on a known wall falls on one of its cells or, by noise, beside it. So does one on the rim of the grid, beyond
+    /// which everything is an obstacle.
+    fn is_beside_known(&self, cell: Cell) -> bool {
+        let frame = self.known.frame();
+        let on_rim = cell.column == 0
+            || cell.row == 0
+            || cell.column == frame.width - 1
+            || cell.row == frame.height - 1;
+        on_rim || !self.apart.is_free(cell)
+    }
+
+    fn mark_of(&self, cell: Cell) -> Option<&Mark> {
+        let frame = self.known.frame();
+        if !frame.contains(cell) {
+            return None;
+        }
+        let slot = self.slots[frame.index(cell)].wrapping_sub(1);
+        (slot != UNMARKED).then(|| &self.marks[slot as usize])
+    }
+
+    /// Marks the cell of a return, unless a known obstacle explains it.
+    pub fn mark(&mut self, time_s: f64, hit: &Point) {
+        let frame = *self.known.frame();
+        let Some(cell) = frame.cell_of(hit) else {
+            return;
+        };
+        let index = frame.index(cell);
+        let slot = self.slots[index].wrapping_sub(1);
+        if slot != UNMARKED {
+            let mark = &mut self.marks[slot as usize];
+            mark.evidence = (mark.evidence + 1).min(MOST_EVIDENCE);
+        } else if !self.is_beside_known(cell) {
+            self.marks.push(Mark {
+                index: index as u32,
+                evidence: 1,
+                first_s: time_s,
+            });
+            self.slots[index] = self.marks.len() as u32;
+        }
+    }
+
+    /// Removes the marks that something moving made: those within a distance of it that came after it did.
+    pub fn erase(&mut self, disc: &MovingDisc, reach_m: f64, since_s: f64) {
+        let frame = *self.known.frame();
+        let reach_m = disc.radius + reach_m;
+        let units = frame.to_cell_units(&disc.center());
+        let reach = reach_m / frame.resolution_m;
+        let rows = span(units.y, reach, frame.height);
+        for row in rows {
+            for column in span(units.x, reach, frame.width) {
+                let cell = Cell::new(column, row);
+                if (cell.center() - units).norm() > reach {
+                    continue;
+                }
+                let slot = self.slots[frame.index(cell)].wrapping_sub(1);
+                if slot != UNMARKED && self.marks[slot as usize].first_s >= since_s {
+                    self.remove(slot as usize);
+                }
             }
         }
     }
 
-    /// A hit on a known wall falls on one of its cells or, by noise, beside it.
-    fn is_beside_known(&self, Cell { column, row }: Cell) -> bool {
-        (row - 1..=row + 1)
-            .flat_map(|row| (column - 1..=column + 1).map(move |column| Cell::new(column, row)))
-            .any(|cell| self.known.is_blocked(cell))
+    fn remove(&mut self, slot: usize) {
+        let gone = self.marks.swap_remove(slot);
+        self.slots[gone.index as usize] = 0;
+        if let Some(moved) = self.marks.get(slot) {
+            self.slots[moved.index as usize] = slot as u32 + 1;
+        }
     }
 
-    fn clear_seen_through(&mut self, observation: &Observation) {
-        let scan = &observation.scan;
+    /// Takes evidence from the marks that the scan saw through, and removes those that have none left.
+    pub fn clear_seen_through(&mut self, pose: &Pose, scan: &Scan) {
         if scan.ranges.is_empty() {
             return;
         }
         let frame = *self.known.frame();
-        let robot = observation.pose.position();
-        self.marks.retain(|&index| {
-            let center = frame.center_of(frame.cell_at(index));
-            let distance = (center - robot).norm();
-            let direction = bearing(&robot, &center) - observation.pose.yaw;
-            let turned = wrap_angle(direction - scan.angle_min);
-            let beam = libm::round(turned / scan.angle_increment);
-            let beams = scan.ranges.len() as f64;
-            let full_turn = core::f64::consts::TAU / scan.angle_increment;
-            let beam = if beam < 0.0 {
-                beam + libm::round(full_turn)
-            } else {
-                beam
+        let robot = pose.position();
+        let beyond_m = frame.resolution_m.max(SEEN_THROUGH_M);
+        let mut slot = 0;
+        while slot < self.marks.len() {
+            let center = frame.center_of(frame.cell_at(self.marks[slot].index as usize));
+            let away = center - robot;
+            let distance = away.norm();
+            let seen_through = distance < scan.range_max && {
+                let half_angle = frame.resolution_m / distance.max(frame.resolution_m);
+                seen_to_m(pose, scan, bearing(&robot, &center), half_angle)
+                    .is_some_and(|seen| seen > distance + beyond_m)
             };
-            if distance > scan.range_max || beam >= beams || beam < 0.0 {
-                return true;
+            if seen_through {
+                self.marks[slot].evidence -= 1;
+                if self.marks[slot].evidence == 0 {
+                    self.remove(slot);
+                    continue;
+                }
             }
-            let range = scan.ranges[beam as usize];
-            range.is_nan() || range <= distance + frame.resolution_m
-        });
+            slot += 1;
+        }
     }
 
     /// Centres of the marked cells.
@@ -88,7 +186,7 @@ impl LocalMap {
         let frame = self.known.frame();
         self.marks
             .iter()
-            .map(|&index| frame.center_of(frame.cell_at(index)))
+            .map(|mark| frame.center_of(frame.cell_at(mark.index as usize)))
     }
 
     /// The distance field of a square window about a point, `half_m` to each side, aligned with the map's cells. Ground
@@ -104,7 +202,7 @@ impl LocalMap {
         let bottom = units.y.floor() as i32 - half;
         let side = 2 * half + 1;
         let corner = frame.from_cell_units(&Point::new(f64::from(left), f64::from(bottom)));
-        let origin = crate::geometry::Pose {
+        let origin = Pose {
             x: corner.x,
             y: corner.y,
             ..frame.origin
@@ -115,15 +213,45 @@ impl LocalMap {
             origin,
             ..frame
         };
-        let in_map = |cell: Cell| Cell::new(cell.column + left, cell.row + bottom);
-        let blocked = (0..window.len())
-            .map(|index| self.known.is_blocked(in_map(window.cell_at(index))))
-            .collect();
+        let mut blocked = vec![true; window.len()];
+        let columns = left.max(0)..(left + side).min(frame.width);
+        if !columns.is_empty() {
+            let width = columns.len();
+            for row in bottom.max(0)..(bottom + side).min(frame.height) {
+                let from = frame.index(Cell::new(columns.start, row));
+                let to = window.index(Cell::new(columns.start - left, row - bottom));
+                blocked[to..to + width].copy_from_slice(&self.known.cells()[from..from + width]);
+            }
+        }
         let mut obstacles = ObstacleGrid::new(window, blocked);
-        for &index in &self.marks {
-            let Cell { column, row } = frame.cell_at(index);
+        for mark in &self.marks {
+            let Cell { column, row } = frame.cell_at(mark.index as usize);
             obstacles.set(Cell::new(column - left, row - bottom), true);
         }
         Ok(Arc::new(ClearanceField::new(&obstacles)?))
     }
+}
+
+/// The eight cells about a cell.
+fn neighbours(Cell { column, row }: Cell) -> impl Iterator<Item = Cell> {
+    const AROUND: [(i32, i32); 8] = [
+        (-1, -1),
+        (0, -1),
+        (1, -1),
+        (-1, 0),
+        (1, 0),
+        (-1, 1),
+        (0, 1),
+        (1, 1),
+    ];
+    AROUND
+        .into_iter()
+        .map(move |(right, up)| Cell::new(column + right, row + up))
+}
+
+/// The cells of a line of so many that are within reach of a place on it.
+fn span(at: f64, reach: f64, cells: i32) -> core::ops::Range<i32> {
+    let from = (at - reach).floor().max(0.0) as i32;
+    let to = ((at + reach).floor() as i32).saturating_add(1).min(cells);
+    from..to
 }

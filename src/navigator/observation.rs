@@ -1,7 +1,7 @@
 //! What the robot sees and knows at a tick.
 
 use crate::geometry::{Pose, Twist};
-use crate::map::{MovingDisc, Scan};
+use crate::map::Scan;
 
 /// One tick's worth of senses. The navigator knows nothing of the world beyond these and its map.
 #[derive(Clone, Debug)]
@@ -14,8 +14,6 @@ pub struct Observation {
     pub twist: Twist,
     /// The latest revolution of the lidar.
     pub scan: Scan,
-    /// Moving obstacles in view, as its perception tracks them.
-    pub moving: Vec<MovingDisc>,
 }
 
 impl Observation {
@@ -26,7 +24,6 @@ impl Observation {
         self.time_s.is_finite()
             && self.pose.is_finite()
             && self.twist.is_finite()
-            && self.moving.iter().all(MovingDisc::is_valid)
             && self.scan.is_sound()
     }
 }

@@ -101,7 +101,7 @@ impl Navigator {
         let order = Order {
             start: now.pose.position(),
             goal: self.tour.goal().position,
-            marks: self.map.marks().collect(),
+            marks: self.surroundings.marks().collect(),
             discs,
         };
         let due_s = now.time_s + self.settings.planning_budget_s;
@@ -116,8 +116,8 @@ impl Navigator {
         } else if self.mode == Mode::BackingUp {
             Some(Reason::Waited)
         } else {
-            let may_be_shorter =
-                now.time_s >= self.replanning.next_shorter_s && self.map.marks().next().is_some();
+            let may_be_shorter = now.time_s >= self.replanning.next_shorter_s
+                && self.surroundings.marks().next().is_some();
             may_be_shorter.then_some(Reason::Shorter)
         }
     }

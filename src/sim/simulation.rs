@@ -155,17 +155,11 @@ impl<'a> Simulation<'a> {
         }
         let lidar = &self.config.lidar;
         let seen = lidar.scan(&self.world, &truth, &mut self.lidar_noise);
-        let moving = seen
-            .visible
-            .iter()
-            .map(|&index| self.world.moving[index])
-            .collect();
         Observation {
             time_s,
             pose: *self.belief.pose(),
             twist: odometry.twist,
             scan: seen.scan,
-            moving,
         }
     }
 

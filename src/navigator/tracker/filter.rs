@@ -1,0 +1,103 @@
+//! Where something is and how fast it moves: a Kalman filter of constant velocity.
+
+use nalgebra::{Matrix2, Matrix4, SMatrix, SVector};
+
+use crate::geometry::{Point, Vector};
+
+/// Variance of the velocity, (m/s)^2 on each axis, of something seen for the first time: people walk at 1 m/s or so.
+const FIRST_SPEED_VARIANCE: f64 = 1.0;
+
+/// An estimate of position and velocity in the plane, and its covariance.
+///
+/// The model is white noise of acceleration, in m^2/s^3 (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to
+/// Tracking and Navigation, 2001, section 6.2.2).
+#[derive(Clone, Debug)]
+pub(super) struct Filter {
+    /// Position, metres, then velocity, metres per second.
+    state: SVector<f64, 4>,
+    covariance: SMatrix<f64, 4, 4>,
+}
+
+impl Filter {
+    /// Something seen once, velocity unknown.
+    pub fn new(center: &Point, covariance: &Matrix2<f64>) -> Self {
+        let mut whole = Matrix4::identity() * FIRST_SPEED_VARIANCE;
+        whole.fixed_view_mut::<2, 2>(0, 0).copy_from(covariance);
+        Self {
+            state: SVector::from([center.x, center.y, 0.0, 0.0]),
+            covariance: whole,
+        }
+    }
+
+    /// Moves on by a time, seconds, under noise of acceleration, m^2/s^3.
+    pub fn predict(&mut self, time_s: f64, noise: f64) {
+        let identity = Matrix2::identity();
+        let mut motion = Matrix4::identity();
+        motion
+            .fixed_view_mut::<2, 2>(0, 2)
+            .copy_from(&(identity * time_s));
+        self.state = motion * self.state;
+        self.covariance = motion * self.covariance * motion.transpose();
+        let mut add = |row, column, value: f64| {
+            let mut block = self.covariance.fixed_view_mut::<2, 2>(row, column);
+            block += identity * (noise * value);
+        };
+        add(0, 0, time_s.powi(3) / 3.0);
+        add(0, 2, time_s.powi(2) / 2.0);
+        add(2, 0, time_s.powi(2) / 2.0);
+        add(2, 2, time_s);
+    }
+
+    /// The squared distance of a measured position from the expected one, in deviations of both.
+    pub fn squared_deviations(&self, measured: &Point, covariance: &Matrix2<f64>) -> f64 {
+        let error = measured - self.center();
+        let sum = self.covariance.fixed_view::<2, 2>(0, 0) + covariance;
+        sum.try_inverse()
+            .map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)))
+    }
+
+    /// Takes in a measured position.
+    pub fn measure(&mut self, measured: &Point, covariance: &Matrix2<f64>) {
+        let error = measured - self.center();
+        let sum = self.covariance.fixed_view::<2, 2>(0, 0) + covariance;
+        let Some(inverse) = sum.try_inverse() else {
+            return;
+        };
+        let cross = self.covariance.fixed_view::<4, 2>(0, 0).into_owned();
+        let gain = cross * inverse;
+        self.state += gain * error;
+        let left = self.covariance - gain * cross.transpose();
+        // Rounding must not make it lopsided.
+        self.covariance = (left + left.transpose()) * 0.5;
+    }
+
+    /// Puts it elsewhere at the same velocity.
+    pub fn shift(&mut self, by: &Vector) {
+        let mut position = self.state.fixed_rows_mut::<2>(0);
+        position += by;
+    }
+
+    /// Estimated position.
+    pub fn center(&self) -> Point {
+        Point::new(self.state[0], self.state[1])
+    }
+
+    /// Estimated velocity, metres per second.
+    pub fn velocity(&self) -> Vector {
+        Vector::new(self.state[2], self.state[3])
+    }
+
+    /// Standard deviation of the speed in the direction of motion, metres per second.
+    pub fn speed_deviation(&self) -> f64 {
+        let velocity = self.velocity();
+        let spread = self.covariance.fixed_view::<2, 2>(2, 2).into_owned();
+        let squared = velocity.norm_squared();
+        if squared > 0.0 {
+            (velocity.dot(&(spread * velocity)) / squared)
+                .max(0.0)
+                .sqrt()
+        } else {
+            spread.trace().max(0.0).sqrt()
+        }
+    }
+}

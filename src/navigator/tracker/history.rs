@@ -1,0 +1,71 @@
+//! The scans of the last two seconds: was a place free a moment ago?
+
+use std::collections::VecDeque;
+
+use super::super::view::{View, proves_free};
+use crate::geometry::{Point, Pose};
+use crate::map::Scan;
+
+/// Scans are kept at intervals of this, seconds, and for so long.
+pub(super) const INTERVAL_S: f64 = 0.099;
+pub(super) const KEPT: usize = 20;
+/// Ages of the scans that are asked, seconds: something fast is proved to move by the latest, something slow by the
+/// oldest only.
+pub(super) const AGES_S: [f64; 4] = [0.25, 0.5, 1.0, 1.7];
+/// How far beyond a place, metres, a beam must have gone to prove that it was free.
+pub(super) const FREE_MARGIN_M: f64 = 0.08;
+
+/// Views, the newest last.
+#[derive(Debug, Default)]
+pub(super) struct History {
+    views: VecDeque<(f64, View)>,
+    /// Those that are asked now.
+    asked: Vec<usize>,
+}
+
+impl History {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.views.clear();
+        self.asked.clear();
+    }
+
+    /// Chooses whom to ask at a time, seconds.
+    pub fn look_back_from(&mut self, time_s: f64) {
+        self.asked.clear();
+        for age_s in AGES_S {
+            let old_enough = |(seen_s, _): &(f64, View)| time_s - seen_s >= age_s;
+            if let Some(place) = self.views.iter().rposition(old_enough)
+                && !self.asked.contains(&place)
+            {
+                self.asked.push(place);
+            }
+        }
+    }
+
+    /// Whether some earlier scan saw through a point.
+    pub fn was_free(&self, point: &Point) -> bool {
+        self.asked.iter().any(|&place| {
+            let view = &self.views[place].1;
+            proves_free(&view.pose, &view.scan, point, FREE_MARGIN_M)
+        })
+    }
+
+    /// Remembers a scan.
+    pub fn push(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
+        if let Some((last_s, _)) = self.views.back()
+            && time_s - last_s < INTERVAL_S
+        {
+            return;
+        }
+        let mut view = if self.views.len() >= KEPT {
+            self.views
+                .pop_front()
+                .map_or_else(View::default, |(_, view)| view)
+        } else {
+            View::default()
+        };
+        view.copy(pose, scan);
+        self.views.push_back((time_s, view));
+    }
+}

@@ -1,0 +1,230 @@
+//! A world, a robot that looks at it from poses it knows badly, and what it makes of what it sees.
+
+use core::f64::consts::TAU;
+
+use inbye::geometry::Pose;
+use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, Scan};
+use inbye::navigator::Surroundings;
+use inbye::sim::{Lidar, World};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// How badly the robot knows where it is, and how often a beam is lost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Errors {
+    /// Deviation of each coordinate, metres.
+    pub place_m: f64,
+    /// Deviation of the heading, radians.
+    pub yaw: f64,
+    /// Error of the place that grows, metres per second along x.
+    pub drift_m_s: f64,
+    /// Error of the heading that grows, radians per second.
+    pub drift_rad_s: f64,
+    /// Share of beams without a measurement.
+    pub lost: f64,
+}
+
+/// Localisation on a map.
+pub const LOCALISED: Errors = Errors {
+    place_m: 0.01,
+    yaw: 0.005,
+    drift_m_s: 0.0,
+    drift_rad_s: 0.0,
+    lost: 0.02,
+};
+
+/// Odometry: smooth, but it goes astray.
+pub const ODOMETRY: Errors = Errors {
+    place_m: 0.001,
+    yaw: 0.0005,
+    drift_m_s: 0.01,
+    drift_rad_s: 0.002,
+    lost: 0.02,
+};
+
+pub struct Stage {
+    pub world: World,
+    pub lidar: Lidar,
+    pub surroundings: Surroundings,
+    pub time_s: f64,
+    pub period_s: f64,
+    pub errors: Errors,
+    pub random: Pcg64Mcg,
+    /// The scan and the pose of the last tick, as the robot had them.
+    pub last: (Pose, Scan),
+    /// Discs of the last tick that at least one beam met.
+    pub visible: Vec<usize>,
+}
+
+/// A grid of 0.05 m that is blocked where the place of a cell's centre, metres, is.
+pub fn ground(width_m: f64, height_m: f64, is_blocked: impl Fn(f64, f64) -> bool) -> ObstacleGrid {
+    let cells = |side_m: f64| (side_m / 0.05).round() as i32;
+    let frame = GridFrame::new(cells(width_m), cells(height_m), 0.05, Pose::default());
+    let frame = frame.expect("a sound frame");
+    let blocked = |index| {
+        let center = frame.center_of(frame.cell_at(index));
+        is_blocked(center.x, center.y)
+    };
+    ObstacleGrid::new(frame, (0..frame.len()).map(blocked).collect())
+}
+
+/// The same ground without anything on it.
+pub fn empty(like: &ObstacleGrid) -> ObstacleGrid {
+    ObstacleGrid::new(*like.frame(), vec![false; like.frame().len()])
+}
+
+impl Stage {
+    pub fn new(truth: ObstacleGrid, known: ObstacleGrid, errors: Errors, seed: u64) -> Self {
+        Self {
+            world: World::new(truth),
+            lidar: Lidar::default(),
+            surroundings: Surroundings::new(known),
+            time_s: 0.0,
+            period_s: 0.1,
+            errors,
+            random: Pcg64Mcg::seed_from_u64(seed),
+            last: (Pose::default(), Scan::default()),
+            visible: Vec::new(),
+        }
+    }
+
+    /// Nothing on 40 by 40 m, nothing known.
+    pub fn open(seed: u64) -> Self {
+        let truth = ground(40.0, 40.0, |_, _| false);
+        Self::new(truth.clone(), truth, LOCALISED, seed)
+    }
+
+    /// Looks from a pose at discs, and lets a tick pass.
+    pub fn tick(&mut self, pose: &Pose, moving: &[MovingDisc]) -> Vec<MovingDisc> {
+        self.world.moving = moving.to_vec();
+        let mut seen = self.lidar.scan(&self.world, pose, &mut self.random);
+        for range in &mut seen.scan.ranges {
+            if self.random.random_bool(self.errors.lost) {
+                *range = f64::NAN;
+            }
+        }
+        let Errors { place_m, yaw, .. } = self.errors;
+        let believed = Pose::new(
+            pose.x + place_m * self.normal() + self.errors.drift_m_s * self.time_s,
+            pose.y + place_m * self.normal(),
+            pose.yaw + yaw * self.normal() + self.errors.drift_rad_s * self.time_s,
+        );
+        self.surroundings.update(self.time_s, &believed, &seen.scan);
+        self.visible = seen.visible;
+        self.last = (believed, seen.scan);
+        self.time_s += self.period_s;
+        self.surroundings.moving().to_vec()
+    }
+
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * libm::log(1.0 - self.random.random::<f64>())).sqrt();
+        radius * libm::cos(TAU * self.random.random::<f64>())
+    }
+
+    /// Whether a mark stands within a distance, metres, of a place.
+    pub fn is_marked(&self, x: f64, y: f64, within_m: f64) -> bool {
+        let mut marks = self.surroundings.marks();
+        marks.any(|mark| libm::hypot(mark.x - x, mark.y - y) < within_m)
+    }
+
+    /// Number of cells of the truth that are blocked within a distance of a place.
+    pub fn blocked_near(&self, x: f64, y: f64, within_m: f64) -> usize {
+        let frame = *self.world.obstacles().frame();
+        let is_near = |cell: &Cell| {
+            let center = frame.center_of(*cell);
+            libm::hypot(center.x - x, center.y - y) < within_m
+        };
+        (0..frame.len())
+            .map(|index| frame.cell_at(index))
+            .filter(|cell| self.world.obstacles().is_blocked(*cell))
+            .filter(is_near)
+            .count()
+    }
+}
+
+/// A disc.
+pub fn disc(x: f64, y: f64, radius: f64, vx: f64, vy: f64) -> MovingDisc {
+    MovingDisc {
+        x,
+        y,
+        radius,
+        vx,
+        vy,
+    }
+}
+
+/// What was made of a true disc at a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    pub time_s: f64,
+    pub truth: MovingDisc,
+    pub found: Option<MovingDisc>,
+}
+
+/// The found disc that is nearest to a true one, within 0.6 m.
+pub fn nearest(truth: &MovingDisc, found: &[MovingDisc]) -> Option<MovingDisc> {
+    let apart = |disc: &MovingDisc| (disc.center() - truth.center()).norm();
+    found
+        .iter()
+        .copied()
+        .filter(|disc| apart(disc) < 0.6)
+        .min_by(|one, other| apart(one).total_cmp(&apart(other)))
+}
+
+impl Look {
+    pub fn new(time_s: f64, truth: MovingDisc, found: &[MovingDisc]) -> Self {
+        let found = nearest(&truth, found);
+        Self {
+            time_s,
+            truth,
+            found,
+        }
+    }
+
+    /// Error of the velocity, m/s; infinite where nothing was found.
+    pub fn velocity_error(&self) -> f64 {
+        self.found.map_or(f64::INFINITY, |found| {
+            libm::hypot(found.vx - self.truth.vx, found.vy - self.truth.vy)
+        })
+    }
+
+    /// Angle between the true direction and the one found, degrees.
+    pub fn direction_error_deg(&self) -> f64 {
+        self.found.map_or(f64::INFINITY, |found| {
+            let turn = libm::atan2(found.vy, found.vx) - libm::atan2(self.truth.vy, self.truth.vx);
+            inbye::geometry::wrap_angle(turn).abs().to_degrees()
+        })
+    }
+
+    pub fn center_error_m(&self) -> f64 {
+        self.found.map_or(f64::INFINITY, |found| {
+            (found.center() - self.truth.center()).norm()
+        })
+    }
+
+    pub fn radius_error_m(&self) -> f64 {
+        self.found.map_or(f64::INFINITY, |found| {
+            (found.radius - self.truth.radius).abs()
+        })
+    }
+}
+
+/// Turns the velocities of what was found round: the fault that the checks must catch.
+pub fn turned_round(looks: &[Look]) -> Vec<Look> {
+    let turned = |look: &Look| Look {
+        found: look.found.map(|found| MovingDisc {
+            vx: -found.vx,
+            vy: -found.vy,
+            ..found
+        }),
+        ..*look
+    };
+    looks.iter().map(turned).collect()
+}
+
+/// The value below which a share of them lies.
+pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let place = (values.len() as f64 * share) as usize;
+    values.get(place).copied().unwrap_or(f64::NAN)
+}
