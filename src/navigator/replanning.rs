@@ -3,6 +3,7 @@
 use super::background::{BackgroundPlanner, Order};
 use super::hybrid::Navigator;
 use super::outlook::Outlook;
+use super::watch::Since;
 use super::{Fault, Mode, RoutePlanner};
 use crate::geometry::{Point, Pose};
 use crate::global::{Plan, PlanError};
@@ -16,6 +17,8 @@ const OFF_PATH_M: f64 = 2.5;
 const LOOKS_EVERY_M: f64 = 0.1;
 /// Clearance is looked up by the cell: a path at the least distance can seem nearer than it is by this share of a cell.
 const LOOKUP_CELLS: f64 = 0.25;
+/// A way round that is longer by no more than this is taken at once, metres.
+const SMALL_DETOUR_M: f64 = 3.0;
 /// A path that is clear is left for a shorter one at most once in so many replanning periods.
 const SHORTER_PERIODS: f64 = 4.0;
 
@@ -38,6 +41,7 @@ pub(super) struct Replanning {
     next_s: f64,
     next_shorter_s: f64,
     least_radius_m: f64,
+    blocked: Since,
     /// Why the last attempt found no way.
     no_way: Option<PlanError>,
 }
@@ -49,6 +53,7 @@ impl Replanning {
             background: BackgroundPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shorter_s: f64::NEG_INFINITY,
+            blocked: Since::default(),
             no_way: None,
         })
     }
@@ -61,6 +66,7 @@ impl Replanning {
     /// Drops what is on its way: the goal is another one.
     pub fn forget(&mut self) {
         self.background.forget();
+        self.blocked = Since::default();
         self.no_way = None;
     }
 }
@@ -78,14 +84,16 @@ impl Navigator {
         if !self.settings.abilities.replanning {
             return;
         }
+        let is_blocked = self.is_blocked(field);
+        let blocked_s = self.replanning.blocked.update(now.time_s, is_blocked);
         let waits = self.settings.wait_for_plans;
         if let Some((reason, plan)) = self.replanning.background.due(now.time_s, waits) {
-            self.take(reason, plan, stuck_s);
+            self.take(reason, plan, stuck_s, blocked_s);
         }
         if self.replanning.background.is_busy() || now.time_s < self.replanning.next_s {
             return;
         }
-        let Some(reason) = self.reason(now, field, off_path_m) else {
+        let Some(reason) = self.reason(now, is_blocked, off_path_m) else {
             return;
         };
         let period_s = self.settings.replan_period_s;
@@ -108,10 +116,10 @@ impl Navigator {
         self.replanning.background.ask(order, reason, due_s);
     }
 
-    fn reason(&self, now: &Outlook, field: &ClearanceField, off_path_m: f64) -> Option<Reason> {
+    fn reason(&self, now: &Outlook, is_blocked: bool, off_path_m: f64) -> Option<Reason> {
         if off_path_m > OFF_PATH_M {
             Some(Reason::Strayed)
-        } else if self.is_blocked(field) {
+        } else if is_blocked {
             Some(Reason::Blocked)
         } else if self.mode == Mode::BackingUp {
             Some(Reason::Waited)
@@ -141,9 +149,16 @@ impl Navigator {
 
     /// Follows a plan that came, if it is better than going on.
     ///
-    /// A way round people may be as much longer as the robot could have driven while it waited for them: so waiting
-    /// and the detour together never cost more than twice the better of the two.
-    fn take(&mut self, reason: Reason, plan: Result<Plan, PlanError>, stuck_s: f64) {
+    /// A way round what blocks the path may be as much longer as the robot could have driven since it saw that, and a way
+    /// round people as it could have driven while it waited for them: so waiting and the detour together never cost more
+    /// than twice the better of the two. What stands for long stays.
+    fn take(
+        &mut self,
+        reason: Reason,
+        plan: Result<Plan, PlanError>,
+        stuck_s: f64,
+        blocked_s: f64,
+    ) {
         let plan = match plan {
             Ok(plan) => plan,
             Err(error) => {
@@ -155,9 +170,14 @@ impl Navigator {
         };
         self.replanning.no_way = None;
         let (length_m, left_m) = (plan.smoothed.length_m(), self.route.left_m());
+        let driven_m = |time_s: f64| time_s * self.robot.limits.max_vel_x;
         let is_better = match reason {
-            Reason::Blocked | Reason::Strayed => true,
-            Reason::Waited => length_m - left_m <= stuck_s * self.robot.limits.max_vel_x,
+            Reason::Strayed => true,
+            Reason::Blocked => {
+                blocked_s > self.settings.detour_patience_s
+                    || length_m - left_m <= SMALL_DETOUR_M + driven_m(blocked_s)
+            }
+            Reason::Waited => length_m - left_m <= driven_m(stuck_s),
             Reason::Shorter => length_m < left_m * (1.0 - self.settings.shorter_share),
         };
         if is_better {

@@ -58,6 +58,8 @@ pub struct NavigatorSettings {
     /// Whether to stop the control loop for a plan that takes longer than that. It keeps a simulated run the same at each
     /// repetition; a robot goes on and takes the plan when it is there.
     pub wait_for_plans: bool,
+    /// What has blocked the path for so long is taken to stay, however long the way round is, seconds.
+    pub detour_patience_s: f64,
     /// A way found that is shorter than the rest of the path by this share is taken, 0 to 1, though nothing blocks the path.
     pub shorter_share: f64,
     /// Progress along the path that counts as such, metres (Nav2: `required_movement_radius`).
@@ -96,6 +98,7 @@ impl Default for NavigatorSettings {
             replan_period_s: 0.5,
             planning_budget_s: 0.1,
             wait_for_plans: true,
+            detour_patience_s: 10.0,
             shorter_share: 0.1,
             required_movement_radius: 0.5,
             give_up_after_s: 90.0,
@@ -122,6 +125,7 @@ impl NavigatorSettings {
             ),
             ("parking_patience_s", self.parking_patience_s, at_least_zero),
             ("stop_s", self.stop_s, at_least_zero),
+            ("detour_patience_s", self.detour_patience_s, at_least_zero),
             ("actuation_delay_s", self.actuation_delay_s, at_least_zero),
             ("planning_budget_s", self.planning_budget_s, at_least_zero),
             ("safety_margin_m", self.safety_margin_m, at_least_zero),

@@ -132,8 +132,8 @@ fn unlawful() {
     let row = result.trace.rows.iter().find(|row| row.twist.linear > 0.5);
     let mut row = row.expect("it drives faster than that").clone();
     for command in [
-        Twist::new(row.twist.linear - 0.19, 0.0),
-        Twist::new(row.twist.linear, 0.5),
+        Twist::new(row.twist.linear - 0.3, 0.0),
+        Twist::new(row.twist.linear, 0.6),
         Twist::new(1.01, 0.0),
         Twist::new(f64::NAN, 0.0),
     ] {

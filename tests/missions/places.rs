@@ -32,7 +32,7 @@ pub const TESTS: &[Test] = &[
         refuses_a_start,
     ),
     (
-        "a goal where it stands is reached at once",
+        "a goal a hand away is parked at",
         stands_at_its_goal,
     ),
     ("hairpins are driven", hairpins),
@@ -113,7 +113,7 @@ fn refuses_a_start() {
 fn stands_at_its_goal() {
     let result = arrive(&mission(&hall(6.0, 4.0), [3.0, 2.5, 1.0], [3.1, 2.5]));
     assert!(
-        result.travelled_m == 0.0 && result.time_s < 1.0,
+        result.travelled_m < 0.12 && result.time_s < 5.0,
         "{}",
         story(&result)
     );
