@@ -241,7 +241,8 @@ fn print(result: &MissionResult) {
     output::line(format!("trace        {}", result.trace.digest()));
 }
 
-fn record(file: File, result: &MissionResult) -> anyhow::Result<()> {
+/// Writes every tick as a line of JSON.
+pub fn record(file: File, result: &MissionResult) -> anyhow::Result<()> {
     let mut out = BufWriter::new(file);
     for row in &result.trace.rows {
         serde_json::to_writer(&mut out, row)?;
