@@ -10,12 +10,16 @@ use inbye::bench::barn::{
     BarnRow, BarnWorld, RunKey, Summary, Task, barn_config, drive, read_worlds,
 };
 use inbye::bench::campaign::{Row, settings_digest};
+use inbye::map::OccupancyGrid;
+use inbye::report::{DriveView, drive_svg};
 use inbye::sim::Config;
 use serde_json::{Value, json};
 
 use super::arguments::{number, whole};
 use super::campaign::Campaign;
 use super::clock::wall_clock;
+use super::drive::{one_line, record};
+use super::output_file::Output;
 use super::{barn_words, engines, output};
 
 /// `inbye bench barn`.
@@ -50,6 +54,36 @@ pub struct BarnArguments {
     /// Keep a row for each run in this file, and go on where it ends.
     #[arg(long, value_name = "FILE.csv")]
     pub record: Option<PathBuf>,
+    /// Make this one run instead, to be looked at, with --svg or --ticks.
+    #[arg(long, value_name = "WORLD,SEED", conflicts_with_all = ["only", "seeds", "record"])]
+    pub trace: Option<OneRun>,
+    /// Draw the run of --trace into this file: what stands there, what was planned, what was driven.
+    #[arg(long, value_name = "FILE.svg", requires = "trace")]
+    pub svg: Option<PathBuf>,
+    /// Write every tick of the run of --trace as a line of JSON into this file.
+    #[arg(long, value_name = "FILE", requires = "trace")]
+    pub ticks: Option<PathBuf>,
+}
+
+/// One run.
+#[derive(Clone, Copy, Debug)]
+pub struct OneRun {
+    world: u32,
+    seed: u64,
+}
+
+impl FromStr for OneRun {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (world, seed) = text
+            .split_once(',')
+            .ok_or("write WORLD,SEED, such as 12,0")?;
+        Ok(Self {
+            world: whole(0, u64::from(u32::MAX))(world)?,
+            seed: whole(0, u64::MAX)(seed)?,
+        })
+    }
 }
 
 fn speed(text: &str) -> Result<f64, String> {
@@ -59,8 +93,12 @@ fn speed(text: &str) -> Result<f64, String> {
 
 /// Drives the worlds.
 pub fn run(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
-    let worlds = read_worlds(&arguments.worlds, arguments.only.as_deref())?;
     let config = config(arguments)?;
+    if let Some(OneRun { world, seed }) = arguments.trace {
+        let worlds = read_worlds(&arguments.worlds, Some(&[world]))?;
+        return trace(arguments, &Task::barn(&worlds[0], seed), &config, json);
+    }
+    let worlds = read_worlds(&arguments.worlds, arguments.only.as_deref())?;
     let tasks = tasks(&worlds, arguments.seeds);
     let campaign = Campaign {
         what: "driving worlds",
@@ -79,6 +117,45 @@ pub fn run(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
         barn_words::tables(&summary, &rows, arguments.max_speed)
             .iter()
             .for_each(output::line);
+    }
+    Ok(true)
+}
+
+/// One run, drawn and written tick by tick.
+fn trace(
+    arguments: &BarnArguments,
+    task: &Task,
+    config: &Config,
+    json: bool,
+) -> anyhow::Result<bool> {
+    let svg = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
+    let ticks = arguments
+        .ticks
+        .as_deref()
+        .map(output::create_record)
+        .transpose()?;
+    let (row, result) = drive(task, config, &mut wall_clock())?;
+    if let (Some(svg), Some(result)) = (svg, &result) {
+        let mission = task.mission()?;
+        let solid = |&blocked: &bool| if blocked { 100 } else { 0 };
+        let truth = mission.truth.context("a world has a truth")?;
+        let map = OccupancyGrid::new(*truth.frame(), truth.cells().iter().map(solid).collect());
+        svg.write(drive_svg(&DriveView {
+            title: &format!("BARN {}", row.key()),
+            caption: &one_line(result),
+            map: &map,
+            start: mission.start,
+            goal: mission.goal.position,
+            trace: &result.trace,
+        }))?;
+    }
+    if let (Some(file), Some(result)) = (ticks, &result) {
+        record(file, result)?;
+    }
+    if json {
+        output::json(&row)?;
+    } else {
+        output::line(barn_words::one_run(&row));
     }
     Ok(true)
 }

@@ -1,6 +1,7 @@
 //! What `inbye bench barn` tells people.
 
 use inbye::bench::barn::{BarnRow, Outcome, PublishedMeans, Summary, Verdict};
+use inbye::bench::campaign::Row;
 
 /// What the figures are worth beside published ones.
 pub const SIMULATOR: &str =
@@ -59,9 +60,14 @@ fn theirs(published: &PublishedMeans) -> String {
 
 /// Why a run did not arrive.
 fn story(row: &BarnRow) -> Option<String> {
+    (row.result != Verdict::Succeeded).then(|| format!("  {}", one_run(row)))
+}
+
+/// A run in one line.
+pub fn one_run(row: &BarnRow) -> String {
     let how = match row.result {
-        Verdict::Succeeded => return None,
-        Verdict::Collided => "touched a cylinder",
+        Verdict::Succeeded => "arrived",
+        Verdict::Collided => "touched something",
         Verdict::Timeout => "ran out of time",
         Verdict::Failed => "gave up",
     };
@@ -69,8 +75,6 @@ fn story(row: &BarnRow) -> Option<String> {
         .fault
         .as_ref()
         .map_or_else(String::new, |fault| format!(": {fault}"));
-    Some(format!(
-        "  world {}, seed {}: {how} after {:.1} s and {:.1} m{why}",
-        row.world, row.seed, row.time_s, row.travelled_m
-    ))
+    let (key, time_s, travelled_m) = (row.key(), row.time_s, row.travelled_m);
+    format!("{key}: {how} after {time_s:.1} s and {travelled_m:.1} m{why}")
 }

@@ -259,7 +259,8 @@ fn miss(what: &str, x_m: f64, y_m: f64, yaw_rad: Option<f64>) -> String {
     format!("{what:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
 }
 
-fn record(file: File, result: &MissionResult) -> anyhow::Result<()> {
+/// Writes every tick as a line of JSON.
+pub fn record(file: File, result: &MissionResult) -> anyhow::Result<()> {
     let mut out = BufWriter::new(file);
     for row in &result.trace.rows {
         serde_json::to_writer(&mut out, row)?;

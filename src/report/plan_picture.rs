@@ -1,41 +1,18 @@
 //! A global plan as one picture, to be looked at without a page.
 
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 
-use super::figure::{drawn_legend, legend_height};
-use super::map_furniture::{goal_mark, labels, nearest_mark, start_mark, stop_mark, strip};
+use super::map_furniture::{goal_mark, labels, nearest_mark, start_mark, stop_mark};
 use super::map_layers::{Stages, ground, ground_keys, stage_keys, stages};
-use super::map_picture::STRIP;
 use super::number::{coordinate, fixed};
-use super::plain_style::plain;
+use super::sheet::{RASTER_SIDE, Sheet, TOLERANCE};
 use super::viewport::{MAP_WIDTH, Viewport};
 use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
 
-const STYLE: &str = concat!(include_str!("drawing.css"), include_str!("map.css"));
-
-/// What only a picture of its own needs. No robot is drawn over the smoothed path, so that need not be wide and pale.
-const OWN_STYLE: &str = "svg { font-family: system-ui, \"DejaVu Sans\", sans-serif; font-size: 13px; } \
-    .paper { fill: var(--panel); } .headline { font-size: 16px; font-weight: 700; } .caption { fill: var(--muted); } \
-    .frame { fill: none; stroke: var(--rule); stroke-width: 1; } \
-    .smoothed { stroke: var(--path); stroke-width: 6; opacity: .6; } .pruned { stroke-width: 1; }";
-
-/// Pixels of the ground's longer side, at most: twice those of a picture of 1440, so that nothing is blurred, and no
-/// cell of a large mine is lost between two pixels.
-const RASTER_SIDE: i32 = 2880;
-
-/// How far a drawn line may lie from the data, drawing units: less than on a page, whose lines are not drawn twice as
-/// large.
-const TOLERANCE: f64 = 0.1;
-
-/// Height of the headline and caption above the map.
-const HEAD: f64 = 58.0;
-/// Space beside the texts, and around the legend.
-const MARGIN: f64 = 14.0;
-/// Columns of the legend.
-const COLUMNS: usize = 3;
-/// Letters of the headline that fit beside one another, of the widest usual ones.
-const HEADLINE_LETTERS: usize = 64;
+/// No robot is drawn over the smoothed path, so that need not be wide and pale.
+const OWN_STYLE: &str =
+    ".smoothed { stroke: var(--path); stroke-width: 6; opacity: .6; } .pruned { stroke-width: 1; }";
 
 /// A global plan as its picture shows it. Points that are not finite are left out.
 #[derive(Clone, Debug)]
@@ -92,31 +69,14 @@ pub struct PlanFigures {
 #[must_use]
 pub fn plan_svg(plan: &PlanView) -> String {
     let view = viewport(plan);
-    let map_height = view.height();
-    let keys = keys(plan, &view);
-    let legend_top = HEAD + map_height + STRIP + MARGIN;
-    let height = legend_top + legend_height(keys.len(), COLUMNS) + MARGIN;
-    let (width, height) = (coordinate(MAP_WIDTH), coordinate(height.ceil()));
-    let caption = caption(plan);
-    html! {
-        svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(format!("{}. {caption}", plan.title))
-            width=(width) height=(height) viewBox=(format!("0 0 {width} {height}")) {
-            style { (PreEscaped(plain(STYLE))) (PreEscaped(plain(OWN_STYLE))) }
-            rect class="paper" width=(width) height=(height) {}
-            text class="headline" x=(coordinate(MARGIN)) y="25" { (cut(plan.title)) }
-            text class="caption" x=(coordinate(MARGIN)) y="45" { (caption) }
-            // A picture within the picture: what lies off the map's part stays inside its frame.
-            svg y=(coordinate(HEAD)) width=(width) height=(coordinate(map_height + STRIP))
-                viewBox=(format!("0 0 {width} {}", coordinate(map_height + STRIP))) {
-                (map(plan, &view))
-                (strip(&view, map_height))
-            }
-            rect class="frame" x=".5" y=(coordinate(HEAD)) width=(coordinate(MAP_WIDTH - 1.0))
-                height=(coordinate(map_height)) {}
-            (drawn_legend(&keys, [MARGIN, legend_top], MAP_WIDTH - MARGIN, COLUMNS))
-        }
+    Sheet {
+        title: plan.title,
+        caption: &caption(plan),
+        style: OWN_STYLE,
+        map: map(plan, &view),
+        keys: keys(plan, &view),
     }
-    .into_string()
+    .svg(&view)
 }
 
 fn map(plan: &PlanView, view: &Viewport) -> Markup {
@@ -199,15 +159,6 @@ fn caption(plan: &PlanView) -> String {
         "{} m long{stops}, {turns}, {clear}",
         fixed(figures.length_m, 2)
     )
-}
-
-/// As much of a headline as fits.
-fn cut(title: &str) -> String {
-    if title.chars().count() <= HEADLINE_LETTERS {
-        return title.to_owned();
-    }
-    let kept: String = title.chars().take(HEADLINE_LETTERS - 1).collect();
-    kept + "…"
 }
 
 impl<'a> PlanView<'a> {

@@ -16,16 +16,17 @@ pub struct Cylinder {
 }
 
 /// Side of a cell of the truth, metres. BARN's cylinders, 0.075 m in radius on a lattice of 0.15 m, grow by at most a
-/// cell's diagonal, 0.028 m.
-pub const TRUTH_RESOLUTION_M: f64 = 0.02;
-/// Side of a cell of the robot's own map, metres.
-const MAP_RESOLUTION_M: f64 = 0.05;
+/// cell's diagonal, 0.014 m.
+pub const TRUTH_RESOLUTION_M: f64 = 0.01;
+/// Side of a cell of the robot's own map, metres. The benchmark's paths keep 0.375 m to the cylinders: cells of 0.05 m and
+/// the margins that go with them close the narrowest of them.
+const MAP_RESOLUTION_M: f64 = 0.03;
 /// Free ground about the cylinders and the ends, metres: what lies beyond the grid is solid, and must stand in nobody's
 /// way.
-const ROOM_M: f64 = 4.0;
+const ROOM_M: f64 = 3.0;
 
 /// The truth: every cell that a cylinder covers a part of is solid, and no other. Touching a border or a corner covers
-/// nothing. Beyond the grid, 4 m from all cylinders and from the course's ends, all is solid.
+/// nothing. Beyond the grid, 3 m from all cylinders and from the course's ends, all is solid.
 ///
 /// # Errors
 /// When the world is too large for a grid.
