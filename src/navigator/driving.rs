@@ -14,6 +14,9 @@ use crate::robot::{Footprint, Limits};
 
 /// A robot faster than this does not begin to turn in place, m/s.
 const TURNS_BELOW: f64 = 0.2;
+/// A robot slower than this creeps, m/s; it turns in place until its target lies within so much of its heading, radians.
+const CREEPS: f64 = 0.05;
+const CREEPING_TURNS_UNTIL: f64 = 0.05;
 /// The straight way to a key node is looked over at points so far apart, metres.
 const LOOKS_EVERY_M: f64 = 0.1;
 /// Near the goal the speed leaves this share of the braking distance unused.
@@ -36,23 +39,23 @@ impl Navigator {
         }
         let kept = KeptClear::new(&self.robot.footprint, &self.settings, field, now);
         let error = wrap_angle(bearing(&now.pose.position(), &target) - now.pose.yaw);
+        let recovers = self.settings.abilities.recovery;
         let turns_from = if self.mode == Mode::Turning {
-            self.settings.turn_in_place_until
+            self.turns_until
         } else {
             self.settings.turn_in_place_from
         };
-        let recovers = self.settings.abilities.recovery;
-        let faces_away = recovers && error.abs() > turns_from && kept.may_turn(field, &now.pose);
+        let turn_away = (recovers && error.abs() > turns_from)
+            .then(|| kept.clear_turn(field, &now.pose, error))
+            .flatten();
         // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
-        if faces_away && now.twist.linear.abs() < TURNS_BELOW {
-            self.mode = Mode::Turning;
-            self.recovery.turned();
-            return Ok(Decision {
-                command: self.towards(now, &turn(error, &self.robot.limits)),
-                mode: self.mode,
-                local_target: target,
-                counts: None,
-            });
+        if let Some(angle) = turn_away
+            && now.twist.linear.abs() < TURNS_BELOW
+        {
+            if self.mode != Mode::Turning {
+                self.turns_until = self.settings.turn_in_place_until;
+            }
+            return Ok(self.turn_in_place(now, angle, target));
         }
         let situation = Situation {
             field,
@@ -61,11 +64,22 @@ impl Navigator {
             obstacles: &kept.moving,
             target,
             key_node: target,
-            limits: self.driving_limits(now, &kept, faces_away),
+            limits: self.driving_limits(now, &kept, turn_away.is_some()),
             footprint: &kept.footprint,
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
+        // Beside something it can only creep, unless it first turns to where there is a way on.
+        let creeps = now.twist.linear.abs() < CREEPS
+            && command.is_none_or(|command| command.linear.abs() < CREEPS);
+        if recovers
+            && creeps
+            && error.abs() > CREEPING_TURNS_UNTIL
+            && let Some(angle) = kept.clear_turn(field, &now.pose, error)
+        {
+            self.turns_until = CREEPING_TURNS_UNTIL;
+            return Ok(self.turn_in_place(now, angle, target));
+        }
         if recovers {
             self.recovery.drove(now, stuck_s, self.settings.patience_s);
         }
@@ -80,6 +94,17 @@ impl Navigator {
             local_target: target,
             counts: Some(evaluation.counts),
         })
+    }
+
+    fn turn_in_place(&mut self, now: &Outlook, angle: f64, target: Point) -> Decision {
+        self.mode = Mode::Turning;
+        self.recovery.turned();
+        Decision {
+            command: self.towards(now, &turn(angle, &self.robot.limits)),
+            mode: self.mode,
+            local_target: target,
+            counts: None,
+        }
     }
 
     /// The farthest key node that the robot could drive straight to, so that it does not cut a corner that it must drive

@@ -51,6 +51,8 @@ pub struct Navigator {
     pub(super) recovery: Recovery,
     pub(super) parking: Parking,
     pub(super) replanning: Replanning,
+    /// A robot that turns in place drives on when its target lies within this of its heading, radians.
+    pub(super) turns_until: f64,
     last_command: Twist,
     fault: Option<Fault>,
 }
@@ -81,6 +83,7 @@ impl Navigator {
                 Surroundings::without_tracking(known.clone())
             },
             replanning: Replanning::new(known, route_planner)?,
+            turns_until: settings.turn_in_place_until,
             settings,
             robot,
             planner,

@@ -10,6 +10,9 @@ use crate::robot::Footprint;
 /// is safe, and the way between them should be none the worse for it.
 const END_REACH_MARGINS: f64 = 4.0;
 
+/// Within so many least radii of its start a robot that is caught there may squeeze out.
+const SQUEEZE_WITHIN_RADII: f64 = 3.0;
+
 /// Plans paths that keep a comfortable distance from walls where there is room, and the least safe one where not.
 #[derive(Clone, Debug)]
 pub struct RoutePlanner {
@@ -20,6 +23,7 @@ pub struct RoutePlanner {
     body_radius_m: f64,
     least_radius_m: f64,
     comfortable_radius_m: f64,
+    squeezing_radius_m: f64,
     comfort_detour: f64,
 }
 
@@ -54,6 +58,8 @@ impl RoutePlanner {
             body_radius_m: footprint.largest_disc_m(),
             least_radius_m,
             comfortable_radius_m,
+            squeezing_radius_m: footprint.largest_disc_m() + coarseness_m(resolution_m)
+                - resolution_m / 2.0,
             comfort_detour: navigator.comfort_detour,
         }
     }
@@ -71,7 +77,8 @@ impl RoutePlanner {
     /// times and cells expanded are those of both.
     ///
     /// A robot that stands nearer to an obstacle than a path may, but clear of it, gets a path that begins at the
-    /// nearest point where one may.
+    /// nearest point where one may. Where no path leads on from there, it gets one that comes as near to obstacles as the
+    /// robot's own width allows while it is near its start: out of where it got in.
     ///
     /// # Errors
     /// When there is none even at the least radius.
@@ -126,7 +133,8 @@ impl RoutePlanner {
             global::plan(&mut self.searcher, &ground, from, goal, settings, clock)
         };
         let Ok(wide) = within(&comfortable) else {
-            return within(least);
+            return within(least)
+                .or_else(|error| self.squeezed(terrain, start, goal, clock, error));
         };
         let is_detour = |shortest_m: f64| wide.smoothed.length_m() > detour * shortest_m;
         // No way is shorter than the straight one.
@@ -145,6 +153,34 @@ impl RoutePlanner {
             time_s,
             ..chosen
         })
+    }
+
+    /// A path that may squeeze past obstacles near its start; the error where there is none even so.
+    fn squeezed(
+        &mut self,
+        terrain: &Terrain,
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+        error: PlanError,
+    ) -> Result<Plan, PlanError> {
+        if !matches!(
+            error,
+            PlanError::StartOccupied { .. } | PlanError::NoValidPath { .. }
+        ) {
+            return Err(error);
+        }
+        let tight = FreeSpace::new(&terrain.obstacles, self.squeezing_radius_m);
+        let mut space = terrain.least.clone();
+        space.admit_near(&tight, &start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
+        let ground = Ground {
+            search: &space,
+            proof: &space,
+            costs: terrain.costs.as_ref(),
+        };
+        let from = self.way_out(&terrain.obstacles, &space, start);
+        let settings = &self.settings;
+        global::plan(&mut self.searcher, &ground, from, goal, settings, clock).map_err(|_| error)
     }
 
     /// The nearest free point to a start within a margin. It is nearer than any free point beyond a wall can be.

@@ -31,10 +31,7 @@ pub const TESTS: &[Test] = &[
         "a start against a wall, or in it, is refused with a reason",
         refuses_a_start,
     ),
-    (
-        "a goal a hand away is parked at",
-        stands_at_its_goal,
-    ),
+    ("a goal a hand away is parked at", stands_at_its_goal),
     ("hairpins are driven", hairpins),
 ];
 
