@@ -12,12 +12,14 @@ mod history;
 mod sighting;
 mod track;
 
+use nalgebra::Matrix2;
+
 use super::local_map::Known;
 use super::view::{proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use disc::Fit;
-use history::{FREE_MARGIN_M, History};
+use history::{History, free_margin_m};
 use sighting::{LONGEST_M, Return, Sighting};
 use track::{Proof, Track};
 
@@ -29,6 +31,8 @@ const LEAST_TO_GO_ON: usize = 2;
 /// A sighting belongs to a track if it lies within so many squared deviations of where that is expected, and metres.
 const GATE: f64 = 16.0;
 const GATE_M: f64 = 0.6;
+/// Variance of that, square metres on each axis, besides the noise: people turn and stop at once.
+const SUDDEN_M2: f64 = 0.1 * 0.1;
 /// Returns within this of the outline of an expected disc, metres, are taken for its own.
 const OWN_M: f64 = 0.15;
 /// Points of a sighting that are asked whether they were free.
@@ -93,7 +97,7 @@ impl Tracker {
             &mut self.sightings,
         );
         self.pair(pose, scan);
-        self.follow(time_s, pose, scan);
+        self.follow((time_s, gap_s), pose, scan);
         self.bury(time_s, pose, scan);
         self.begin(time_s, pose, scan);
         self.history.push(time_s, pose, scan);
@@ -163,7 +167,10 @@ impl Tracker {
                     radius_m,
                     scan.angle_increment,
                 );
-                let cost = track.squared_deviations(&fit);
+                let cost = track.squared_deviations(&Fit {
+                    covariance: fit.covariance + Matrix2::identity() * SUDDEN_M2,
+                    ..fit
+                });
                 if cost < GATE && (fit.center - track.center()).norm() < GATE_M {
                     self.pairs.push(Pair {
                         cost,
@@ -196,7 +203,7 @@ impl Tracker {
     }
 
     /// Lets each track take in its sighting, and judges whether it moves.
-    fn follow(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
+    fn follow(&mut self, (time_s, gap_s): (f64, f64), pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         for pair in &self.pairs {
             let sighting = &self.sightings[pair.sighting];
@@ -204,7 +211,7 @@ impl Tracker {
             let distance_m = (pair.fit.center - robot).norm() - track.radius_m();
             let seen = sighting.radius(distance_m, scan.angle_increment);
             let sample = sample(&self.returns, sighting);
-            track.look(time_s, &pair.fit, seen, &robot, sample);
+            track.look((time_s, gap_s), &pair.fit, seen, &robot, sample);
             let proof = if track.seems_moving() {
                 let stride = sighting.count.div_ceil(MOST_ASKED);
                 let entered = points(&self.returns, sighting, stride)
@@ -212,7 +219,7 @@ impl Tracker {
                     .count();
                 let left = track
                     .earlier_points(time_s)
-                    .filter(|point| proves_free(pose, scan, point, FREE_MARGIN_M))
+                    .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))
                     .count();
                 Proof {
                     entered: entered as u32,
@@ -252,7 +259,8 @@ impl Tracker {
     fn begin(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         for (sighting, taken) in self.sightings.iter().zip(&self.taken) {
-            let may_be_disc = sighting.count >= LEAST_RETURNS
+            let may_be_disc = sighting.joins != [true, true]
+                && sighting.count >= LEAST_RETURNS
                 && sighting.length_m <= LONGEST_M
                 && sighting.near_m <= FARTHEST_M;
             if taken.is_some() || !may_be_disc {

@@ -8,10 +8,14 @@ use super::history::{AGES_S, INTERVAL_S, KEPT};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
-/// Noise of acceleration, m^2/s^3, of something that walks on, and of something that just turned or stopped.
+/// Noise of acceleration, m^2/s^3, of something that walks on, and of something that turns or stops.
 const STEADY_NOISE: f64 = 0.05;
 const TURNING_NOISE: f64 = 2.0;
-/// Squared deviations of a measurement, smoothed over two scans, from which something turned or stopped; two are usual.
+/// Noise of acceleration, m^2/s^3, that explains a measurement out of the ordinary: a turn from one scan to the next.
+const SUDDEN_NOISE: f64 = 10.0;
+/// Squared deviations of a measurement from which something turned or stopped, and those smoothed over two scans; two
+/// are usual.
+const SUDDEN: f64 = 9.0;
 const SURPRISE: f64 = 6.0;
 /// A radius not yet seen whole, metres, and the variance of all radii.
 const USUAL_RADIUS_M: f64 = 0.3;
@@ -130,16 +134,20 @@ impl Track {
         self.filter.squared_deviations(&fit.center, &fit.covariance)
     }
 
-    /// Takes in a look at it by a robot at a place.
+    /// Takes in a look at it by a robot at a place, at a time and so long after the last scan, seconds.
     pub fn look(
         &mut self,
-        time_s: f64,
+        (time_s, gap_s): (f64, f64),
         fit: &Fit,
         seen: Option<Radius>,
         robot: &Point,
         points: [Point; 3],
     ) {
-        self.surprise = (self.surprise + self.squared_deviations(fit)) / 2.0;
+        let deviations = self.squared_deviations(fit);
+        self.surprise = (self.surprise + deviations) / 2.0;
+        if deviations > SUDDEN {
+            self.filter.loosen(gap_s, SUDDEN_NOISE);
+        }
         self.filter.measure(&fit.center, &fit.covariance);
         if let Some(seen) = seen {
             // Its near side is where it was seen; a greater radius puts its centre further off, which is no motion.
@@ -183,8 +191,8 @@ impl Track {
         self.is_moving || self.filter.velocity().norm() > STANDING
     }
 
-    /// Points of it that were seen at the ages that are asked for.
-    pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = Point> + '_ {
+    /// Points of it that were seen at the ages that are asked for, and their ages, seconds.
+    pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = (Point, f64)> + '_ {
         let mut last = None;
         AGES_S.into_iter().flat_map(move |age_s| {
             let place = self
@@ -193,9 +201,10 @@ impl Track {
                 .rposition(|step| time_s - step.time_s >= age_s);
             let fresh = place.filter(|_| place != last);
             last = place;
-            fresh
-                .into_iter()
-                .flat_map(|place| self.trail[place].points)
+            fresh.into_iter().flat_map(move |place| {
+                let step = &self.trail[place];
+                step.points.map(|point| (point, time_s - step.time_s))
+            })
         })
     }
 
