@@ -31,12 +31,7 @@ const MARGIN_SHARE: f64 = 0.01;
 
 /// The shortest range of the beams within an angle of a direction in the map frame, and of the two beside it at least.
 /// A beam that met nothing saw as far as the sensor does. None where a beam measured nothing or there is none.
-pub(super) fn seen_to_m(
-    pose: &Pose,
-    scan: &Scan,
-    direction: f64,
-    half_angle: f64,
-) -> Option<f64> {
+pub(super) fn seen_to_m(pose: &Pose, scan: &Scan, direction: f64, half_angle: f64) -> Option<f64> {
     let beams = scan.ranges.len() as i64;
     if beams == 0 {
         return None;

@@ -54,8 +54,10 @@ fn who_crosses_at_three_metres_is_tracked_well() {
             let walker = disc(23.0, 20.0 - speed * 1.5, radius, 0.0, speed);
             let looks = watch(&mut stage, walker, 3.0);
             let checked = check_well_tracked(&looks);
-            println!("crossing {radius} m {speed} m/s: {checked:?}");
-            assert!(checked.is_ok(), "{radius} m, {speed} m/s, {seed}: {checked:?}");
+            assert!(
+                checked.is_ok(),
+                "{radius} m, {speed} m/s, {seed}: {checked:?}"
+            );
             assert!(check_well_tracked(&turned_round(&looks)).is_err());
         }
     }
@@ -68,8 +70,10 @@ fn who_comes_head_on_or_walks_away_is_tracked_well() {
             let mut stage = Stage::open(seed);
             let looks = watch(&mut stage, disc(20.0 + from, 20.1, 0.3, speed, 0.0), 3.0);
             let checked = check_well_tracked(&looks);
-            println!("along {from} m {speed} m/s: {checked:?}");
-            assert!(checked.is_ok(), "{from} m, {speed} m/s, {seed}: {checked:?}");
+            assert!(
+                checked.is_ok(),
+                "{from} m, {speed} m/s, {seed}: {checked:?}"
+            );
             assert!(check_well_tracked(&turned_round(&looks)).is_err());
         }
     }
@@ -102,7 +106,6 @@ fn two_who_cross_each_other_keep_their_tracks() {
         }
         for looks in &looks {
             let share = share_tracked(looks);
-            println!("crossing each other: {share}");
             assert!(share > 0.85, "{share}");
             assert!(share_tracked(&turned_round(looks)) < 0.5);
         }
@@ -131,7 +134,6 @@ fn who_comes_round_a_corner_is_found_soon() {
             walker.y += walker.vy * stage.period_s;
         }
         let share = share_tracked(&looks[7..]);
-        println!("corner: {share}");
         assert!(share > 0.8, "{share}");
     }
 }
@@ -157,7 +159,10 @@ fn who_stops_stands_as_a_disc_then_as_marks_and_walks_on_as_a_disc() {
         let (after, is_marked) = &states[95];
         assert!(after.found.is_none() && *is_marked, "{after:?}");
         let (again, is_marked) = &states[112];
-        assert!(again.velocity_error() < 0.3 && !is_marked, "{again:?} {is_marked}");
+        assert!(
+            again.velocity_error() < 0.3 && !is_marked,
+            "{again:?} {is_marked}"
+        );
         assert!(states[159].0.found.is_none() || states[159].0.velocity_error() < 0.3);
         // Nothing stays where they walked and stood.
         assert!(!stage.is_marked(23.0, 18.5, 0.5) && !stage.is_marked(23.0, 20.0, 0.5));
@@ -180,7 +185,6 @@ fn who_turns_back_is_followed() {
             walker.y += walker.vy * stage.period_s;
         }
         let share = share_tracked(&looks);
-        println!("turning back: {share}");
         assert!(share > 0.9, "{share}");
     }
 }
@@ -191,9 +195,8 @@ fn who_walks_close_by_a_wall_or_posts_is_tracked() {
         for seed in 0..10 {
             // A wall beyond the walker, and posts on the near side.
             let truth = ground(40.0, 40.0, |x, y| {
-                let is_post = (0..20).any(|post| {
-                    libm::hypot(x - 22.3, y - 16.0 - 0.9 * f64::from(post)) < 0.075
-                });
+                let is_post = (0..20)
+                    .any(|post| libm::hypot(x - 22.3, y - 16.0 - 0.9 * f64::from(post)) < 0.075);
                 x > 23.6 && x < 24.0 || is_post
             });
             let known = if is_known {
@@ -208,7 +211,6 @@ fn who_walks_close_by_a_wall_or_posts_is_tracked() {
             }
             let looks = watch(&mut stage, disc(23.0, 17.5, 0.3, 0.0, 0.8), 5.0);
             let share = share_tracked(&looks[8..]);
-            println!("by a wall, known {is_known}: {share}");
             assert!(share > 0.85, "known {is_known}: {share}");
             assert!(share_tracked(&turned_round(&looks[8..])) < 0.5);
         }

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use inbye::geometry::Pose;
-use inbye::map::{GridFrame, MovingDisc, ObstacleGrid, Scan};
+use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 use inbye::navigator::Surroundings;
 use inbye::sim::{Lidar, World};
 use rand::{RngExt, SeedableRng};
@@ -50,12 +50,8 @@ pub struct Stage {
     pub period_s: f64,
     pub errors: Errors,
     pub random: Pcg64Mcg,
-    /// The scan and the pose of the last tick, as the robot had them.
-    pub last: (Pose, Scan),
     /// Where the robot is and where odometry has it, noise apart.
     pub poses: Option<(Pose, Pose)>,
-    /// Discs of the last tick that at least one beam met.
-    pub visible: Vec<usize>,
 }
 
 /// A grid of 0.05 m that is blocked where the place of a cell's centre, metres, is.
@@ -86,8 +82,6 @@ impl Stage {
             errors,
             random: Pcg64Mcg::seed_from_u64(seed),
             poses: None,
-            last: (Pose::default(), Scan::default()),
-            visible: Vec::new(),
         }
     }
 
@@ -113,10 +107,7 @@ impl Stage {
             odometry.y + place_m * self.normal(),
             odometry.yaw + yaw * self.normal(),
         );
-        self.surroundings
-            .update(self.time_s, &believed, &seen.scan);
-        self.visible = seen.visible;
-        self.last = (believed, seen.scan);
+        self.surroundings.update(self.time_s, &believed, &seen.scan);
         self.time_s += self.period_s;
         self.surroundings.moving().to_vec()
     }

@@ -130,13 +130,7 @@ fn belong_together(scan: &Scan, one: &Return, next: &Return) -> bool {
     (next.point - one.point).norm() < NEAR_M + NEAR_SPACINGS * spacing_m
 }
 
-fn sighting(
-    pose: &Pose,
-    scan: &Scan,
-    returns: &[Return],
-    first: usize,
-    count: usize,
-) -> Sighting {
+fn sighting(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: usize) -> Sighting {
     let beams = scan.ranges.len();
     let at = |step: usize| &returns[(first + step) % returns.len()];
     let (begin, end) = (at(0), at(count - 1));
