@@ -75,7 +75,9 @@ impl Navigator {
         if recovers
             && creeps
             && error.abs() > CREEPING_TURNS_UNTIL
-            && let Some(angle) = kept.clear_turn(field, &now.pose, error)
+            && let footprint = &self.robot.footprint
+            && let close = KeptClear::to_get_away(footprint, &self.settings, field, now)
+            && let Some(angle) = close.clear_turn(field, &now.pose, error)
         {
             self.turns_until = CREEPING_TURNS_UNTIL;
             return Ok(self.turn_in_place(now, angle, target));
@@ -111,21 +113,30 @@ impl Navigator {
     /// round.
     fn local_target(&self, now: &Outlook, field: &ClearanceField) -> Point {
         let robot = now.pose.position();
-        let body = Footprint::round(self.robot.footprint.largest_disc_m());
-        let in_sight = |node: &Point| {
-            let way = node - robot;
-            let steps = (way.norm() / LOOKS_EVERY_M).ceil();
-            body.as_ref().is_ok_and(|body| {
-                (1..=steps as u32).all(|step| {
-                    let point = robot + way * (f64::from(step) / steps);
-                    let there = Pose::new(point.x, point.y, 0.0);
-                    let clearance_m = field.clearance_m(body, &there);
-                    clearance_m.is_none_or(|clearance_m| clearance_m > 0.0)
-                })
-            })
-        };
+        let in_sight = |node: &Point| self.is_straight_clear(&robot, node, field);
         let (nearest_m, farthest_m) = (self.settings.least_lookahead_m, self.settings.lookahead_m);
         self.route.key_node(nearest_m, farthest_m, in_sight)
+    }
+
+    /// Whether the robot, as wide as its largest disc, could drive straight from one point to another, as far as the window
+    /// shows.
+    pub(super) fn is_straight_clear(
+        &self,
+        from: &Point,
+        to: &Point,
+        field: &ClearanceField,
+    ) -> bool {
+        let Ok(body) = Footprint::round(self.robot.footprint.largest_disc_m()) else {
+            return false;
+        };
+        let way = to - from;
+        let steps = (way.norm() / LOOKS_EVERY_M).ceil();
+        (1..=steps as u32).all(|step| {
+            let point = from + way * (f64::from(step) / steps);
+            let there = Pose::new(point.x, point.y, 0.0);
+            let clearance_m = field.clearance_m(&body, &there);
+            clearance_m.is_none_or(|clearance_m| clearance_m > 0.0)
+        })
     }
 
     /// Moves slowly back to where it came from, even from within a margin.

@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use nalgebra::Isometry2;
+
+use super::tracker::FARTHEST_M;
 use super::view::seen_to_m;
 use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
@@ -22,6 +25,8 @@ const UNMARKED: u32 = u32::MAX;
 /// Known obstacles and the marks the lidar made among them.
 pub(super) struct LocalMap {
     known: ObstacleGrid,
+    /// The frame's origin, so that no sine is asked for at every point.
+    origin: Isometry2<f64>,
     /// Cells that are not beside a known obstacle.
     apart: FreeSpace,
     /// For each cell, plus one: its place among the marks. Zero for cells without, so that the memory of ground where
@@ -35,6 +40,7 @@ pub(super) struct LocalMap {
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     index: u32,
+    center: Point,
     evidence: u8,
     first_s: f64,
 }
@@ -54,6 +60,7 @@ impl LocalMap {
     /// A local map over the known obstacles, without marks.
     pub fn new(known: ObstacleGrid) -> Self {
         Self {
+            origin: known.frame().origin.isometry(),
             apart: FreeSpace::new(&known, KNOWN_MARGIN_M),
             slots: vec![0; known.frame().len()],
             known,
@@ -63,8 +70,7 @@ impl LocalMap {
 
     /// What a return at a point is.
     pub fn known_at(&self, time_s: f64, point: &Point) -> Known {
-        let frame = self.known.frame();
-        let Some(cell) = frame.cell_of(point) else {
+        let Some(cell) = self.cell_of(point) else {
             return Known::Mapped;
         };
         if self.is_beside_known(cell) {
@@ -80,6 +86,13 @@ impl LocalMap {
         } else {
             Known::Unknown
         }
+    }
+
+    /// The cell of a point, as [`GridFrame::cell_of`].
+    fn cell_of(&self, point: &Point) -> Option<Cell> {
+        let frame = self.known.frame();
+        let units = self.origin.inverse_transform_point(point) / frame.resolution_m;
+        frame.cell_at_units(&units)
     }
 
     /// A hit on a known wall falls on one of its cells or, by noise, beside it. So does one on the rim of the grid, beyond
@@ -105,7 +118,7 @@ impl LocalMap {
     /// Marks the cell of a return, unless a known obstacle explains it.
     pub fn mark(&mut self, time_s: f64, hit: &Point) {
         let frame = *self.known.frame();
-        let Some(cell) = frame.cell_of(hit) else {
+        let Some(cell) = self.cell_of(hit) else {
             return;
         };
         let index = frame.index(cell);
@@ -116,6 +129,7 @@ impl LocalMap {
         } else if !self.is_beside_known(cell) {
             self.marks.push(Mark {
                 index: index as u32,
+                center: frame.center_of(cell),
                 evidence: 1,
                 first_s: time_s,
             });
@@ -162,10 +176,10 @@ impl LocalMap {
         let beyond_m = frame.resolution_m.max(SEEN_THROUGH_M);
         let mut slot = 0;
         while slot < self.marks.len() {
-            let center = frame.center_of(frame.cell_at(self.marks[slot].index as usize));
+            let center = self.marks[slot].center;
             let away = center - robot;
             let distance = away.norm();
-            let seen_through = distance < scan.range_max && {
+            let seen_through = distance < scan.range_max.min(FARTHEST_M) && {
                 let half_angle = frame.resolution_m / distance.max(frame.resolution_m);
                 seen_to_m(pose, scan, bearing(&robot, &center), half_angle)
                     .is_some_and(|seen| seen > distance + beyond_m)
@@ -183,10 +197,7 @@ impl LocalMap {
 
     /// Centres of the marked cells.
     pub fn marks(&self) -> impl Iterator<Item = Point> + '_ {
-        let frame = self.known.frame();
-        self.marks
-            .iter()
-            .map(|mark| frame.center_of(frame.cell_at(mark.index as usize)))
+        self.marks.iter().map(|mark| mark.center)
     }
 
     /// The distance field of a square window about a point, `half_m` to each side, aligned with the map's cells. Ground

@@ -13,6 +13,8 @@ use crate::robot::Footprint;
 
 /// Beyond this distance from its path the robot plans anew, metres.
 const OFF_PATH_M: f64 = 2.5;
+/// Within this distance it follows its path, whatever stands about, metres.
+const BESIDE_PATH_M: f64 = 0.3;
 /// The path is looked over at points so far apart, metres.
 const LOOKS_EVERY_M: f64 = 0.1;
 /// Clearance is looked up by the cell: a path at the least distance can seem nearer than it is by this share of a cell.
@@ -93,7 +95,7 @@ impl Navigator {
         if self.replanning.background.is_busy() || now.time_s < self.replanning.next_s {
             return;
         }
-        let Some(reason) = self.reason(now, is_blocked, off_path_m) else {
+        let Some(reason) = self.reason(now, field, is_blocked, off_path_m) else {
             return;
         };
         let period_s = self.settings.replan_period_s;
@@ -116,8 +118,14 @@ impl Navigator {
         self.replanning.background.ask(order, reason, due_s);
     }
 
-    fn reason(&self, now: &Outlook, is_blocked: bool, off_path_m: f64) -> Option<Reason> {
-        if off_path_m > OFF_PATH_M {
+    fn reason(
+        &self,
+        now: &Outlook,
+        field: &ClearanceField,
+        is_blocked: bool,
+        off_path_m: f64,
+    ) -> Option<Reason> {
+        if self.has_strayed(now, field, off_path_m) {
             Some(Reason::Strayed)
         } else if is_blocked {
             Some(Reason::Blocked)
@@ -128,6 +136,14 @@ impl Navigator {
                 && self.surroundings.marks().next().is_some();
             may_be_shorter.then_some(Reason::Shorter)
         }
+    }
+
+    /// Whether the robot is far off its path, or near it with something between them.
+    fn has_strayed(&self, now: &Outlook, field: &ClearanceField, off_path_m: f64) -> bool {
+        let back = self.route.path().point_at(self.route.progress_m());
+        off_path_m > OFF_PATH_M
+            || off_path_m > BESIDE_PATH_M
+                && !self.is_straight_clear(&now.pose.position(), &back, field)
     }
 
     /// Whether an obstacle stands too near to the path ahead, as far as the window shows it.

@@ -54,7 +54,6 @@ fn who_crosses_at_three_metres_is_tracked_well() {
             let walker = disc(23.0, 20.0 - speed * 1.5, radius, 0.0, speed);
             let looks = watch(&mut stage, walker, 3.0);
             let checked = check_well_tracked(&looks);
-            println!("crossing {radius} m {speed} m/s: {checked:?}");
             assert!(
                 checked.is_ok(),
                 "{radius} m, {speed} m/s, {seed}: {checked:?}"
@@ -71,7 +70,6 @@ fn who_comes_head_on_or_walks_away_is_tracked_well() {
             let mut stage = Stage::open(seed);
             let looks = watch(&mut stage, disc(20.0 + from, 20.1, 0.3, speed, 0.0), 3.0);
             let checked = check_well_tracked(&looks);
-            println!("along {from} m {speed} m/s: {checked:?}");
             assert!(
                 checked.is_ok(),
                 "{from} m, {speed} m/s, {seed}: {checked:?}"
@@ -108,7 +106,6 @@ fn two_who_cross_each_other_keep_their_tracks() {
         }
         for looks in &looks {
             let share = share_tracked(looks);
-            println!("crossing each other: {share}");
             assert!(share > 0.85, "{share}");
             assert!(share_tracked(&turned_round(looks)) < 0.5);
         }
@@ -136,8 +133,7 @@ fn who_comes_round_a_corner_is_found_soon() {
             }
             walker.y += walker.vy * stage.period_s;
         }
-        let share = share_tracked(&looks[7..20]);
-        println!("corner: {share}");
+        let share = share_tracked(&looks[7..]);
         assert!(share > 0.8, "{share}");
     }
 }
@@ -189,7 +185,6 @@ fn who_turns_back_is_followed() {
             walker.y += walker.vy * stage.period_s;
         }
         let share = share_tracked(&looks);
-        println!("turning back: {share}");
         assert!(share > 0.9, "{share}");
     }
 }
@@ -216,7 +211,6 @@ fn who_walks_close_by_a_wall_or_posts_is_tracked() {
             }
             let looks = watch(&mut stage, disc(23.0, 17.5, 0.3, 0.0, 0.8), 5.0);
             let share = share_tracked(&looks[8..]);
-            println!("by a wall, known {is_known}: {share}");
             assert!(share > 0.85, "known {is_known}: {share}");
             assert!(share_tracked(&turned_round(&looks[8..])) < 0.5);
         }

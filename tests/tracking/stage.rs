@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use inbye::geometry::Pose;
-use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, Scan};
+use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 use inbye::navigator::Surroundings;
 use inbye::sim::{Lidar, World};
 use rand::{RngExt, SeedableRng};
@@ -16,8 +16,8 @@ pub struct Errors {
     pub place_m: f64,
     /// Deviation of the heading, radians.
     pub yaw: f64,
-    /// Error of the place that grows, metres per second along x.
-    pub drift_m_s: f64,
+    /// Share by which each way driven is taken for longer.
+    pub drift: f64,
     /// Error of the heading that grows, radians per second.
     pub drift_rad_s: f64,
     /// Share of beams without a measurement.
@@ -28,7 +28,7 @@ pub struct Errors {
 pub const LOCALISED: Errors = Errors {
     place_m: 0.01,
     yaw: 0.005,
-    drift_m_s: 0.0,
+    drift: 0.0,
     drift_rad_s: 0.0,
     lost: 0.02,
 };
@@ -37,8 +37,8 @@ pub const LOCALISED: Errors = Errors {
 pub const ODOMETRY: Errors = Errors {
     place_m: 0.001,
     yaw: 0.0005,
-    drift_m_s: 0.01,
-    drift_rad_s: 0.002,
+    drift: 0.02,
+    drift_rad_s: 0.003,
     lost: 0.02,
 };
 
@@ -50,10 +50,8 @@ pub struct Stage {
     pub period_s: f64,
     pub errors: Errors,
     pub random: Pcg64Mcg,
-    /// The scan and the pose of the last tick, as the robot had them.
-    pub last: (Pose, Scan),
-    /// Discs of the last tick that at least one beam met.
-    pub visible: Vec<usize>,
+    /// Where the robot is and where odometry has it, noise apart.
+    pub poses: Option<(Pose, Pose)>,
 }
 
 /// A grid of 0.05 m that is blocked where the place of a cell's centre, metres, is.
@@ -83,8 +81,7 @@ impl Stage {
             period_s: 0.1,
             errors,
             random: Pcg64Mcg::seed_from_u64(seed),
-            last: (Pose::default(), Scan::default()),
-            visible: Vec::new(),
+            poses: None,
         }
     }
 
@@ -104,16 +101,44 @@ impl Stage {
             }
         }
         let Errors { place_m, yaw, .. } = self.errors;
+        let odometry = self.odometry(pose);
         let believed = Pose::new(
-            pose.x + place_m * self.normal() + self.errors.drift_m_s * self.time_s,
-            pose.y + place_m * self.normal(),
-            pose.yaw + yaw * self.normal() + self.errors.drift_rad_s * self.time_s,
+            odometry.x + place_m * self.normal(),
+            odometry.y + place_m * self.normal(),
+            odometry.yaw + yaw * self.normal(),
         );
         self.surroundings.update(self.time_s, &believed, &seen.scan);
-        self.visible = seen.visible;
-        self.last = (believed, seen.scan);
         self.time_s += self.period_s;
         self.surroundings.moving().to_vec()
+    }
+
+    /// Adds the motion since the last tick to where odometry had the robot, with its errors.
+    fn odometry(&mut self, pose: &Pose) -> Pose {
+        let now = self.poses.map_or(*pose, |(before, odometry)| {
+            let step = before.inverse_transform(&pose.position()) * (1.0 + self.errors.drift);
+            let place = odometry.transform(&step);
+            let turned = inbye::geometry::wrap_angle(pose.yaw - before.yaw);
+            let yaw = odometry.yaw + turned + self.errors.drift_rad_s * self.period_s;
+            Pose::new(place.x, place.y, yaw)
+        });
+        self.poses = Some((*pose, now));
+        now
+    }
+
+    /// A true disc as a robot with this odometry takes it to be.
+    pub fn astray(&self, disc: &MovingDisc) -> MovingDisc {
+        let Some((pose, odometry)) = self.poses else {
+            return *disc;
+        };
+        let center = odometry.transform(&pose.inverse_transform(&disc.center()));
+        let (sin, cos) = libm::sincos(odometry.yaw - pose.yaw);
+        MovingDisc {
+            x: center.x,
+            y: center.y,
+            radius: disc.radius,
+            vx: cos * disc.vx - sin * disc.vy,
+            vy: sin * disc.vx + cos * disc.vy,
+        }
     }
 
     fn normal(&mut self) -> f64 {
@@ -125,20 +150,6 @@ impl Stage {
     pub fn is_marked(&self, x: f64, y: f64, within_m: f64) -> bool {
         let mut marks = self.surroundings.marks();
         marks.any(|mark| libm::hypot(mark.x - x, mark.y - y) < within_m)
-    }
-
-    /// Number of cells of the truth that are blocked within a distance of a place.
-    pub fn blocked_near(&self, x: f64, y: f64, within_m: f64) -> usize {
-        let frame = *self.world.obstacles().frame();
-        let is_near = |cell: &Cell| {
-            let center = frame.center_of(*cell);
-            libm::hypot(center.x - x, center.y - y) < within_m
-        };
-        (0..frame.len())
-            .map(|index| frame.cell_at(index))
-            .filter(|cell| self.world.obstacles().is_blocked(*cell))
-            .filter(is_near)
-            .count()
     }
 }
 

@@ -14,7 +14,7 @@ const OUTLINE_DEVIATION_M: f64 = 0.02;
 const PLACE_DEVIATION_M: f64 = 0.01;
 const YAW_DEVIATION: f64 = 0.005;
 /// Steps of the fit; each squares what is left of the error.
-const STEPS: usize = 4;
+const STEPS: usize = 3;
 
 /// A disc's centre and how sure it is.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,7 @@ impl Sighting {
     /// The disc of this radius that fits the returns and the edges best, by least squares (Gauss and Newton).
     pub fn fit<'a>(
         &self,
-        points: impl Iterator<Item = &'a Point> + Clone,
+        points: &(impl Iterator<Item = &'a Point> + Clone),
         robot: &Point,
         radius_m: f64,
         increment: f64,

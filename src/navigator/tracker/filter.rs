@@ -31,13 +31,18 @@ impl Filter {
 
     /// Moves on by a time, seconds, under noise of acceleration, m^2/s^3.
     pub fn predict(&mut self, time_s: f64, noise: f64) {
-        let identity = Matrix2::identity();
         let mut motion = Matrix4::identity();
         motion
             .fixed_view_mut::<2, 2>(0, 2)
-            .copy_from(&(identity * time_s));
+            .copy_from(&(Matrix2::identity() * time_s));
         self.state = motion * self.state;
         self.covariance = motion * self.covariance * motion.transpose();
+        self.loosen(time_s, noise);
+    }
+
+    /// Adds what noise of acceleration, m^2/s^3, makes of it in a time, seconds.
+    pub fn loosen(&mut self, time_s: f64, noise: f64) {
+        let identity = Matrix2::identity();
         let mut add = |row, column, value: f64| {
             let mut block = self.covariance.fixed_view_mut::<2, 2>(row, column);
             block += identity * (noise * value);

@@ -12,23 +12,29 @@ mod history;
 mod sighting;
 mod track;
 
+use nalgebra::Matrix2;
+
 use super::local_map::Known;
 use super::view::{proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use disc::Fit;
-use history::{FREE_MARGIN_M, History};
+use history::{History, free_margin_m};
 use sighting::{LONGEST_M, Return, Sighting};
 use track::{Proof, Track};
 
-/// Things are followed from this distance on, metres: beyond it a person shows three beams of 1 degree at most.
-const FARTHEST_M: f64 = 12.0;
+/// Returns from beyond this distance, metres, are left alone: a person shows no three beams of 1 degree there.
+pub(super) const FARTHEST_M: f64 = 12.0;
 /// Returns that a new track needs, and that it goes on with.
 const LEAST_RETURNS: usize = 3;
 const LEAST_TO_GO_ON: usize = 2;
 /// A sighting belongs to a track if it lies within so many squared deviations of where that is expected, and metres.
 const GATE: f64 = 16.0;
 const GATE_M: f64 = 0.6;
+/// The same for what never moved, metres: 3 m/s for a tenth of a second.
+const FIRST_GATE_M: f64 = 0.35;
+/// Variance of that, square metres on each axis, besides the noise: who walks may turn and stop at once.
+const SUDDEN_M2: f64 = 0.1 * 0.1;
 /// Returns within this of the outline of an expected disc, metres, are taken for its own.
 const OWN_M: f64 = 0.15;
 /// Points of a sighting that are asked whether they were free.
@@ -93,7 +99,7 @@ impl Tracker {
             &mut self.sightings,
         );
         self.pair(pose, scan);
-        self.follow(time_s, pose, scan);
+        self.follow((time_s, gap_s), pose, scan);
         self.bury(time_s, pose, scan);
         self.begin(time_s, pose, scan);
         self.history.push(time_s, pose, scan);
@@ -110,7 +116,7 @@ impl Tracker {
         &self.moving
     }
 
-    /// The returns of the last scan that the map does not explain.
+    /// The returns of the last scan, from not too far off, that the map does not explain.
     pub(super) fn points(&self) -> impl Iterator<Item = Point> + '_ {
         self.returns.iter().map(|seen| seen.point)
     }
@@ -123,7 +129,7 @@ impl Tracker {
     fn collect(&mut self, pose: &Pose, scan: &Scan, known: impl Fn(&Point) -> Known) {
         self.returns.clear();
         for (beam, &range_m) in scan.ranges.iter().enumerate() {
-            if !(0.0..=scan.range_max).contains(&range_m) {
+            if !(0.0..=scan.range_max.min(FARTHEST_M)).contains(&range_m) {
                 continue;
             }
             let (sin, cos) = libm::sincos(pose.yaw + scan.angle(beam));
@@ -153,18 +159,27 @@ impl Tracker {
             }
             for (number, track) in self.tracks.iter().enumerate() {
                 let radius_m = track.radius_m();
+                let gate_m = if track.has_moved {
+                    GATE_M
+                } else {
+                    FIRST_GATE_M
+                };
                 let rough = sighting.rough_center(&robot, radius_m, scan.angle_increment);
-                if (rough - track.center()).norm() > GATE_M + radius_m {
+                if (rough - track.center()).norm() > gate_m {
                     continue;
                 }
                 let fit = sighting.fit(
-                    points(&self.returns, sighting, 1),
+                    &points(&self.returns, sighting, 1),
                     &robot,
                     radius_m,
                     scan.angle_increment,
                 );
-                let cost = track.squared_deviations(&fit);
-                if cost < GATE && (fit.center - track.center()).norm() < GATE_M {
+                let sudden = if track.has_moved { SUDDEN_M2 } else { 0.0 };
+                let cost = track.squared_deviations(&Fit {
+                    covariance: fit.covariance + Matrix2::identity() * sudden,
+                    ..fit
+                });
+                if cost < GATE && (fit.center - track.center()).norm() < gate_m {
                     self.pairs.push(Pair {
                         cost,
                         track: number,
@@ -196,7 +211,7 @@ impl Tracker {
     }
 
     /// Lets each track take in its sighting, and judges whether it moves.
-    fn follow(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
+    fn follow(&mut self, (time_s, gap_s): (f64, f64), pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         for pair in &self.pairs {
             let sighting = &self.sightings[pair.sighting];
@@ -204,15 +219,17 @@ impl Tracker {
             let distance_m = (pair.fit.center - robot).norm() - track.radius_m();
             let seen = sighting.radius(distance_m, scan.angle_increment);
             let sample = sample(&self.returns, sighting);
-            track.look(time_s, &pair.fit, seen, &robot, sample);
-            let proof = if track.seems_moving() {
+            track.look((time_s, gap_s), &pair.fit, seen, &robot, sample);
+            // What hangs together with something settled is a part of it, however its ends seem to shift.
+            let stands_alone = sighting.joins == [false, false];
+            let proof = if stands_alone && track.seems_moving() {
                 let stride = sighting.count.div_ceil(MOST_ASKED);
                 let entered = points(&self.returns, sighting, stride)
                     .filter(|point| self.history.was_free(point))
                     .count();
                 let left = track
                     .earlier_points(time_s)
-                    .filter(|point| proves_free(pose, scan, point, FREE_MARGIN_M))
+                    .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))
                     .count();
                 Proof {
                     entered: entered as u32,
@@ -252,16 +269,16 @@ impl Tracker {
     fn begin(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         for (sighting, taken) in self.sightings.iter().zip(&self.taken) {
-            let may_be_disc = sighting.count >= LEAST_RETURNS
-                && sighting.length_m <= LONGEST_M
-                && sighting.near_m <= FARTHEST_M;
+            let may_be_disc = sighting.joins != [true, true]
+                && sighting.count >= LEAST_RETURNS
+                && sighting.length_m <= LONGEST_M;
             if taken.is_some() || !may_be_disc {
                 continue;
             }
             let increment = scan.angle_increment;
             let radius = Track::first_radius(sighting.radius(sighting.near_m, increment));
             let points = points(&self.returns, sighting, 1);
-            let fit = sighting.fit(points, &robot, radius.radius_m, increment);
+            let fit = sighting.fit(&points, &robot, radius.radius_m, increment);
             let sample = sample(&self.returns, sighting);
             self.tracks.push(Track::new(time_s, &fit, radius, sample));
         }

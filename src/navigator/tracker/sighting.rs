@@ -32,6 +32,8 @@ pub(super) struct Sighting {
     pub spread: f64,
     /// Whether its right and left edges are its own: the beams beside them go on beyond it.
     pub own_edges: [bool; 2],
+    /// Whether it goes on to its right and to its left in something that has stood there for a while.
+    pub joins: [bool; 2],
     /// Distance from the first return to the last, metres.
     pub length_m: f64,
 }
@@ -144,8 +146,28 @@ fn sighting(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: u
         right: pose.yaw + scan.angle(begin.beam) - half_beam,
         spread: (steps + 1) as f64 * scan.angle_increment,
         own_edges: [is_edge(scan, begin, false), is_edge(scan, end, true)],
+        joins: [
+            joins_settled(scan, returns, first, false),
+            joins_settled(scan, returns, (first + count - 1) % returns.len(), true),
+        ],
         length_m: (end.point - begin.point).norm(),
     }
+}
+
+/// Whether what is seen beside a return, to its left or its right, has stood there for a while and is near to it.
+fn joins_settled(scan: &Scan, returns: &[Return], place: usize, to_left: bool) -> bool {
+    let all = returns.len();
+    let beside = if to_left {
+        (place + 1) % all
+    } else {
+        (place + all - 1) % all
+    };
+    let (one, next) = if to_left {
+        (place, beside)
+    } else {
+        (beside, place)
+    };
+    !returns[beside].is_candidate && belong_together(scan, &returns[one], &returns[next])
 }
 
 /// Whether the beam beside a return, to its left or its right, goes on beyond it.

@@ -8,10 +8,14 @@ use super::history::{AGES_S, INTERVAL_S, KEPT};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
-/// Noise of acceleration, m^2/s^3, of something that walks on, and of something that just turned or stopped.
+/// Noise of acceleration, m^2/s^3, of something that walks on, and of something that turns or stops.
 const STEADY_NOISE: f64 = 0.05;
 const TURNING_NOISE: f64 = 2.0;
-/// Squared deviations of a measurement, smoothed over two scans, from which something turned or stopped; two are usual.
+/// Noise of acceleration, m^2/s^3, that explains a measurement out of the ordinary: a turn from one scan to the next.
+const SUDDEN_NOISE: f64 = 4.0;
+/// Squared deviations of a measurement from which something turned or stopped, and those smoothed over two scans; two
+/// are usual.
+const SUDDEN: f64 = 14.0;
 const SURPRISE: f64 = 6.0;
 /// A radius not yet seen whole, metres, and the variance of all radii.
 const USUAL_RADIUS_M: f64 = 0.3;
@@ -25,6 +29,11 @@ const WALKING: f64 = 0.15;
 const SURE_DEVIATIONS: f64 = 2.5;
 /// Something moving has moved this far, metres, within the last two seconds.
 const LEAST_WAY_M: f64 = 0.12;
+/// Nobody walks faster, m/s.
+const FASTEST: f64 = 3.5;
+/// Over the last so many seconds, or two, it moved as its velocity says, but for this share of the way.
+const STRAIGHT_FOR_S: f64 = 0.65;
+const MOST_ASTRAY: f64 = 0.5;
 /// It has been looked at so often.
 const LEAST_LOOKS: u32 = 4;
 /// Points of it that fell on free ground, or left it free: so many prove that it moves, at most so many in a scan.
@@ -33,8 +42,12 @@ const MOST_PROOF_OF_SCAN: u32 = 3;
 const MOST_PROOF: u32 = 8;
 /// What moved goes on as moving without a further proof for so long, seconds.
 const PROOF_HOLDS_S: f64 = 1.5;
-/// What stopped stays a disc for so long, seconds, before it becomes marks.
+/// All that holds for so long, seconds, before it counts as moving.
+const SEEMS_FOR_S: f64 = 0.09;
+/// What stopped stays a disc for so long, seconds, before it becomes marks; unless it was taken to move for less than
+/// the second number: that was a mistake.
 const STANDS_FOR_S: f64 = 2.0;
+const WALKED_FOR_S: f64 = 0.5;
 /// A track ends after so long, seconds, without a look at it: where its place was seen free, where it never moved,
 /// and where it moved and is hidden.
 const GONE_AFTER_S: f64 = 0.25;
@@ -69,6 +82,10 @@ pub(super) struct Track {
     surprise: f64,
     proof: u32,
     proved_s: f64,
+    /// Since when it meets every condition, if it does.
+    seems_since_s: Option<f64>,
+    /// Since when it is taken to move.
+    moves_since_s: f64,
     /// Since when it stands, if it does.
     stands_since_s: Option<f64>,
     pub is_moving: bool,
@@ -89,6 +106,8 @@ impl Track {
             surprise: 0.0,
             proof: 0,
             proved_s: time_s,
+            seems_since_s: None,
+            moves_since_s: time_s,
             stands_since_s: None,
             is_moving: false,
             has_moved: false,
@@ -130,16 +149,20 @@ impl Track {
         self.filter.squared_deviations(&fit.center, &fit.covariance)
     }
 
-    /// Takes in a look at it by a robot at a place.
+    /// Takes in a look at it by a robot at a place, at a time and so long after the last scan, seconds.
     pub fn look(
         &mut self,
-        time_s: f64,
+        (time_s, gap_s): (f64, f64),
         fit: &Fit,
         seen: Option<Radius>,
         robot: &Point,
         points: [Point; 3],
     ) {
-        self.surprise = (self.surprise + self.squared_deviations(fit)) / 2.0;
+        let deviations = self.squared_deviations(fit);
+        self.surprise = self.surprise.midpoint(deviations);
+        if self.has_moved && deviations > SUDDEN {
+            self.filter.loosen(gap_s, SUDDEN_NOISE);
+        }
         self.filter.measure(&fit.center, &fit.covariance);
         if let Some(seen) = seen {
             // Its near side is where it was seen; a greater radius puts its centre further off, which is no motion.
@@ -183,8 +206,8 @@ impl Track {
         self.is_moving || self.filter.velocity().norm() > STANDING
     }
 
-    /// Points of it that were seen at the ages that are asked for.
-    pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = Point> + '_ {
+    /// Points of it that were seen at the ages that are asked for, and their ages, seconds.
+    pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = (Point, f64)> + '_ {
         let mut last = None;
         AGES_S.into_iter().flat_map(move |age_s| {
             let place = self
@@ -193,7 +216,10 @@ impl Track {
                 .rposition(|step| time_s - step.time_s >= age_s);
             let fresh = place.filter(|_| place != last);
             last = place;
-            fresh.into_iter().flat_map(|place| self.trail[place].points)
+            fresh.into_iter().flat_map(move |place| {
+                let step = &self.trail[place];
+                step.points.map(|point| (point, time_s - step.time_s))
+            })
         })
     }
 
@@ -211,21 +237,37 @@ impl Track {
             self.judge_standing(time_s, speed);
             return false;
         }
-        let way_m = self
-            .trail
-            .front()
-            .map_or(0.0, |first| (self.center() - first.center).norm());
         let moves = self.proof >= PROOF
             && self.looks >= LEAST_LOOKS
-            && speed > WALKING
+            && (WALKING..FASTEST).contains(&speed)
             && speed > SURE_DEVIATIONS * self.filter.speed_deviation()
-            && way_m > LEAST_WAY_M;
-        if moves {
-            self.is_moving = true;
-            self.has_moved = true;
-            self.stands_since_s = None;
+            && self.surprise < SURPRISE
+            && self.has_gone_straight(time_s);
+        if !moves {
+            self.seems_since_s = None;
+            return false;
         }
-        moves
+        let since_s = *self.seems_since_s.get_or_insert(time_s);
+        self.is_moving = time_s - since_s > SEEMS_FOR_S;
+        if self.is_moving {
+            self.has_moved = true;
+            self.moves_since_s = time_s;
+        }
+        self.is_moving
+    }
+
+    /// Whether it has gone a way, and at the velocity that it is taken to have: what jumps about has not.
+    fn has_gone_straight(&self, time_s: f64) -> bool {
+        let velocity = self.filter.velocity();
+        let is_at_velocity = |step: &Step| {
+            let way = self.center() - step.center;
+            let expected = velocity * (time_s - step.time_s);
+            way.norm() > LEAST_WAY_M
+                && (way - expected).norm() < MOST_ASTRAY * expected.norm().max(way.norm())
+        };
+        let recent = |step: &&Step| time_s - step.time_s < STRAIGHT_FOR_S;
+        let first = self.trail.iter().find(recent);
+        first.is_some_and(is_at_velocity) || self.trail.front().is_some_and(is_at_velocity)
     }
 
     fn judge_standing(&mut self, time_s: f64, speed: f64) {
@@ -237,7 +279,8 @@ impl Track {
             return;
         }
         let since_s = *self.stands_since_s.get_or_insert(time_s);
-        if time_s - since_s > STANDS_FOR_S {
+        let has_walked = since_s - self.moves_since_s > WALKED_FOR_S;
+        if !has_walked || time_s - since_s > STANDS_FOR_S {
             self.settle();
         }
     }
@@ -245,6 +288,7 @@ impl Track {
     /// From now on it stands; to move again it must go a way from here.
     fn settle(&mut self) {
         self.is_moving = false;
+        self.seems_since_s = None;
         self.stands_since_s = None;
         self.proof = 0;
         while self.trail.len() > 1 {
