@@ -54,6 +54,11 @@ impl Route {
         &self.path
     }
 
+    /// The key nodes in their order; the last is the path's end.
+    pub fn key_nodes(&self) -> impl Iterator<Item = Point> + '_ {
+        self.key_nodes_m.iter().map(|&arc| self.path.point_at(arc))
+    }
+
     /// Arc length reached, metres.
     #[must_use]
     pub const fn progress_m(&self) -> f64 {
