@@ -95,7 +95,7 @@ pub(super) fn section(report: &PaperReport, table: &DriveTable) -> Markup {
             (paper_drives_maps::side_by_side(figure, report.courses, shown, report.footprint))
             div class="charts" { (paper_drives_chart::figures(table)) }
             div class="whole steps" { (summary_table(table)) }
-            div class="whole steps" { (run_table(table)) }
+            div class="whole steps narrow" { (run_table(table)) }
         }
     }
 }

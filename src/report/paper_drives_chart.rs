@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::axis::Axis;
-use super::figure::key;
+use super::figure::{key, line_key};
 use super::number::{coordinate, significant};
 use super::panel::{Panel, chart};
 use crate::bench::paper::drives::{Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD};
@@ -31,6 +31,7 @@ fn figure(title: &str, picture: &Markup) -> Markup {
             ul class="legend" {
                 li { (key(&mark(OURS), "here, all scenes")) }
                 li { (key(&mark(PAPERS), "the paper's ten")) }
+                li { (line_key("limit", "largest mean that is accepted")) }
             }
         }
     }
@@ -65,7 +66,7 @@ fn positions(table: &DriveTable) -> Markup {
     let content = html! {
         (panel.axes(Some("|dx|, m (logarithmic)"), "|dy|, m (logarithmic)"))
         line class="limit" x1=(coordinate(at)) x2=(coordinate(at)) y1=(coordinate(panel.top)) y2=(coordinate(panel.bottom())) {}
-        (panel.level(MEAN_LIMIT_M, "largest mean accepted"))
+        (level(&panel, MEAN_LIMIT_M))
         @for (class, rows) in &series { (circles(&panel, class, rows.iter().map(place))) }
     };
     let words = |off: &Deviation| libm::hypot(off.dx_m, off.dy_m);
@@ -90,7 +91,7 @@ fn angles(table: &DriveTable) -> Markup {
     );
     let content = html! {
         (panel.axes(Some("number of the drive"), "|dyaw|, rad (logarithmic)"))
-        (panel.level(MEAN_LIMIT_RAD, "largest mean accepted"))
+        (level(&panel, MEAN_LIMIT_RAD))
         @for (class, rows) in &series { (circles(&panel, class, rows.iter().map(place))) }
     };
     let words = |off: &Deviation| off.dyaw_rad;
@@ -99,6 +100,12 @@ fn angles(table: &DriveTable) -> Markup {
         &alternative("angle", "rad", &series, words),
         &content,
     )
+}
+
+/// What a mean may be, without words: they would hide the marks.
+fn level(panel: &Panel, value: f64) -> Markup {
+    let y = coordinate(panel.y_at(value));
+    html! { line class="limit" x1=(coordinate(panel.left)) x2=(coordinate(panel.right())) y1=(y) y2=(y) {} }
 }
 
 /// A deviation as it is drawn.

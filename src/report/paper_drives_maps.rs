@@ -89,11 +89,10 @@ impl<'a> Drawn<'a> {
                 (trails(trace, view))
                 (path(view, "smoothed", course.plan.smoothed.points(), TOLERANCE))
                 @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
+                @for node in &course.key_nodes { (square(view.at(node), 5.0)) }
                 (track(&trace.rows, view))
                 (self.encounters.draw(self.footprint, view))
-                @for [x, y] in course.key_nodes.iter().map(|node| view.at(node)) {
-                    rect class="node" x=(coordinate(x - 5.0)) y=(coordinate(y - 5.0)) width="10" height="10" {}
-                }
+                @for node in course.plan.pruned.points() { (square(view.at(node), 13.0)) }
                 (contacts(&trace.rows, view))
                 (mark(&start_mark([0.0, 0.0], course.start.yaw), course.start.position()))
                 (mark(&goal_mark([0.0, 0.0]), course.goal.position))
@@ -115,17 +114,20 @@ impl<'a> Drawn<'a> {
             1 => "one person, ".to_owned(),
             people => format!("{people} people, "),
         };
+        let plans = match self.trace.paths.len() {
+            0 | 1 => "one plan".to_owned(),
+            plans => format!("{plans} plans"),
+        };
         format!(
-            "{people}{} s, smallest gap {} m, {} plans.",
+            "{people}{} s, smallest gap {} m, {plans}.",
             fixed(time_s, 1),
             fixed(gap_m, 2),
-            self.trace.paths.len().max(1)
         )
     }
 
     fn alternative(&self) -> String {
         format!(
-            "Map of {} with the planned path, {} key nodes and the way driven: {}",
+            "Map of {} with the planned path, its {} key nodes and the way driven: {}",
             self.course.title,
             self.course.key_nodes.len(),
             self.in_figures()
@@ -133,8 +135,15 @@ impl<'a> Drawn<'a> {
     }
 }
 
+/// A key node, of so many drawing units.
+fn square([x, y]: [f64; 2], side: f64) -> Markup {
+    let (x, y) = (coordinate(x - side / 2.0), coordinate(y - side / 2.0));
+    html! { rect class="node" x=(x) y=(y) width=(side) height=(side) {} }
+}
+
 fn legend(drawn: &[Drawn]) -> Markup {
-    let node = html! { rect class="node" x="10.5" y="3.5" width="7" height="7" {} };
+    let node = square([14.0, 7.0], 8.0);
+    let between = square([14.0, 7.0], 4.0);
     let driven = html! {
         line class="track speed-0" x1="1" x2="8" y1="7" y2="7" {}
         line class="track speed-1" x1="8" x2="14" y1="7" y2="7" {}
@@ -151,7 +160,8 @@ fn legend(drawn: &[Drawn]) -> Markup {
             li { (key(&start_mark([12.0, 7.0], 0.0), "start")) }
             li { (key(&goal_mark([14.0, 7.0]), "goal")) }
             li { (line_key("smoothed", "planned")) }
-            li { (key(&node, "key node")) }
+            li { (key(&node, "key node: left by pruning")) }
+            li { (key(&between, "key node between, or the goal")) }
             @if is_replanned { li { (line_key("replanned", "planned again on the way")) } }
             li { (key(&driven, "driven, from standing to the top speed")) }
             @for entry in encounters.max_by_key(Vec::len).unwrap_or_default() { li { (entry) } }

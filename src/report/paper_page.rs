@@ -84,7 +84,8 @@ fn verdict(report: &PaperReport) -> Markup {
         section id="verdict" {
             h2 { "In short" }
             p { (badge(is_sound, if is_sound {
-                "every path keeps its distance from obstacles, every exact search found a shortest one, every drive arrived"
+                "every path keeps its distance from obstacles, every exact search found a shortest one, \
+                 no drive ran into anything or got stuck"
             } else {
                 "there are paths or drives that should not be"
             })) }

@@ -1,5 +1,7 @@
 //! What the drives say, in sentences made from their figures.
 
+use std::collections::BTreeSet;
+
 use super::deviation::COLUMNS;
 use super::{
     ALL_SCENES, DriveRun, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, MET_WITHIN_M,
@@ -20,6 +22,7 @@ pub(super) fn findings(table: &DriveTable) -> Vec<String> {
         return Vec::new();
     };
     let mut said = vec![ends(&table.rows, all)];
+    said.extend(likeness(&table.rows));
     for summary in [first, all] {
         let beside = summary.deviation.map(|found| {
             let whose = if summary.scene == ALL_SCENES {
@@ -27,7 +30,7 @@ pub(super) fn findings(table: &DriveTable) -> Vec<String> {
             } else {
                 format!("Scene {}", summary.scene)
             };
-            accuracy(&whose, summary.reached, &found, &paper.of_rows)
+            accuracy(&whose, summary, &found, &paper.of_rows)
         });
         said.extend(beside);
     }
@@ -62,7 +65,18 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
     )
 }
 
-fn accuracy(whose: &str, drives: usize, found: &Spread, paper: &Spread) -> String {
+/// Whether drives are the same to the last bit: then their number says nothing.
+fn likeness(rows: &[DriveRun]) -> Option<String> {
+    let digests: BTreeSet<&str> = rows.iter().map(|run| run.trace_digest.as_str()).collect();
+    (digests.len() < rows.len()).then(|| {
+        format!(
+            "Only {} of them differ: the seed changes nothing in the others.",
+            digests.len()
+        )
+    })
+}
+
+fn accuracy(whose: &str, summary: &DriveSummary, found: &Spread, paper: &Spread) -> String {
     let (ours, theirs) = (found.mean.to_array(), paper.mean.to_array());
     let columns = [0, 1, 2];
     let each = |say: &dyn Fn(usize) -> String| columns.map(say).join(", ");
@@ -87,8 +101,13 @@ fn accuracy(whose: &str, drives: usize, found: &Spread, paper: &Spread) -> Strin
             good.join(" and ")
         ),
     };
+    let drives = match (summary.reached, summary.runs) {
+        (1, 1) => "its one drive".to_owned(),
+        (arrived, runs) if arrived == runs => format!("means of {runs} drives"),
+        (arrived, runs) => format!("means of the {arrived} of {runs} drives that arrived"),
+    };
     format!(
-        "{whose}, means of {drives} drives: {means} (largest {largest}); {times} times smaller than the means of the paper's \
+        "{whose}, {drives}: {means} (largest {largest}); {times} times smaller than the means of the paper's \
          rows: {verdict}."
     )
 }
@@ -132,8 +151,10 @@ fn people(rows: &[DriveRun], all: &DriveSummary) -> String {
 }
 
 fn waits(rows: &[DriveRun], all: &DriveSummary) -> Option<String> {
+    // From the end, since the last of several equal ones is taken: so it is the first.
     let longest = rows
         .iter()
+        .rev()
         .max_by(|a, b| a.longest_wait_s.total_cmp(&b.longest_wait_s))?;
     Some(format!(
         "It stood still for {:.1} % of the time; at one go for at most {:.1} s, in {} with seed {}.",
