@@ -49,18 +49,16 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
         count if count == all.runs => "all".to_owned(),
         count => format!("{count} of {}", all.runs),
     };
-    let mut said = format!(
-        "{} drives: {} reached the goal, {} touched anything",
+    let standing = || rows.iter().filter(|run| run.collided && !run.was_moving());
+    let of_these = match all.contacts {
+        0 => String::new(),
+        _ => format!(" ({} of these while standing)", standing().count()),
+    };
+    format!(
+        "{} drives: {} reached the goal, {} touched anything{of_these}; smallest gap to anything {:.3} m.",
         all.runs,
         count(all.reached),
-        count(all.contacts)
-    );
-    if all.contacts > 0 {
-        let standing = rows.iter().filter(|run| run.collided && !run.was_moving());
-        said += &format!(" ({} of these while standing)", standing.count());
-    }
-    format!(
-        "{said}; smallest gap to anything {:.3} m.",
+        count(all.contacts),
         all.min_clearance_m
     )
 }

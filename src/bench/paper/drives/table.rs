@@ -89,7 +89,7 @@ impl Acceptance {
 impl DriveSummary {
     fn of(scene: &str, runs: &[DriveRun]) -> Self {
         let count = |is: fn(&DriveRun) -> bool| runs.iter().filter(|run| is(run)).count();
-        let figures = |figure: fn(&DriveRun) -> f64| runs.iter().map(move |run| figure(run));
+        let figures = |figure: fn(&DriveRun) -> f64| runs.iter().map(figure);
         let mean = |figure| figures(figure).sum::<f64>() / runs.len().max(1) as f64;
         let reached = runs.iter().filter(|run| run.reached);
         let deviations: Vec<Deviation> = reached.map(|run| run.deviation).collect();
