@@ -28,7 +28,7 @@ const PAGE: &str = "paper.html";
 /// `inbye bench paper`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench paper --repetitions 5 --report paper\n\n\
+    after_help = "Example:\n  inbye bench paper --repetitions 5 --runs 1 --report paper\n\n\
     Every variant searches the same free cells, for the default robot. Times are medians of searching, pruning and \
     smoothing, all variants in turn. Exit status 1: a path is nearer to an obstacle than promised, an exact search has one \
     that is not shortest, or a drive touched something or did not arrive."
