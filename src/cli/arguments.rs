@@ -194,7 +194,7 @@ pub enum BenchCommand {
     Density(DensityArguments),
     /// Grid search against the published optimal lengths of the `MovingAI` benchmark.
     Movingai(MovingAiArguments),
-    /// The paper's tables and figures of global paths, repeated beside its printed values.
+    /// The paper's tables and figures, paths and drives, repeated beside its printed values.
     Paper(super::paper::PaperArguments),
 }
 

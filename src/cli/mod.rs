@@ -20,6 +20,7 @@ mod movingai_words;
 pub mod output;
 mod output_file;
 mod paper;
+mod paper_drive_words;
 mod paper_words;
 mod plain_words;
 mod plan;

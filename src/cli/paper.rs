@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
+use inbye::bench::paper::drives::{Course, Drives, Traffic, drive_all, drive_table};
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, Table, TaskRuns, made_mine, measure, path_tables,
 };
@@ -27,10 +28,10 @@ const PAGE: &str = "paper.html";
 /// `inbye bench paper`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench paper --repetitions 5 --report paper\n\n\
+    after_help = "Example:\n  inbye bench paper --repetitions 5 --runs 1 --report paper\n\n\
     Every variant searches the same free cells, for the default robot. Times are medians of searching, pruning and \
-    smoothing, all variants in turn. Exit status 1: a path is nearer to an obstacle than promised, or an exact search has \
-    one that is not shortest."
+    smoothing, all variants in turn. Exit status 1: a path is nearer to an obstacle than promised, an exact search has one \
+    that is not shortest, or a drive touched something or did not arrive."
 )]
 pub struct PaperArguments {
     /// Map of a mine for Table 2, any that `inbye plan` takes [default: a mine made by the program].
@@ -39,7 +40,11 @@ pub struct PaperArguments {
     /// Times that each path through a roadway is planned; those through the mine a fifth as often.
     #[arg(long, default_value_t = 101, allow_negative_numbers = true, value_parser = whole::<usize>(1, 100_000))]
     pub repetitions: usize,
-    /// Seed of the made mine, and of the ways through a mine.
+    /// Drives through each of the three scenes: with nobody about, among people who mind the robot, and among people who do
+    /// not; 0 for paths alone.
+    #[arg(long, default_value_t = 10, allow_negative_numbers = true, value_parser = whole::<usize>(0, 1000))]
+    pub runs: usize,
+    /// Seed of the made mine, of the ways through a mine, and of the first drive; each further drive has the next.
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
     /// Write `paper.html` into this folder: maps and tables.
@@ -47,7 +52,7 @@ pub struct PaperArguments {
     pub report: Option<PathBuf>,
 }
 
-/// Repeats the paper's tables. False when a path is not what it should be.
+/// Repeats the paper's tables. False when a path or a drive is not what it should be.
 pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(folder) = &arguments.report {
         report_file::make_folder(folder)?;
@@ -69,19 +74,28 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     }
     let ways = measured(&mine, &MINE_SEARCHES, mine_repetitions)?;
     bar.finish_and_clear();
-    let tables = path_tables(&roadways, &ways, &mine.title);
+    let courses = Course::all(&sites, &config)?;
+    let drives = drives(arguments, &courses, &config)?;
+    let mut tables = path_tables(&roadways, &ways, &mine.title);
     let mut faults: Vec<String> = sites
         .iter()
         .zip(&roadways)
         .flat_map(|(site, task)| task.faults(site))
         .collect();
     faults.extend(ways.iter().flat_map(|task| task.faults(&mine)));
+    for table in drives.iter().map(drive_table) {
+        faults.extend(table.faults());
+        tables.push(Table::Drives(table));
+    }
     if let Some(folder) = &arguments.report {
         let page = paper_html(&PaperReport {
             machine: &engines::machine(),
             command: &command(arguments),
             roadways: sites.iter().zip(&roadways).collect(),
             mine: (&mine, &ways),
+            courses: &courses,
+            drives: &drives,
+            footprint: &config.robot.footprint,
             tables: &tables,
             faults: &faults,
         });
@@ -94,6 +108,24 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
         faults.iter().for_each(output::line);
     }
     Ok(faults.is_empty())
+}
+
+/// All drives, on all cores; none where none are asked for.
+fn drives(
+    arguments: &PaperArguments,
+    courses: &[Course],
+    config: &Config,
+) -> anyhow::Result<Vec<Drives>> {
+    if arguments.runs == 0 {
+        return Ok(Vec::new());
+    }
+    let seeds = (0..arguments.runs).map(|run| arguments.seed.wrapping_add(run as u64));
+    let seeds: Vec<u64> = seeds.collect();
+    let count = Traffic::ALL.len() * courses.len() * seeds.len();
+    let bar = output::progress(count as u64, "driving");
+    let drives = drive_all(courses, &seeds, config, engines::cores(), &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(drives)
 }
 
 fn mine(arguments: &PaperArguments, config: &Config) -> anyhow::Result<Site> {
@@ -122,8 +154,15 @@ fn command(arguments: &PaperArguments) -> String {
         .mine
         .as_ref()
         .map_or_else(String::new, |file| format!(" --mine {}", file.display()));
-    let (repetitions, seed) = (arguments.repetitions, arguments.seed);
-    format!("inbye bench paper{mine} --repetitions {repetitions} --seed {seed} --report DIR")
+    let PaperArguments {
+        repetitions,
+        runs,
+        seed,
+        ..
+    } = arguments;
+    format!(
+        "inbye bench paper{mine} --repetitions {repetitions} --runs {runs} --seed {seed} --report DIR"
+    )
 }
 
 fn write(folder: &Path, page: &str) -> anyhow::Result<()> {

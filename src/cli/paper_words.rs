@@ -5,6 +5,8 @@ use inbye::bench::paper::{
     label_of,
 };
 
+use super::paper_drive_words;
+
 /// Heads the rows of [`path_row`].
 const PATH_HEADER: &str = "scene or path    variant                          length m  turns  smoothed  clearance m    p50 ms    p95 ms    \
     search    prune   smooth  expanded  raw over shortest";
@@ -18,6 +20,7 @@ pub fn table(table: &Table) -> Vec<String> {
     match table {
         Table::Paths(table) => paths(table),
         Table::Ablation(table) => steps(table),
+        Table::Drives(table) => paper_drive_words::table(table),
     }
 }
 

@@ -2,18 +2,19 @@
 
 use maud::{Markup, html};
 
-use super::MissionView;
 use super::figure::key;
 use super::number::{coordinate, fixed};
 use super::snapshot::{NEAR_M, distance_m, moments};
 use super::viewport::Viewport;
 use crate::geometry::{Point, Pose};
 use crate::robot::Footprint;
+use crate::sim::Trace;
 
 /// Places nearer than this, drawing units, share one number.
 const SAME_PLACE: f64 = 12.0;
 
 /// The robot and the obstacles near it at some moments, which are numbered.
+#[derive(Default)]
 pub(super) struct Encounters {
     /// Time and pose of the robot.
     robots: Vec<(f64, Pose)>,
@@ -32,9 +33,8 @@ struct Disc {
 }
 
 impl Encounters {
-    pub(super) fn of(mission: &MissionView, view: &Viewport) -> Self {
-        let trace = mission.trace;
-        let reach = mission.footprint.circumscribed_radius_m() * view.scale() + 11.0;
+    pub(super) fn of(trace: &Trace, footprint: &Footprint, view: &Viewport) -> Self {
+        let reach = footprint.circumscribed_radius_m() * view.scale() + 11.0;
         let mut encounters = Self {
             robots: Vec::new(),
             obstacles: Vec::new(),

@@ -31,7 +31,7 @@ impl<'a> MissionView<'a> {
 
 pub(super) fn figure(mission: &MissionView) -> Markup {
     let view = viewport(mission);
-    let encounters = Encounters::of(mission, &view);
+    let encounters = Encounters::of(mission.trace, mission.footprint, &view);
     Figure {
         title: "Where it went",
         picture: picture(mission, &view, &encounters),

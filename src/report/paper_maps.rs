@@ -163,7 +163,7 @@ fn ends(site: &Site, view: &Viewport, task: &TaskRuns, run: &Run, index: Option<
 }
 
 /// A mark drawn about the origin, at a place of the drawing.
-fn enlarged([x, y]: [f64; 2], size: f64, mark: &Markup) -> Markup {
+pub(super) fn enlarged([x, y]: [f64; 2], size: f64, mark: &Markup) -> Markup {
     let (x, y) = (coordinate(x), coordinate(y));
     html! { g transform=(format!("translate({x} {y}) scale({size})")) { (mark) } }
 }

@@ -4,10 +4,12 @@ use maud::{Markup, html};
 
 use super::mission::badge;
 use super::page::document;
-use super::paper_bars;
 use super::paper_maps::{legend, overview, side_by_side};
 use super::paper_tables::{findings, path_table, reduction_table, step_table};
+use super::{paper_bars, paper_drives};
+use crate::bench::paper::drives::{Course, Drives};
 use crate::bench::paper::{AblationTable, PathTable, Site, Table, TaskRuns};
+use crate::robot::Footprint;
 
 const OWN_STYLE: &str = include_str!("paper.css");
 
@@ -16,8 +18,8 @@ const FIRST_SCENE_FIGURE: usize = 9;
 /// Paths of fig. 16.
 const CLOSE_UPS: usize = 2;
 
-const INTRO: [&str; 3] = [
-    "The global half of the paper's experiments (Gu, Liu, Li, Yuan and Bao: hybrid path planning of an underground \
+const INTRO: [&str; 4] = [
+    "The paper's experiments (Gu, Liu, Li, Yuan and Bao: hybrid path planning of an underground \
      inspection robot by improved A* and DWA), run here beside its printed values. Its maps are not published: the scenes \
      are this project's own, of the same size.",
     "Traditional is A* from the textbook with the Manhattan or the Euclidean distance, its path as searched. Improved is the \
@@ -27,6 +29,9 @@ const INTRO: [&str; 3] = [
     "All variants search the same free cells, at the comfortable distance of the default robot from every obstacle, and a \
      smoothed path is proved to keep the least distance. Turns are counted before smoothing. Times are medians, all variants in \
      turn.",
+    "Then the three scenes are driven in closed loop, from a yaw of pi/4 to a goal with the same yaw: simulated lidar, base and \
+     people, who are on no map. Deviations are those of the true final pose, along the axes of the start pose. Every \
+     number of a drive follows from its seed.",
 ];
 
 /// All that the page shows.
@@ -40,6 +45,12 @@ pub struct PaperReport<'a> {
     pub roadways: Vec<(&'a Site, &'a TaskRuns)>,
     /// The mine of Table 2.
     pub mine: (&'a Site, &'a [TaskRuns]),
+    /// The scenes as they are driven through; none without drives.
+    pub courses: &'a [Course],
+    /// The drives, those of each kind of traffic together.
+    pub drives: &'a [Drives],
+    /// The shape of the robot that drove.
+    pub footprint: &'a Footprint,
     /// The tables.
     pub tables: &'a [Table],
     /// What must not be, a sentence each.
@@ -49,7 +60,7 @@ pub struct PaperReport<'a> {
 /// The page as text, complete, to be written to a file that ends in `.html`. It holds everything it needs.
 #[must_use]
 pub fn paper_html(report: &PaperReport) -> String {
-    let title = "inbye: the paper's global paths, repeated";
+    let title = "inbye: the paper's experiments, repeated";
     let content = html! {
         header {
             h1 { (title) }
@@ -66,16 +77,17 @@ pub fn paper_html(report: &PaperReport) -> String {
     document(title, OWN_STYLE, &content)
 }
 
-/// Whether the paths are what they should be, and whether the paper's reductions are reached.
+/// Whether paths and drives are what they should be, and whether the paper's reductions are reached.
 fn verdict(report: &PaperReport) -> Markup {
     let is_sound = report.faults.is_empty();
     html! {
         section id="verdict" {
             h2 { "In short" }
             p { (badge(is_sound, if is_sound {
-                "every path keeps its distance from obstacles, every exact search found a shortest one"
+                "every path keeps its distance from obstacles, every exact search found a shortest one, \
+                 no drive ran into anything or got stuck"
             } else {
-                "there are paths that should not be"
+                "there are paths or drives that should not be"
             })) }
             @if !is_sound { (findings(report.faults)) }
             @for table in report.tables {
@@ -93,6 +105,7 @@ fn verdict(report: &PaperReport) -> Markup {
                     (findings(&table.findings))
                 }
             }
+            (paper_drives::in_short(report))
         }
     }
 }
@@ -101,6 +114,7 @@ fn section(report: &PaperReport, table: &Table) -> Markup {
     match table {
         Table::Paths(table) => paths(report, table),
         Table::Ablation(table) => steps(table),
+        Table::Drives(table) => paper_drives::section(report, table),
     }
 }
 

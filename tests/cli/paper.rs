@@ -6,8 +6,8 @@ use serde_json::Value;
 
 use crate::program::{Workplace, assert_fields};
 
-/// As quick as it gets, on the folder's own map.
-const QUICK: &str = "bench paper --mine mine.yaml --repetitions 2";
+/// As quick as it gets without drives, on the folder's own map.
+const QUICK: &str = "bench paper --mine mine.yaml --repetitions 2 --runs 0";
 
 /// The same without what a clock has a hand in.
 fn without_times(mut object: Value) -> Value {
@@ -109,6 +109,61 @@ fn the_page_holds_all_it_needs() {
 }
 
 #[test]
+fn the_scenes_are_driven() {
+    let place = Workplace::new();
+    let run =
+        place.run("bench paper --mine mine.yaml --repetitions 1 --runs 1 --report out --json");
+    let object: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
+    let tables = object["tables"].as_array().expect("a list");
+    let drives = &tables[5..];
+    let names: Vec<&Value> = drives.iter().map(|table| &table["name"]).collect();
+    assert_eq!(names, ["table_3", "table_4", "table_4_heedless"]);
+    let traffic: Vec<&Value> = drives.iter().map(|table| &table["traffic"]).collect();
+    assert_eq!(traffic, ["nobody", "minding", "heedless"]);
+    for table in drives {
+        assert_fields(
+            table,
+            "title text, rows[].scene text, rows[].seed whole, rows[].reached bool, rows[].collided bool, \
+             rows[].deviation.dx_m real, rows[].deviation.dy_m real, rows[].deviation.dyaw_rad real, rows[].time_s real, \
+             rows[].travelled_m real, rows[].path_length_m real, rows[].min_clearance_m real, rows[].plans whole, \
+             rows[].waited_share real, rows[].longest_wait_s real, rows[].final_speed_m_s real, rows[].fault null, \
+             rows[].trace_digest text, summaries[].scene text, summaries[].runs whole, summaries[].reached whole, \
+             summaries[].contacts whole, summaries[].met_somebody whole, summaries[].time_s real, \
+             summaries[].waited_share real, paper.rows list, paper.of_rows.mean.dx_m real, paper.of_text.max.dyaw_rad real, \
+             acceptance.no_contact bool, acceptance.all_reached bool, acceptance.means_within_limits bool, findings list",
+        );
+        let count = |list: &Value| list.as_array().expect("a list").len();
+        assert_eq!([&table["rows"], &table["summaries"]].map(count), [3, 4]);
+    }
+    assert_fields(&drives[0], "rows[].nearest_person_m null");
+    assert_fields(&drives[1], "rows[].nearest_person_m real");
+    for table in &drives[..2] {
+        assert_eq!(table["acceptance"]["no_contact"], true, "{table}");
+        assert_eq!(table["acceptance"]["all_reached"], true, "{table}");
+    }
+    let faults = object["faults"].as_array().expect("a list");
+    assert_eq!(run.status, i32::from(!faults.is_empty()));
+    let page = fs::read_to_string(place.path("out/paper.html")).expect("the page is there");
+    // Besides those of the paths, three maps and two charts for each kind of traffic.
+    assert_eq!(
+        page.matches("role=\"img\"").count(),
+        5 * 3 + 1 + 4 + 3 * (3 + 2)
+    );
+    for name in ["table_3", "table_4", "table_4_heedless"] {
+        assert!(page.contains(&format!("<section id=\"{name}\"")), "{name}");
+    }
+    for words in [
+        "Fig. 12",
+        "Fig. 13",
+        "the paper's text",
+        "every drive reached its goal",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(!page.contains("NaN") && !page.contains(">inf<"));
+}
+
+#[test]
 fn mines_that_are_none_are_refused() {
     let place = Workplace::new();
     place.write("solid.txt", "####\n####\n####\n");
@@ -116,6 +171,7 @@ fn mines_that_are_none_are_refused() {
         ("--mine gone.yaml", "gone.yaml"),
         ("--mine solid.txt", "solid.txt: the map has no 10 places"),
         ("--repetitions 0", "whole number, 1 to 100000"),
+        ("--runs 1001", "whole number, 0 to 1000"),
         ("--mine mine.yaml --report mine.yaml", "--report mine.yaml"),
     ] {
         let refusal = place.refusal(&format!("bench paper {arguments}"));

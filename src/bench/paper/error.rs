@@ -42,4 +42,14 @@ pub enum PaperError {
         /// Why.
         error: MapError,
     },
+    /// A drive that could not begin.
+    #[error("{scene}, seed {seed}: the drive cannot begin: {reason}: try another --seed")]
+    Drive {
+        /// The scene.
+        scene: String,
+        /// The seed.
+        seed: u64,
+        /// Why.
+        reason: String,
+    },
 }

@@ -1,10 +1,11 @@
-//! The paper's tables and figures of global paths, repeated: its variants and ours on the same ground, in the same run, beside
-//! its printed values, and what each step earns.
+//! The paper's tables and figures, repeated beside its printed values: global paths, its variants and ours on the same ground,
+//! in the same run, and what each step earns; then the same scenes driven in closed loop ([`drives`]).
 //!
 //! Times are of searching, pruning and smoothing. The free cells are there before: all variants use the same.
 
 mod ablation;
 mod drawings;
+pub mod drives;
 mod error;
 mod findings;
 mod measure;

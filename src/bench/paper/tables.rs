@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::ablation::{Breakdown, StepRow, breakdowns, step_rows};
+use super::drives::DriveTable;
 use super::findings::{acceptance, literal, origin, theta};
 use super::measure::TaskRuns;
 use super::printed::PrintedRow;
@@ -10,7 +11,7 @@ use super::reduction::{Measure, Reduction, printed_reduction, targets};
 use super::variants::{PathRow, THETAS, VARIANTS, path_rows, reductions};
 use super::{printed_table_1, printed_table_2};
 
-/// A table of the records. Those of driving will be further kinds.
+/// A table of the records.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Table {
@@ -18,6 +19,8 @@ pub enum Table {
     Paths(PathTable),
     /// What each step earns.
     Ablation(AblationTable),
+    /// Drives.
+    Drives(DriveTable),
 }
 
 /// Paths of variants, one row for each task and variant.
@@ -61,6 +64,7 @@ impl Table {
         match self {
             Self::Paths(table) => table.name,
             Self::Ablation(table) => table.name,
+            Self::Drives(table) => table.name,
         }
     }
 
@@ -70,6 +74,7 @@ impl Table {
         match self {
             Self::Paths(table) => &table.findings,
             Self::Ablation(table) => &table.findings,
+            Self::Drives(table) => &table.findings,
         }
     }
 }

@@ -1,11 +1,8 @@
-//! The paper's experiments, repeated: paths clear by an independent check, exact where promised, shorter and with fewer turns.
-
-#[path = "paths/gap.rs"]
-mod gap;
+//! Paths clear by an independent check, exact where promised, shorter and with fewer turns.
 
 use std::sync::OnceLock;
 
-use gap::{STEP, is_on_grid, smallest_gap_m};
+use crate::gap::{STEP, is_on_grid, smallest_gap_m};
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, Stage, TaskRuns, made_mine, measure,
 };

@@ -1,0 +1,131 @@
+//! A scene to be driven through, and its missions.
+
+use core::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
+
+use super::Traffic;
+use crate::bench::paper::{PaperError, Site};
+use crate::geometry::{Point, Pose};
+use crate::global::Plan;
+use crate::map::{ObstacleGrid, OccupancyGrid};
+use crate::navigator::{Goal, Route};
+use crate::sim::{Config, Crowd, Mission, Walkers};
+
+/// Yaw at the start, radians: the paper's initial direction angle.
+pub const START_YAW_RAD: f64 = FRAC_PI_4;
+/// Yaw to stand with at the goal, radians. The paper measures a deviation of angle and does not say from which: the same.
+pub const GOAL_YAW_RAD: f64 = FRAC_PI_4;
+/// A drive ends after so many seconds for each metre of the path: at a tenth of a walking pace.
+const SLOWEST_S_PER_M: f64 = 10.0;
+
+/// A scene with one way through it, and as many people as fig. 13 puts there.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// The site's name.
+    pub name: String,
+    /// One line.
+    pub title: String,
+    /// The ground.
+    pub map: Arc<OccupancyGrid>,
+    /// Where the robot starts, standing.
+    pub start: Pose,
+    /// Where it is to stand.
+    pub goal: Goal,
+    /// The path that it sets out with.
+    pub plan: Plan,
+    /// The key nodes of that path: the local targets.
+    pub key_nodes: Vec<Point>,
+    /// How many people walk there where any do.
+    pub people: usize,
+    obstacles: ObstacleGrid,
+}
+
+impl Course {
+    /// The first way of a site, for so many people.
+    ///
+    /// # Errors
+    /// [`PaperError::NoPath`] where there is no way for the robot of the configuration.
+    pub fn new(site: &Site, people: usize, config: &Config) -> Result<Self, PaperError> {
+        let frame = site.map.frame();
+        let mut planner = config.route_planner(frame.resolution_m);
+        let no_path = || PaperError::NoPath {
+            task: site.name.clone(),
+            radius_m: site.proof.radius_m(),
+        };
+        let task = site.tasks.first().ok_or_else(no_path)?;
+        let [start, goal] = [task.start, task.goal].map(|end| frame.center_of(end));
+        let plan = planner
+            .plan(&site.obstacles, start, goal, &mut || 0.0)
+            .map_err(|_| no_path())?;
+        let route = Route::new(&plan, &config.navigator);
+        Ok(Self {
+            name: site.name.clone(),
+            title: site.title.clone(),
+            map: Arc::new(site.map.clone()),
+            start: Pose::new(start.x, start.y, START_YAW_RAD),
+            goal: Goal {
+                position: goal,
+                yaw: Some(GOAL_YAW_RAD),
+            },
+            key_nodes: route.key_nodes().collect(),
+            plan,
+            people,
+            obstacles: site.obstacles.clone(),
+        })
+    }
+
+    /// The way of each site: one person walks in the first, two in the second, and so on, as in fig. 13.
+    ///
+    /// # Errors
+    /// As [`Course::new`].
+    pub fn all(sites: &[Site], config: &Config) -> Result<Vec<Self>, PaperError> {
+        let courses = sites.iter().enumerate();
+        courses
+            .map(|(index, site)| Self::new(site, index + 1, config))
+            .collect()
+    }
+
+    /// The drive of a seed, which draws the people, their walks along the path, and the noise of the simulation.
+    ///
+    /// # Errors
+    /// [`PaperError::Drive`] where they have no room to walk.
+    pub fn mission(
+        &self,
+        traffic: Traffic,
+        seed: u64,
+        config: &Config,
+    ) -> Result<Mission, PaperError> {
+        let walkers = self.walkers(traffic, seed, config)?;
+        Ok(Mission {
+            walkers,
+            seed,
+            time_limit_s: SLOWEST_S_PER_M * self.plan.smoothed.length_m(),
+            ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
+        })
+    }
+
+    fn walkers(&self, traffic: Traffic, seed: u64, config: &Config) -> Result<Walkers, PaperError> {
+        let yields = match traffic {
+            Traffic::Nobody => return Ok(Walkers::default()),
+            Traffic::Minding => true,
+            Traffic::Heedless => false,
+        };
+        let crowd = Crowd {
+            yields,
+            ..config.walkers.crowd(self.people, seed)
+        };
+        let path = self.plan.smoothed.points();
+        let keep_clear = [self.start.position(), self.goal.position];
+        Walkers::seeded(&crowd, &self.obstacles, path, &keep_clear)
+            .map_err(|error| self.failed(seed, &error))
+    }
+
+    /// A drive that could not begin.
+    pub(super) fn failed(&self, seed: u64, reason: &dyn core::fmt::Display) -> PaperError {
+        PaperError::Drive {
+            scene: self.name.clone(),
+            seed,
+            reason: reason.to_string(),
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! What the drives say, in sentences made from their figures.
+
+use std::collections::BTreeSet;
+
+use super::deviation::COLUMNS;
+use super::{
+    ALL_SCENES, DriveRun, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, MET_WITHIN_M,
+    PrintedDeviations, Spread, Traffic,
+};
+
+/// So many times smaller deviations are wanted.
+const WANTED: f64 = 10.0;
+/// The paper prints thousandths: its text contradicts its rows where they differ by more than one.
+const PRINTED: f64 = 0.001;
+/// Units of the columns.
+const UNITS: [&str; 3] = ["m", "m", "rad"];
+
+/// All that follows from a table's rows.
+pub(super) fn findings(table: &DriveTable) -> Vec<String> {
+    let paper = &table.paper;
+    let [first, .., all] = &table.summaries[..] else {
+        return Vec::new();
+    };
+    let mut said = vec![ends(&table.rows, all)];
+    said.extend(likeness(&table.rows));
+    for summary in [first, all] {
+        let beside = summary.deviation.map(|found| {
+            let whose = if summary.scene == ALL_SCENES {
+                "All scenes".to_owned()
+            } else {
+                format!("Scene {}", summary.scene)
+            };
+            accuracy(&whose, summary, &found, &paper.of_rows)
+        });
+        said.extend(beside);
+    }
+    said.push(limits(&table.summaries));
+    if table.traffic != Traffic::Nobody {
+        said.push(people(&table.rows, all));
+    }
+    said.extend(waits(&table.rows, all));
+    said.extend(contradiction(paper));
+    said
+}
+
+fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
+    let count = |count: usize| match count {
+        0 => "none".to_owned(),
+        count if count == all.runs => "all".to_owned(),
+        count => format!("{count} of {}", all.runs),
+    };
+    let standing = || rows.iter().filter(|run| run.collided && !run.was_moving());
+    let of_these = match all.contacts {
+        0 => String::new(),
+        _ => format!(" ({} of these while standing)", standing().count()),
+    };
+    format!(
+        "{} drives: {} reached the goal, {} touched anything{of_these}; smallest gap to anything {:.3} m.",
+        all.runs,
+        count(all.reached),
+        count(all.contacts),
+        all.min_clearance_m
+    )
+}
+
+/// Whether drives are the same to the last bit: then their number says nothing.
+fn likeness(rows: &[DriveRun]) -> Option<String> {
+    let digests: BTreeSet<&str> = rows.iter().map(|run| run.trace_digest.as_str()).collect();
+    (digests.len() < rows.len()).then(|| {
+        format!(
+            "Only {} of them differ: the seed changes nothing in the others.",
+            digests.len()
+        )
+    })
+}
+
+fn accuracy(whose: &str, summary: &DriveSummary, found: &Spread, paper: &Spread) -> String {
+    let (ours, theirs) = (found.mean.to_array(), paper.mean.to_array());
+    let columns = [0, 1, 2];
+    let each = |say: &dyn Fn(usize) -> String| columns.map(say).join(", ");
+    let means = each(&|column| {
+        let (name, value, unit) = (COLUMNS[column], ours[column], UNITS[column]);
+        format!("{name} {value:.4} {unit}")
+    });
+    let largest = found.max.to_array();
+    let largest = each(&|column| format!("{:.4}", largest[column]));
+    let times = each(&|column| times_smaller(ours[column], theirs[column]));
+    let is_good = |column: &usize| ours[*column] * WANTED <= theirs[*column];
+    let good: Vec<&str> = columns
+        .iter()
+        .filter(|column| is_good(column))
+        .map(|&column| COLUMNS[column])
+        .collect();
+    let verdict = match good.len() {
+        3 => "all three ten times better than the paper's table".to_owned(),
+        0 => "none of them ten times better than the paper's table".to_owned(),
+        _ => format!(
+            "ten times better than the paper's table in {} only",
+            good.join(" and ")
+        ),
+    };
+    let drives = match (summary.reached, summary.runs) {
+        (1, 1) => "its one drive".to_owned(),
+        (arrived, runs) if arrived == runs => format!("means of {runs} drives"),
+        (arrived, runs) => format!("means of the {arrived} of {runs} drives that arrived"),
+    };
+    format!(
+        "{whose}, {drives}: {means} (largest {largest}); {times} times smaller than the means of the paper's \
+         rows: {verdict}."
+    )
+}
+
+/// A ratio, never rounded up: it must not look better than it is.
+fn times_smaller(ours: f64, theirs: f64) -> String {
+    let ratio = theirs / ours;
+    if ratio < WANTED {
+        format!("{:.1}", libm::floor(10.0 * ratio) / 10.0)
+    } else if ratio < 1000.0 {
+        format!("{:.0}", libm::floor(ratio))
+    } else {
+        "1000 or more".to_owned()
+    }
+}
+
+fn limits(summaries: &[DriveSummary]) -> String {
+    let wanted = format!("{MEAN_LIMIT_M} m and {MEAN_LIMIT_RAD} rad");
+    let beyond: Vec<&str> = summaries
+        .iter()
+        .filter(|summary| !summary.is_within_limits())
+        .map(|summary| summary.scene.as_str())
+        .collect();
+    if beyond.is_empty() {
+        format!("In every scene the mean deviations are within {wanted}.")
+    } else {
+        format!(
+            "Mean deviations beyond {wanted}, or no arrival: {}.",
+            beyond.join(", ")
+        )
+    }
+}
+
+fn people(rows: &[DriveRun], all: &DriveSummary) -> String {
+    let gaps = rows.iter().filter_map(|run| run.nearest_person_m);
+    let nearest_m = gaps.fold(f64::INFINITY, f64::min);
+    format!(
+        "Somebody came within {MET_WITHIN_M} m in {} of {} drives; the smallest gap to anybody was {nearest_m:.3} m.",
+        all.met_somebody, all.runs
+    )
+}
+
+fn waits(rows: &[DriveRun], all: &DriveSummary) -> Option<String> {
+    // From the end, since the last of several equal ones is taken: so it is the first.
+    let longest = rows
+        .iter()
+        .rev()
+        .max_by(|a, b| a.longest_wait_s.total_cmp(&b.longest_wait_s))?;
+    Some(format!(
+        "It stood still for {:.1} % of the time; at one go for at most {:.1} s, in {} with seed {}.",
+        100.0 * all.waited_share,
+        longest.longest_wait_s,
+        longest.scene,
+        longest.seed
+    ))
+}
+
+/// Where the paper's text gives other figures than its rows have.
+fn contradiction(paper: &PrintedDeviations) -> Option<String> {
+    let mut said = Vec::new();
+    let figures = [
+        ("mean", paper.of_rows.mean, paper.of_text.mean),
+        ("largest", paper.of_rows.max, paper.of_text.max),
+    ];
+    for (what, of_rows, of_text) in figures {
+        let (of_rows, of_text) = (of_rows.to_array(), of_text.to_array());
+        for (column, name) in COLUMNS.iter().enumerate() {
+            let (rows, text, unit) = (of_rows[column], of_text[column], UNITS[column]);
+            if (rows - text).abs() > PRINTED {
+                said.push(format!(
+                    "{what} {name} {text:.3} {unit}, its rows have {rows:.3}"
+                ));
+            }
+        }
+    }
+    (!said.is_empty()).then(|| {
+        format!(
+            "The paper's text contradicts its table: {}. The rows count here.",
+            said.join("; ")
+        )
+    })
+}

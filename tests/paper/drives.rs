@@ -1,0 +1,240 @@
+//! Tables 3 and 4: the printed rows, tables of hand-made drives, and real drives through the first scene.
+
+use inbye::bench::paper::Site;
+use inbye::bench::paper::drives::{
+    Course, Deviation, DriveRun, DriveTable, Drives, Traffic, drive_all, drive_table,
+    printed_table_3, printed_table_4,
+};
+use inbye::sim::Config;
+
+/// A drive that arrived, off by so much along x, along y and in yaw.
+fn arrived(scene: &str, seed: u64, off: [f64; 3]) -> DriveRun {
+    DriveRun {
+        scene: scene.to_owned(),
+        seed,
+        reached: true,
+        collided: false,
+        deviation: Deviation::from_array(off),
+        time_s: 40.0,
+        travelled_m: 21.0,
+        path_length_m: 20.0,
+        min_clearance_m: 0.3,
+        nearest_person_m: None,
+        plans: 1,
+        waited_share: 0.1,
+        longest_wait_s: 0.5,
+        final_speed_m_s: 0.0,
+        fault: None,
+        trace_digest: format!("{scene} {seed}"),
+    }
+}
+
+/// The same, ended by contact at a speed.
+fn touched(scene: &str, seed: u64, final_speed_m_s: f64) -> DriveRun {
+    DriveRun {
+        reached: false,
+        collided: true,
+        min_clearance_m: -0.01,
+        nearest_person_m: Some(-0.01),
+        final_speed_m_s,
+        ..arrived(scene, seed, [5.0, 5.0, 1.0])
+    }
+}
+
+fn table(traffic: Traffic, runs: Vec<DriveRun>) -> DriveTable {
+    drive_table(&Drives {
+        traffic,
+        runs,
+        shown: Vec::new(),
+    })
+}
+
+/// Two scenes with two good drives each.
+fn good() -> Vec<DriveRun> {
+    vec![
+        arrived("drift", 1, [0.002, 0.004, 0.001]),
+        arrived("drift", 2, [0.004, 0.002, 0.003]),
+        arrived("rooms", 1, [0.006, 0.003, 0.002]),
+        arrived("rooms", 2, [0.008, 0.003, 0.002]),
+    ]
+}
+
+fn says(table: &DriveTable, words: &str) -> bool {
+    table.findings.iter().any(|finding| finding.contains(words))
+}
+
+#[test]
+fn the_printed_rows_have_these_means_and_no_others() {
+    let rounded = |deviation: Deviation| deviation.to_array().map(|value| format!("{value:.3}"));
+    let [static_, dynamic] = [printed_table_3(), printed_table_4()];
+    assert_eq!(rounded(static_.of_rows.mean), ["0.075", "0.055", "0.059"]);
+    assert_eq!(rounded(static_.of_rows.max), ["0.101", "0.090", "0.234"]);
+    assert_eq!(rounded(dynamic.of_rows.mean), ["0.081", "0.073", "0.100"]);
+    assert_eq!(rounded(dynamic.of_rows.max), ["0.148", "0.305", "0.543"]);
+    assert_eq!([static_.rows.len(), dynamic.rows.len()], [10, 10]);
+    // Only of its second table does the paper's text say something else.
+    let words =
+        "mean |dy| 0.012 m, its rows have 0.073; largest |dy| 0.143 m, its rows have 0.305.";
+    assert!(says(&table(Traffic::Minding, good()), words));
+    assert!(!says(&table(Traffic::Nobody, good()), "contradicts"));
+}
+
+#[test]
+fn a_table_sums_up_each_scene_and_all() {
+    let table = table(Traffic::Nobody, good());
+    assert_eq!(table.name, "table_3");
+    let means: Vec<(&str, usize, [f64; 3])> = table
+        .summaries
+        .iter()
+        .map(|summary| {
+            let spread = summary.deviation.expect("all arrived");
+            let mean = spread.mean.to_array().map(|value| (1e6 * value).round());
+            (summary.scene.as_str(), summary.runs, mean)
+        })
+        .collect();
+    let expected = [
+        ("drift", 2, [3000.0, 3000.0, 2000.0]),
+        ("rooms", 2, [7000.0, 3000.0, 2000.0]),
+        ("all", 4, [5000.0, 3000.0, 2000.0]),
+    ];
+    assert_eq!(means, expected);
+    assert!(table.acceptance.is_met() && table.faults().is_empty());
+    assert!(says(
+        &table,
+        "4 drives: all reached the goal, none touched anything"
+    ));
+    assert!(says(
+        &table,
+        "25, 18, 29 times smaller than the means of the paper's rows: all three ten times better"
+    ));
+    assert!(says(
+        &table,
+        "In every scene the mean deviations are within"
+    ));
+    assert!(!says(&table, "differ"));
+}
+
+#[test]
+fn ten_times_better_is_said_only_where_it_is() {
+    let mut runs = good();
+    runs[0].deviation.dy_m = 0.03;
+    let table = table(Traffic::Nobody, runs);
+    assert!(!table.acceptance.is_met() && !table.acceptance.means_within_limits);
+    assert!(says(
+        &table,
+        "25, 3.4, 29 times smaller than the means of the paper's rows: ten times better than the paper's table in |dx| and \
+         |dyaw| only."
+    ));
+    assert!(says(
+        &table,
+        "Mean deviations beyond 0.01 m and 0.01 rad, or no arrival: drift."
+    ));
+    // Inaccurate is not wrong.
+    assert!(table.faults().is_empty());
+}
+
+#[test]
+fn one_contact_fails_all() {
+    for traffic in Traffic::ALL {
+        let mut runs = good();
+        runs[3] = touched("rooms", 2, 0.4);
+        let table = table(traffic, runs);
+        assert!(!table.acceptance.no_contact && !table.acceptance.is_met());
+        assert!(says(
+            &table,
+            "3 of 4 reached the goal, 1 of 4 touched anything"
+        ));
+        assert!(says(&table, "means of the 3 of 4 drives that arrived"));
+        let faults = table.faults();
+        assert_eq!(faults.len(), 1);
+        assert!(faults[0].starts_with("rooms, seed 2"), "{faults:?}");
+        assert!(faults[0].contains("contact, at 0.40 m/s"), "{faults:?}");
+    }
+}
+
+#[test]
+fn to_be_walked_into_is_no_fault_where_people_do_not_look() {
+    for (traffic, faults) in [(Traffic::Minding, 1), (Traffic::Heedless, 0)] {
+        let mut runs = good();
+        runs[0] = touched("drift", 1, 0.0);
+        let table = table(traffic, runs);
+        assert_eq!(table.faults().len(), faults);
+        assert!(!table.acceptance.no_contact);
+        assert!(says(&table, "(1 of these while standing)"));
+    }
+}
+
+#[test]
+fn who_does_not_arrive_counts_for_no_mean() {
+    let stuck = DriveRun {
+        reached: false,
+        fault: Some("no way".to_owned()),
+        ..arrived("drift", 1, [9.0, 9.0, 3.0])
+    };
+    let table = table(Traffic::Nobody, vec![stuck]);
+    assert!(
+        table
+            .summaries
+            .iter()
+            .all(|summary| summary.deviation.is_none())
+    );
+    assert!(!table.acceptance.all_reached && !table.acceptance.means_within_limits);
+    assert!(table.faults()[0].contains("gave up: no way"));
+}
+
+#[test]
+fn drives_that_are_all_the_same_are_said_to_be() {
+    let mut runs = good();
+    for run in &mut runs {
+        run.trace_digest = "same".to_owned();
+    }
+    let table = table(Traffic::Nobody, runs);
+    assert!(says(&table, "Only 1 of them differ"));
+}
+
+fn courses(config: &Config) -> Vec<Course> {
+    let sites = Site::roadways(config).expect("the default robot fits");
+    Course::all(&sites, config).expect("every scene has a way")
+}
+
+#[test]
+fn a_course_ends_at_its_last_key_node() {
+    let courses = courses(&Config::default());
+    for course in &courses {
+        let last = course.key_nodes.last().expect("a path has an end");
+        assert!((last - course.goal.position).norm() < 1e-9);
+        // As many as the pruned path has, at least, but for the start.
+        assert!(course.key_nodes.len() + 1 >= course.plan.pruned.points().len());
+    }
+    let people: Vec<usize> = courses.iter().map(|course| course.people).collect();
+    assert_eq!(people, [1, 2, 3]);
+}
+
+#[test]
+fn drives_do_not_depend_on_the_number_of_threads() {
+    let config = Config::default();
+    let courses = &courses(&config)[..1];
+    let driven = |seed: u64, threads: usize| {
+        drive_all(courses, &[seed], &config, threads, &|| ()).expect("there is room for one")
+    };
+    let drives = driven(7, 1);
+    assert_eq!(driven(7, 3), drives);
+    let tables: Vec<DriveTable> = drives.iter().map(drive_table).collect();
+    for table in &tables[..2] {
+        assert_eq!(table.faults(), [""; 0]);
+        assert!(table.acceptance.no_contact && table.acceptance.all_reached);
+    }
+    let names: Vec<&str> = tables.iter().map(|table| table.name).collect();
+    assert_eq!(names, ["table_3", "table_4", "table_4_heedless"]);
+    // The drives that were compared could have differed: another seed is another drive.
+    assert_ne!(driven(8, 2)[1], drives[1]);
+    for drives in &drives {
+        let [trace] = &drives.shown[..] else {
+            panic!("one course, one drive to show");
+        };
+        assert_eq!(trace.paths[0], courses[0].plan.smoothed.points());
+        let people = usize::from(drives.traffic != Traffic::Nobody);
+        assert_eq!(trace.moving_radii.len(), people);
+        assert_eq!(drives.runs[0].nearest_person_m.is_some(), people == 1);
+    }
+}
