@@ -50,6 +50,9 @@ impl Navigator {
         };
         let kept = KeptClear::new(&self.robot.footprint, settings, field, now);
         let command = self.towards(now, &wanted);
+        if let Some(decision) = self.evade(now, field) {
+            return Ok(decision);
+        }
         self.mode = Mode::Parking;
         if !is_clear(&command, now, &kept, field) {
             return Ok(self.stand(now, Mode::Parking));

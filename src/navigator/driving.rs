@@ -35,6 +35,9 @@ impl Navigator {
     ) -> Result<Decision, Fault> {
         let target = self.local_target(now, field);
         if self.recovery.is_backing(now.time_s) {
+            if let Some(decision) = self.evade(now, field) {
+                return Ok(decision);
+            }
             return self.back_out(now, field, target);
         }
         let kept = KeptClear::new(&self.robot.footprint, &self.settings, field, now);
@@ -52,6 +55,9 @@ impl Navigator {
         if let Some(angle) = turn_away
             && now.twist.linear.abs() < TURNS_BELOW
         {
+            if let Some(decision) = self.evade(now, field) {
+                return Ok(decision);
+            }
             if self.mode != Mode::Turning {
                 self.turns_until = self.settings.turn_in_place_until;
             }
@@ -72,6 +78,9 @@ impl Navigator {
         // Beside something it can only creep, unless it first turns to where there is a way on.
         let creeps = now.twist.linear.abs() < CREEPS
             && command.is_none_or(|command| command.linear.abs() < CREEPS);
+        if creeps && let Some(decision) = self.evade(now, field) {
+            return Ok(decision);
+        }
         if recovers
             && creeps
             && error.abs() > CREEPING_TURNS_UNTIL

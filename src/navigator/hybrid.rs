@@ -15,6 +15,9 @@ use crate::local::{Counts, LocalPlanner};
 use crate::map::ObstacleGrid;
 use crate::robot::{Footprint, Limits};
 
+/// A robot that parks and gets further from the goal than its tolerance by this factor drives there again.
+const LEAVES_GOAL: f64 = 2.0;
+
 /// What the navigator knows of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
@@ -190,8 +193,11 @@ impl Navigator {
         if self.mode == Mode::Stopped {
             return Ok(self.stop_over(now));
         }
+        let parks = self.parking.has_begun();
         let to_goal_m = (robot - self.tour.goal().position).norm();
-        if self.mode == Mode::Parking || to_goal_m <= self.settings.xy_goal_tolerance {
+        if parks && to_goal_m <= LEAVES_GOAL * self.settings.xy_goal_tolerance
+            || to_goal_m <= self.settings.xy_goal_tolerance
+        {
             return self.park(now, &field);
         }
         let left_m = self.route.left_m();

@@ -8,6 +8,7 @@ mod abilities;
 mod arriving;
 mod background;
 mod driving;
+mod evading;
 mod fault;
 mod goal;
 mod hybrid;

@@ -22,4 +22,6 @@ pub enum Mode {
     Parking,
     /// Standing at a stop that is not the last.
     Stopped,
+    /// Getting out of somebody's way.
+    Evading,
 }

@@ -43,6 +43,11 @@ pub(super) enum ParkingStep {
 }
 
 impl Parking {
+    /// Whether it has begun.
+    pub const fn has_begun(&self) -> bool {
+        self.since_s.is_some()
+    }
+
     /// Seconds since parking began; it begins with the first call.
     pub fn lasted_s(&mut self, now_s: f64) -> f64 {
         now_s - *self.since_s.get_or_insert(now_s)

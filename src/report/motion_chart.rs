@@ -91,11 +91,12 @@ fn lines(panel: &Panel, rows: &[TraceRow], value: impl Fn(&Twist) -> f64) -> Mar
 }
 
 /// All modes, in the order of the legend.
-const MODES: [Mode; 8] = [
+const MODES: [Mode; 9] = [
     Mode::Driving,
     Mode::Turning,
     Mode::Blocked,
     Mode::BackingUp,
+    Mode::Evading,
     Mode::Parking,
     Mode::Stopped,
     Mode::Arrived,
@@ -108,6 +109,7 @@ fn name(mode: Mode) -> &'static str {
         Mode::Turning => "turning in place",
         Mode::Blocked => "blocked",
         Mode::BackingUp => "backing up",
+        Mode::Evading => "evading",
         Mode::Parking => "parking",
         Mode::Stopped => "at a stop",
         Mode::Arrived => "arrived",
@@ -121,6 +123,7 @@ fn class(mode: Mode) -> &'static str {
         Mode::Turning => "mode turning",
         Mode::Blocked => "mode blocked",
         Mode::BackingUp => "mode backing",
+        Mode::Evading => "mode evading",
         Mode::Parking => "mode parking",
         Mode::Stopped => "mode stopped",
         Mode::Arrived => "mode arrived",

@@ -278,7 +278,7 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
                 Mode::Blocked | Mode::Parking | Mode::Stopped | Mode::Arrived | Mode::Failed => {
                     Twist::STOP
                 }
-                Mode::BackingUp => Twist::new(-0.3, 0.0),
+                Mode::BackingUp | Mode::Evading => Twist::new(-0.3, 0.0),
                 Mode::Turning => Twist::new(0.0, turn),
                 Mode::Driving => Twist::new(speed * (1.0 - turn.abs()), turn),
             };

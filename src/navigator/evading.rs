@@ -1,0 +1,105 @@
+//! Out of the way of somebody who does not stop.
+//!
+//! The dynamic window asks which velocity leads on; where none does, it stands. A robot that stands on the line of somebody
+//! who walks on is hit. So a robot that would be hit where it stands looks for the motion that keeps the greatest distance
+//! from everybody for some seconds, wherever that leads.
+
+use super::Mode;
+use super::hybrid::{Decision, Navigator};
+use super::kept_clear::KeptClear;
+use super::outlook::Outlook;
+use crate::geometry::{Pose, Twist};
+use crate::local::ClearanceField;
+use crate::map::MovingDisc;
+use crate::robot::{Footprint, Limits};
+
+/// So far ahead it is looked who comes, seconds, and in which steps.
+const LOOKS_AHEAD_S: f64 = 3.0;
+const STEP_S: f64 = 0.1;
+/// Who comes nearer than this, metres, to a robot that stands is evaded; more room than this is not sought.
+const EVADED_GAP_M: f64 = 0.1;
+const ENOUGH_GAP_M: f64 = 0.4;
+/// Slower than this nobody comes, m/s.
+const COMES_FROM: f64 = 0.15;
+/// A way is worth leaving for if it keeps so much more distance than standing does, metres.
+const WORTH_M: f64 = 0.02;
+/// Shares of the highest forward, backward and turning speeds that are tried.
+const FORWARD: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+const BACKWARD: [f64; 2] = [0.5, 1.0];
+const TURNING: [f64; 9] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
+
+impl Navigator {
+    /// The motion that keeps furthest from who comes, if somebody comes upon a robot that stands here.
+    pub(super) fn evade(&mut self, now: &Outlook, field: &ClearanceField) -> Option<Decision> {
+        let footprint = &self.robot.footprint;
+        let coming: Vec<MovingDisc> = now
+            .moving
+            .iter()
+            .filter(|disc| libm::hypot(disc.vx, disc.vy) >= COMES_FROM)
+            .copied()
+            .collect();
+        let limits = &self.robot.limits;
+        let body = KeptClear::to_get_away(footprint, &self.settings, field, now).footprint;
+        let way =
+            |wanted: &Twist| least_gap_m(now, wanted, limits, footprint, &coming, &body, field);
+        let standing_m = way(&Twist::STOP)?;
+        if !self.settings.abilities.recovery || standing_m >= EVADED_GAP_M {
+            return None;
+        }
+        let backward = BACKWARD.map(|share| share * limits.min_vel_x.min(0.0));
+        let forward = FORWARD.map(|share| share * limits.max_vel_x);
+        let mut best = (standing_m + WORTH_M, None);
+        for linear in forward.into_iter().chain(backward) {
+            for share in TURNING {
+                let wanted = Twist::new(linear, share * limits.max_vel_theta);
+                let Some(gap_m) = way(&wanted) else { continue };
+                let gap_m = gap_m.min(ENOUGH_GAP_M);
+                if gap_m > best.0 {
+                    best = (gap_m, Some(wanted));
+                }
+            }
+        }
+        let wanted = best.1?;
+        self.mode = Mode::Evading;
+        Some(Decision {
+            command: self.towards(now, &wanted),
+            ..self.stand(now, Mode::Evading)
+        })
+    }
+}
+
+/// The least distance from who comes on a way with a velocity that is made for as fast as the limits allow; none where
+/// something that stands is in the way.
+fn least_gap_m(
+    now: &Outlook,
+    wanted: &Twist,
+    limits: &Limits,
+    footprint: &Footprint,
+    coming: &[MovingDisc],
+    body: &Footprint,
+    field: &ClearanceField,
+) -> Option<f64> {
+    let (mut pose, mut twist): (Pose, Twist) = (now.pose, now.twist);
+    let mut least_m = f64::INFINITY;
+    for step in 1..=(LOOKS_AHEAD_S / STEP_S) as u32 {
+        let next = limits.reachable(&twist, wanted, STEP_S);
+        let mean = Twist::new(
+            f64::midpoint(twist.linear, next.linear),
+            f64::midpoint(twist.angular, next.angular),
+        );
+        (pose, twist) = (pose.after(&mean, STEP_S), next);
+        let moves = mean != Twist::STOP;
+        if moves
+            && field
+                .clearance_m(body, &pose)
+                .is_none_or(|clearance_m| clearance_m <= 0.0)
+        {
+            return None;
+        }
+        for disc in coming {
+            let then = disc.after(f64::from(step) * STEP_S);
+            least_m = least_m.min(footprint.gap_to_disc_m(&pose, &then.center(), then.radius));
+        }
+    }
+    Some(least_m)
+}
