@@ -78,7 +78,9 @@ impl Navigator {
         // Beside something it can only creep, unless it first turns to where there is a way on.
         let creeps = now.twist.linear.abs() < CREEPS
             && command.is_none_or(|command| command.linear.abs() < CREEPS);
-        if creeps && let Some(decision) = self.evade(now, field) {
+        // Who evades goes on with it, until going on or standing is safe.
+        let may_be_hit = creeps || command.is_none();
+        if may_be_hit && let Some(decision) = self.evade(now, field) {
             return Ok(decision);
         }
         if recovers

@@ -78,7 +78,7 @@ impl Default for NavigatorSettings {
             xy_goal_tolerance: 0.25,
             yaw_goal_tolerance: 0.1,
             xy_parking_tolerance: 0.006,
-            yaw_parking_tolerance: 0.005,
+            yaw_parking_tolerance: 0.003,
             parking_patience_s: 30.0,
             stop_s: 5.0,
             actuation_delay_s: 0.08,
