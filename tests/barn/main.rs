@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use libtest_mimic::{Arguments, Trial};
 
 mod driving;
+mod dynabarn;
 mod files;
 mod ground;
 mod ledger;
@@ -17,6 +18,7 @@ type Test = (&'static str, fn());
 fn main() -> ExitCode {
     let tests = [
         driving::TESTS,
+        dynabarn::TESTS,
         files::TESTS,
         ground::TESTS,
         ledger::TESTS,
@@ -24,6 +26,7 @@ fn main() -> ExitCode {
     ];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.push(public::trial());
+    trials.push(dynabarn::trial());
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
