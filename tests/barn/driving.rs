@@ -109,7 +109,8 @@ fn ring(radius_m: f64) -> Vec<Cylinder> {
     let count = (radius_m * 2.0 * core::f64::consts::PI / 0.14).ceil();
     let on_ring = |place: i32| {
         let angle = f64::from(place) / count * 2.0 * core::f64::consts::PI;
-        post(radius_m * angle.cos(), radius_m * angle.sin())
+        let (sin, cos) = libm::sincos(angle);
+        post(radius_m * cos, radius_m * sin)
     };
     (0..count as i32).map(on_ring).collect()
 }

@@ -10,7 +10,12 @@ use crate::Test;
 
 pub const TESTS: &[Test] = &[
     ("worlds are read in the order of their numbers", reads),
-    ("damage is told by file and place", refuses),
+    ("a damaged list is told by file and place", refuses),
+    (
+        "damaged cylinders are told by file and place",
+        refuses_cylinders,
+    ),
+    ("a folder without its files is told", refuses_folders),
 ];
 
 const LIST: &str = "world,official50,n_obstacle_cylinders,path_length_m,optimal_time_s,dwa_success,dwa_collision,\
@@ -68,92 +73,77 @@ fn reads() {
 
 fn refuses() {
     let list = |from: &str, to: &str| LIST.replace(from, to);
-    let twelve = |from: &str, to: &str| TWELVE.replace(from, to);
-    for (name, text, words) in [
-        ("worlds.csv", String::new(), "no column `world`"),
+    for (text, words) in [
+        (String::new(), "no column `world`"),
         (
-            "worlds.csv",
             list("optimal_time_s", "time"),
             "line 1: no column `optimal_time_s`",
         ),
         (
-            "worlds.csv",
             "world,path_length_m,optimal_time_s\n".to_owned(),
             "holds no world",
         ),
         (
-            "worlds.csv",
             list("12.0,6.0", "12.0,NaN"),
             "line 2: optimal_time_s is \"NaN\"",
         ),
         (
-            "worlds.csv",
             list("12.0,6.0", "0,0"),
             "line 2: path_length_m is \"0\": it must be above zero",
         ),
         (
-            "worlds.csv",
             list("12.0,6.0", "12.0,7.0"),
             "line 2: optimal_time_s is \"7.0\": it must be path_length_m at 2 m/s",
         ),
         (
-            "worlds.csv",
             list("\n3,0", "\n-3,0"),
             "line 3: world is \"-3\": it must be a whole number",
         ),
         (
-            "worlds.csv",
             list("\n3,0", "\n12,0"),
             "line 3: world is \"12\": it must be listed once",
         ),
         (
-            "worlds.csv",
             list("0.90,", "1.90,"),
             "line 2: dwa_success is \"1.90\": it must be 0 to 1",
         ),
+        (list("20.5,0.1500", "20.5"), "line 2: 9 fields; expected 10"),
+    ] {
+        refuse("worlds.csv", &text, words);
+    }
+}
+
+fn refuses_cylinders() {
+    let twelve = |from: &str, to: &str| TWELVE.replace(from, to);
+    for (text, words) in [
+        (twelve("radius_m", "r"), "no column `radius_m`"),
+        ("x_m,y_m,radius_m\n".to_owned(), "holds no cylinder"),
         (
-            "worlds.csv",
-            list("20.5,0.1500", "20.5"),
-            "line 2: 9 fields; expected 10",
-        ),
-        (
-            "worlds/world_012.csv",
-            twelve("radius_m", "r"),
-            "no column `radius_m`",
-        ),
-        (
-            "worlds/world_012.csv",
-            "x_m,y_m,radius_m\n".to_owned(),
-            "holds no cylinder",
-        ),
-        (
-            "worlds/world_012.csv",
             twelve("6.5", "inf"),
             "line 3: y_m is \"inf\": it must be -1000 to 1000",
         ),
+        (twelve("6.5", "here"), "line 3: y_m is \"here\""),
         (
-            "worlds/world_012.csv",
-            twelve("6.5", "here"),
-            "line 3: y_m is \"here\"",
-        ),
-        (
-            "worlds/world_012.csv",
             twelve("0.075,wall", "0,wall"),
             "line 2: radius_m is \"0\": it must be above zero",
         ),
-        (
-            "worlds/world_012.csv",
-            twelve("6.5,", ""),
-            "line 3: 3 fields; expected 4",
-        ),
+        (twelve("6.5,", ""), "line 3: 3 fields; expected 4"),
     ] {
-        let folder = folder(&[(name, &text)]);
-        let error = read_worlds(folder.path(), None)
-            .expect_err(words)
-            .to_string();
-        assert!(error.contains(words) && error.contains(name), "{error}");
-        assert_eq!(error.lines().count(), 1, "{error}");
+        refuse("worlds/world_012.csv", &text, words);
     }
+}
+
+/// Checks what is said of a folder with one file damaged.
+fn refuse(name: &str, text: &str, words: &str) {
+    let folder = folder(&[(name, text)]);
+    let error = read_worlds(folder.path(), None)
+        .expect_err(words)
+        .to_string();
+    assert!(error.contains(words) && error.contains(name), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+}
+
+fn refuses_folders() {
     let folder = folder(&[]);
     fs::remove_file(folder.path().join("worlds/world_003.csv")).expect("it is there");
     let error = read_worlds(folder.path(), None)

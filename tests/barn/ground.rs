@@ -21,7 +21,7 @@ fn fault(grid: &ObstacleGrid, cylinder: &Cylinder) -> Option<String> {
     let frame = grid.frame();
     // Conservative: points all over the disc, and around just within its edge.
     for turn in 0..720 {
-        let (sin, cos) = (f64::from(turn) * 0.5).to_radians().sin_cos();
+        let (sin, cos) = libm::sincos((f64::from(turn) * 0.5).to_radians());
         for share in [0.0, 0.3, 0.7, 0.999_999] {
             let reach = cylinder.radius_m * share;
             let point = Point::new(axis.x + reach * cos, axis.y + reach * sin);
