@@ -6,6 +6,7 @@ mod crossover;
 mod deadlines;
 mod density;
 mod digest;
+pub mod dynabarn;
 mod error;
 mod golden;
 pub mod movingai;

@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 11] = [
     "",
     "plan",
     "drive",
@@ -10,6 +10,7 @@ const COMMANDS: [&str; 10] = [
     "verify",
     "devices",
     "bench",
+    "bench barn",
     "bench density",
     "bench movingai",
     "bench paper",
@@ -46,6 +47,7 @@ fn every_example_works() {
             "version 1\n0 mine.map 3 1 0 0 2 0 2\n",
         );
     }
+    crate::barn::write_worlds(&place);
     let mut tried = 0;
     for command in COMMANDS {
         let examples = examples(&place, command);

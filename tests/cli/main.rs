@@ -1,5 +1,6 @@
 //! The program as users and scripts meet it: what goes in, what comes out, and the exit status.
 
+mod barn;
 mod drawing;
 mod drive;
 mod evaluate;

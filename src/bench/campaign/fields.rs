@@ -31,12 +31,11 @@ pub(super) fn values(line: &str) -> Option<Vec<Value>> {
     let mut values = Vec::new();
     let mut rest = line;
     loop {
-        let (value, after) = match rest.strip_prefix('"') {
-            Some(quoted) => quotation(quoted)?,
-            None => {
-                let end = rest.find(',').unwrap_or(rest.len());
-                (bare(&rest[..end]), &rest[end..])
-            }
+        let (value, after) = if let Some(quoted) = rest.strip_prefix('"') {
+            quotation(quoted)?
+        } else {
+            let end = rest.find(',').unwrap_or(rest.len());
+            (bare(&rest[..end]), &rest[end..])
         };
         values.push(value);
         if after.is_empty() {

@@ -1,0 +1,208 @@
+//! A world of scripted cylinders, read from JSON.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::DynaBarnError;
+use crate::geometry::{Point, Pose};
+use crate::map::MovingDisc;
+
+/// A cylinder that plays its script over and over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Its radius, metres, above zero.
+    pub radius_m: f64,
+    /// Length of the script, seconds, above zero and not before the last key; after it the cylinder is at its first key.
+    pub loop_s: f64,
+    /// Times in ascending order, seconds, the first zero or more, with the place at each; at least one.
+    pub keys: Vec<(f64, Point)>,
+}
+
+/// A world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DynaBarnWorld {
+    /// Its number in the benchmark.
+    pub number: u32,
+    /// Where the robot starts.
+    pub start: Pose,
+    /// Where it shall go.
+    pub goal: Point,
+    /// What moves.
+    pub bodies: Vec<Body>,
+}
+
+/// The file.
+#[derive(Deserialize)]
+struct WorldFile {
+    world: u32,
+    start_x_y_yaw: [f64; 3],
+    goal_x_y: [f64; 2],
+    obstacles: Vec<BodyFile>,
+}
+
+#[derive(Deserialize)]
+struct BodyFile {
+    radius_m: f64,
+    loop_s: f64,
+    keyframes_t_x_y: Vec<[f64; 3]>,
+}
+
+/// The worlds of a folder, `world_*.json`, in the order of their numbers.
+///
+/// # Errors
+/// When the folder cannot be read, holds no world, or one of them is refused.
+pub fn read_worlds(folder: &Path) -> Result<Vec<DynaBarnWorld>, DynaBarnError> {
+    let unreadable = |error: std::io::Error| DynaBarnError::Unreadable {
+        file: folder.to_owned(),
+        reason: error.to_string(),
+    };
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_json = path.extension().is_some_and(|ending| ending == "json");
+        if name.starts_with("world_") && is_json {
+            files.push(path);
+        }
+    }
+    if files.is_empty() {
+        let folder = folder.to_owned();
+        return Err(DynaBarnError::NoWorld { folder });
+    }
+    let worlds = files.iter().map(|file| read_world(file));
+    let mut worlds = worlds.collect::<Result<Vec<_>, _>>()?;
+    worlds.sort_by_key(|world| world.number);
+    Ok(worlds)
+}
+
+/// Reads a world.
+///
+/// # Errors
+/// When the file cannot be read, is no world, or holds a number out of range; the message names the file and the place.
+pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
+    let text = fs::read_to_string(file).map_err(|error| DynaBarnError::Unreadable {
+        file: file.to_owned(),
+        reason: error.to_string(),
+    })?;
+    let read: WorldFile =
+        serde_json::from_str(&text).map_err(|error| DynaBarnError::NotAWorld {
+            file: file.to_owned(),
+            reason: error.to_string(),
+        })?;
+    let check = Check { file };
+    for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
+        check.near(format!("start {name}"), value)?;
+    }
+    for (name, value) in ["x", "y"].iter().zip(read.goal_x_y) {
+        check.near(format!("goal {name}"), value)?;
+    }
+    let bodies = read.obstacles.into_iter().enumerate();
+    Ok(DynaBarnWorld {
+        number: read.world,
+        start: read.start_x_y_yaw.into(),
+        goal: read.goal_x_y.into(),
+        bodies: bodies
+            .map(|(index, body)| check.body(index, body))
+            .collect::<Result<_, _>>()?,
+    })
+}
+
+/// Refuses numbers of a file.
+struct Check<'a> {
+    file: &'a Path,
+}
+
+impl Check<'_> {
+    fn body(&self, index: usize, body: BodyFile) -> Result<Body, DynaBarnError> {
+        let of = |what: &str| format!("obstacle {index}: {what}");
+        let above_zero = "above zero and at most 1000";
+        let fits = |value: f64| value > 0.0 && value <= 1000.0;
+        let BodyFile {
+            radius_m,
+            loop_s,
+            keyframes_t_x_y,
+        } = body;
+        self.number(of("radius_m"), radius_m, fits(radius_m), above_zero)?;
+        let count = keyframes_t_x_y.len();
+        self.number(
+            of("number of keyframes"),
+            count as f64,
+            count > 0,
+            "at least one",
+        )?;
+        let mut latest_s = -1.0;
+        for (key, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
+            let of = |what: &str| format!("obstacle {index}: keyframe {key}: {what}");
+            let ascends = time_s >= 0.0 && time_s > latest_s;
+            let expected = "at least zero and after the one before";
+            self.number(of("time"), time_s, ascends, expected)?;
+            self.near(of("x"), x)?;
+            self.near(of("y"), y)?;
+            latest_s = time_s;
+        }
+        let lasts = fits(loop_s) && loop_s >= latest_s;
+        let expected = "above zero, at most 1000 and not before the last keyframe";
+        self.number(of("loop_s"), loop_s, lasts, expected)?;
+        let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
+        Ok(Body {
+            radius_m,
+            loop_s,
+            keys: keyframes_t_x_y.into_iter().map(key).collect(),
+        })
+    }
+
+    fn near(&self, place: String, value: f64) -> Result<(), DynaBarnError> {
+        self.number(place, value, value.abs() <= 1000.0, "-1000 to 1000")
+    }
+
+    fn number(
+        &self,
+        place: String,
+        value: f64,
+        fits: bool,
+        expected: &'static str,
+    ) -> Result<(), DynaBarnError> {
+        if fits {
+            return Ok(());
+        }
+        Err(DynaBarnError::BadNumber {
+            file: self.file.to_owned(),
+            place,
+            value,
+            expected,
+        })
+    }
+}
+
+impl Body {
+    /// Where the cylinder is at a time, seconds, at least zero, and how fast: straight from key to key, standing before
+    /// the first and after the last.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> MovingDisc {
+        let time_s = libm::fmod(time_s, self.loop_s);
+        let after = self.keys.partition_point(|key| key.0 <= time_s);
+        let leg = after
+            .checked_sub(1)
+            .and_then(|from| Some((self.keys[from], *self.keys.get(after)?)));
+        let (place, velocity) = match leg {
+            Some(((from_s, from), (to_s, to))) => {
+                let velocity = (to - from) / (to_s - from_s);
+                (from + velocity * (time_s - from_s), velocity)
+            }
+            // Before the first key, or after the last.
+            None => (
+                self.keys[after.min(self.keys.len() - 1)].1,
+                crate::geometry::Vector::zeros(),
+            ),
+        };
+        MovingDisc {
+            x: place.x,
+            y: place.y,
+            radius: self.radius_m,
+            vx: velocity.x,
+            vy: velocity.y,
+        }
+    }
+}
