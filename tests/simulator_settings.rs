@@ -4,7 +4,10 @@ use inbye::sim::{Config, Fixes, OdometryNoise, Slip};
 
 fn refusal(text: &str) -> String {
     let config: Config = toml::from_str(text).expect("known keys");
-    config.validate().unwrap_err().to_string()
+    config
+        .validate()
+        .expect_err("a setting out of range")
+        .to_string()
 }
 
 #[test]
