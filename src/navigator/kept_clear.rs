@@ -25,6 +25,12 @@ const TURN_STEP_RAD: f64 = 0.1;
 /// The robot itself overshoots a margin by less than this, metres; whoever is deeper within it came there.
 const OVERSHOOT_M: f64 = 0.03;
 
+/// However close it is, it keeps this share of what the map's coarseness demands, driving on and getting away.
+const DRIVING_SHARE: f64 = 0.5;
+const GETTING_AWAY_SHARE: f64 = 0.25;
+/// And this from people, metres; half of it getting away.
+const LEAST_TO_PEOPLE_M: f64 = 0.05;
+
 impl KeptClear {
     /// The whole margins; but where something is within one, only a part: else nothing would be admissible beside a
     /// person who came close and stopped, not even driving on.
@@ -39,7 +45,11 @@ impl KeptClear {
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
         let mut within_a_margin = wall_m < wanted_m - OVERSHOOT_M;
         let margin_m = if within_a_margin {
-            left_of(wanted_m, wall_m)
+            left_of(
+                wanted_m,
+                wall_m,
+                DRIVING_SHARE * coarseness_m(field.frame().resolution_m),
+            )
         } else {
             wanted_m
         };
@@ -48,7 +58,7 @@ impl KeptClear {
             let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
             within_a_margin |= came_close;
             let kept_m = if came_close {
-                left_of(settings.passing_margin_m, gap_m)
+                left_of(settings.passing_margin_m, gap_m, LEAST_TO_PEOPLE_M)
             } else {
                 settings.moving_margin_m
             };
@@ -73,10 +83,14 @@ impl KeptClear {
         let pose = &now.pose;
         let coarseness_m = coarseness_m(field.frame().resolution_m);
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
-        let margin_m = left_of(coarseness_m, wall_m);
+        let margin_m = left_of(coarseness_m, wall_m, GETTING_AWAY_SHARE * coarseness_m);
         let grow = |disc: &MovingDisc| {
             let gap_m = footprint.gap_to_disc_m(pose, &disc.center(), disc.radius);
-            let kept_m = left_of(settings.passing_margin_m / 2.0, gap_m);
+            let kept_m = left_of(
+                settings.passing_margin_m / 2.0,
+                gap_m,
+                LEAST_TO_PEOPLE_M / 2.0,
+            );
             let mut kept = grown(disc, kept_m - margin_m);
             if gap_m < settings.moving_margin_m {
                 (kept.vx, kept.vy) = (0.0, 0.0);
@@ -117,9 +131,10 @@ impl KeptClear {
     }
 }
 
-/// A margin, or what is left of it at a distance.
-fn left_of(margin_m: f64, distance_m: f64) -> f64 {
-    margin_m.min(distance_m - SLACK_M).max(0.0)
+/// A margin, or what is left of it at a distance, but not less than the least: or a robot within it could come nearer by
+/// the slack at each tick, until it touches.
+fn left_of(margin_m: f64, distance_m: f64, least_m: f64) -> f64 {
+    margin_m.min((distance_m - SLACK_M).max(least_m))
 }
 
 /// A moving obstacle with a margin beyond the footprint's own, which counts towards the gap.
