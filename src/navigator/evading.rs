@@ -31,28 +31,36 @@ const TURNING: [f64; 9] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
 impl Navigator {
     /// The motion that keeps furthest from who comes, if somebody comes upon a robot that stands here.
     pub(super) fn evade(&mut self, now: &Outlook, field: &ClearanceField) -> Option<Decision> {
+        if !self.settings.abilities.recovery {
+            return None;
+        }
         let footprint = &self.robot.footprint;
+        let comes = |disc: &MovingDisc| libm::hypot(disc.vx, disc.vy) >= COMES_FROM;
         let coming: Vec<MovingDisc> = now
             .moving
             .iter()
-            .filter(|disc| libm::hypot(disc.vx, disc.vy) >= COMES_FROM)
+            .filter(|disc| comes(disc))
             .copied()
             .collect();
         let limits = &self.robot.limits;
         let body = KeptClear::to_get_away(footprint, &self.settings, field, now).footprint;
-        let way =
-            |wanted: &Twist| least_gap_m(now, wanted, limits, footprint, &coming, &body, field);
-        let standing_m = way(&Twist::STOP)?;
-        if !self.settings.abilities.recovery || standing_m >= EVADED_GAP_M {
+        let way = |wanted: &Twist, from: &[MovingDisc]| {
+            least_gap_m(now, wanted, limits, footprint, from, &body, field)
+        };
+        if way(&Twist::STOP, &coming)? >= EVADED_GAP_M {
             return None;
         }
+        // Nobody is run into for another's sake.
+        let standing_m = way(&Twist::STOP, &now.moving)?;
         let backward = BACKWARD.map(|share| share * limits.min_vel_x.min(0.0));
         let forward = FORWARD.map(|share| share * limits.max_vel_x);
         let mut best = (standing_m + WORTH_M, None);
         for linear in forward.into_iter().chain(backward) {
             for share in TURNING {
                 let wanted = Twist::new(linear, share * limits.max_vel_theta);
-                let Some(gap_m) = way(&wanted) else { continue };
+                let Some(gap_m) = way(&wanted, &now.moving) else {
+                    continue;
+                };
                 let gap_m = gap_m.min(ENOUGH_GAP_M);
                 if gap_m > best.0 {
                     best = (gap_m, Some(wanted));
@@ -68,14 +76,14 @@ impl Navigator {
     }
 }
 
-/// The least distance from who comes on a way with a velocity that is made for as fast as the limits allow; none where
+/// The least distance from people on a way with a velocity that is made for as fast as the limits allow; none where
 /// something that stands is in the way.
 fn least_gap_m(
     now: &Outlook,
     wanted: &Twist,
     limits: &Limits,
     footprint: &Footprint,
-    coming: &[MovingDisc],
+    from: &[MovingDisc],
     body: &Footprint,
     field: &ClearanceField,
 ) -> Option<f64> {
@@ -96,7 +104,7 @@ fn least_gap_m(
         {
             return None;
         }
-        for disc in coming {
+        for disc in from {
             let then = disc.after(f64::from(step) * STEP_S);
             least_m = least_m.min(footprint.gap_to_disc_m(&pose, &then.center(), then.radius));
         }

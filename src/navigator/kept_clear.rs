@@ -16,6 +16,8 @@ pub(super) struct KeptClear {
     pub moving: Vec<MovingDisc>,
     /// Whether something is within its margin: a reason to go slowly.
     pub within_a_margin: bool,
+    /// What the footprint has grown by, metres.
+    margin_m: f64,
 }
 
 /// A robot within a margin keeps this much less than the distance it has, metres, so that standing is admissible.
@@ -68,6 +70,7 @@ impl KeptClear {
             moving: now.moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
             within_a_margin,
+            margin_m,
         }
     }
 
@@ -101,33 +104,49 @@ impl KeptClear {
             moving: now.moving.iter().map(grow).collect(),
             footprint: footprint.padded(margin_m),
             within_a_margin: true,
+            margin_m,
         }
     }
 
     /// Whether a robot at a pose, so many seconds from now, would touch nothing.
     pub fn is_clear_at(&self, field: &ClearanceField, pose: &Pose, time_s: f64) -> bool {
-        let apart = |disc: &MovingDisc| {
+        let clearance_m = field.clearance_m(&self.footprint, pose);
+        clearance_m.is_some_and(|clearance_m| clearance_m > 0.0)
+            && self.is_clear_of_moving(pose, time_s)
+    }
+
+    /// The turn on the spot to a yaw so much off that touches nothing: the shorter way round, else the longer one, radians.
+    ///
+    /// Its ends swing where nothing was known to be clear; so it keeps what the map's coarseness demands, or at least does
+    /// not come nearer to anything where it has less than that.
+    pub fn clear_turn(&self, field: &ClearanceField, pose: &Pose, angle: f64) -> Option<f64> {
+        let body = self.footprint.padded(-self.margin_m);
+        let coarseness_m = coarseness_m(field.frame().resolution_m);
+        let is_clear = |angle: &f64| {
+            let steps = (angle.abs() / TURN_STEP_RAD).ceil().max(1.0);
+            let mut kept_m = field.clearance_m(&body, pose).unwrap_or(0.0);
+            (1..=steps as u32).all(|step| {
+                let yaw = pose.yaw + angle * f64::from(step) / steps;
+                let there = Pose { yaw, ..*pose };
+                let clearance_m = field.clearance_m(&body, &there).unwrap_or(0.0);
+                let is_far_enough = clearance_m >= kept_m.min(coarseness_m);
+                kept_m = clearance_m;
+                is_far_enough && self.is_clear_of_moving(&there, 0.0)
+            })
+        };
+        [angle, angle - TAU.copysign(angle)]
+            .into_iter()
+            .find(is_clear)
+    }
+
+    fn is_clear_of_moving(&self, pose: &Pose, time_s: f64) -> bool {
+        self.moving.iter().all(|disc| {
             let then = disc.after(time_s);
             let gap_m = self
                 .footprint
                 .gap_to_disc_m(pose, &then.center(), then.radius);
             gap_m > 0.0
-        };
-        let clearance_m = field.clearance_m(&self.footprint, pose);
-        clearance_m.is_some_and(|clearance_m| clearance_m > 0.0) && self.moving.iter().all(apart)
-    }
-
-    /// The turn on the spot to a yaw so much off that touches nothing: the shorter way round, else the longer one, radians.
-    pub fn clear_turn(&self, field: &ClearanceField, pose: &Pose, angle: f64) -> Option<f64> {
-        let other_way = angle - TAU.copysign(angle);
-        let is_clear = |angle: &f64| {
-            let steps = (angle.abs() / TURN_STEP_RAD).ceil().max(1.0);
-            (1..=steps as u32).all(|step| {
-                let yaw = pose.yaw + angle * f64::from(step) / steps;
-                self.is_clear_at(field, &Pose { yaw, ..*pose }, 0.0)
-            })
-        };
-        [angle, other_way].into_iter().find(is_clear)
+        })
     }
 }
 
