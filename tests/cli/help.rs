@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 12] = [
     "",
     "plan",
     "drive",
@@ -10,9 +10,11 @@ const COMMANDS: [&str; 10] = [
     "verify",
     "devices",
     "bench",
+    "bench ablation",
     "bench density",
     "bench movingai",
     "bench paper",
+    "bench soak",
 ];
 
 /// The examples in a command's help: commands without the program's name.
