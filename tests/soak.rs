@@ -7,9 +7,7 @@ use inbye::bench::{
     ABLATION_VARIANTS, SoakSummary, ablation_rows, closed_loop_rows, closed_loop_setups,
 };
 use inbye::global::Searcher;
-use inbye::local::{
-    CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared,
-};
+use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared};
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
 use inbye::sim::{Config, crossing, roadway};
@@ -106,8 +104,13 @@ fn ground_without_room_and_rules_out_of_range_are_refused() {
         unmapped_share: 1.5,
         ..rules
     };
-    let error = site(&config).draw(1, &bad, &config).expect_err("a bad rule");
-    assert!(error.to_string().contains("unmapped_share is 1.5"), "{error}");
+    let error = site(&config)
+        .draw(1, &bad, &config)
+        .expect_err("a bad rule");
+    assert!(
+        error.to_string().contains("unmapped_share is 1.5"),
+        "{error}"
+    );
 }
 
 /// Answers like the CPU but for one bit of one answer.

@@ -27,11 +27,7 @@ const NOTHING: Abilities = Abilities {
     recovery: false,
 };
 
-const fn variant(
-    name: &'static str,
-    title: &'static str,
-    abilities: Abilities,
-) -> AblationVariant {
+const fn variant(name: &'static str, title: &'static str, abilities: Abilities) -> AblationVariant {
     AblationVariant {
         name,
         title,

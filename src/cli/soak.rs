@@ -10,7 +10,7 @@ use inbye::bench::SoakSummary;
 use inbye::bench::missions::{
     Comparison, MissionRow, MissionSite, Rules, Setup, compare_digests, drive, spread_evenly,
 };
-use inbye::local::{CpuEngine, Engine, Preference, open};
+use inbye::local::{CpuEngine, Engine, Instructions, Preference, open};
 use serde_json::{Value, json};
 
 use super::arguments::{number, whole};
@@ -114,45 +114,52 @@ fn compare(
     }
     let some = spread_evenly(cells, wanted);
     let mut all = Vec::new();
-    for number in others(first)? {
+    for other in others(first)? {
         let again = Driving {
             what: "on another engine",
             record: None,
             ..*driving
         };
-        let again = again.run(&some, || nth(number))?;
+        let again = again.run(&some, || other.open())?;
         all.extend(compare_digests(rows, &again));
     }
     Ok(all)
 }
 
-/// The places of the engines to compare with in the list of all: every GPU adapter but the first engine itself; where there is
-/// none, the first CPU engine on one thread with other instructions, the fastest that is left.
-fn others(first: &str) -> anyhow::Result<Vec<usize>> {
-    let all = engines::to_compare()?;
-    let differs = |engine: &dyn Engine| engine.name() != first;
-    let numbered = || all.iter().enumerate();
-    let adapters: Vec<usize> = numbered()
-        .filter(|(_, engine)| engine.kind() == "gpu" && differs(engine.as_ref()))
-        .map(|(number, _)| number)
+/// An engine to compare with.
+enum Other {
+    /// An adapter of this name.
+    Gpu(String),
+    /// The CPU on one thread with these instructions.
+    Cpu(Instructions),
+}
+
+impl Other {
+    fn open(&self) -> anyhow::Result<Box<dyn Engine>> {
+        match self {
+            Self::Gpu(name) => Ok(open(&Preference::Gpu(Some(name.clone())), 1)?.engine),
+            Self::Cpu(instructions) => {
+                Ok(Box::new(CpuEngine::with_instructions(*instructions, 1)?))
+            }
+        }
+    }
+}
+
+/// Every GPU adapter but the first engine itself; where there is none, the CPU with the fastest instructions that are left.
+fn others(first: &str) -> anyhow::Result<Vec<Other>> {
+    let adapters: Vec<Other> = engines::all()?
+        .iter()
+        .filter(|engine| engine.kind() == "gpu" && engine.name() != first)
+        .map(|engine| Other::Gpu(engine.name()))
         .collect();
     if !adapters.is_empty() {
         return Ok(adapters);
     }
-    let slower = numbered()
+    let slower = Instructions::ALL
+        .into_iter()
         .rev()
-        .find(|(_, engine)| engine.threads() == 1 && differs(engine.as_ref()));
-    Ok(slower.map(|(number, _)| number).into_iter().collect())
-}
-
-/// The engine at a place of that list, anew.
-fn nth(number: usize) -> anyhow::Result<Box<dyn Engine>> {
-    let mut all = engines::to_compare()?;
-    if number < all.len() {
-        return Ok(all.swap_remove(number));
-    }
-    // An adapter went away.
-    Ok(Box::new(CpuEngine::single_threaded()))
+        .find(|one| one.are_here() && *one != Instructions::best());
+    Ok(slower.map(Other::Cpu).into_iter().collect())
 }
 
 fn object(
@@ -182,8 +189,7 @@ fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Resu
     if let Some(result) = &result {
         let title = format!("{}, seed {}", site.name, cell.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page =
-            report_file::of_drive(&drawn.mission, &setup.config, result, &title, &command);
+        let page = report_file::of_drive(&drawn.mission, &setup.config, result, &title, &command);
         report_file::write(folder, &page)?;
         let file = folder.join(TICKS);
         let place = || format!("--report {}", folder.display());

@@ -40,12 +40,7 @@ pub fn summary(
             summary.digests_equal, summary.digests_compared
         ));
     }
-    lines.extend(
-        comparisons
-            .iter()
-            .filter(|one| !one.equal)
-            .map(difference),
-    );
+    lines.extend(comparisons.iter().filter(|one| !one.equal).map(difference));
     let missed = rows.iter().filter(|row| row.result != Ending::Reached);
     lines.extend(missed.map(|row| story(row)));
     lines

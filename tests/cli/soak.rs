@@ -115,7 +115,9 @@ fn an_ablation_has_all_variants() {
     assert!(page.ends_with("</html>"));
     assert_eq!(page.matches("role=\"img\"").count(), 2);
     let own = page.replace("http://www.w3.org/2000/svg", "");
-    for outside in ["http:", "https:", "<script", "<link", "url(", "NaN", ">inf<"] {
+    for outside in [
+        "http:", "https:", "<script", "<link", "url(", "NaN", ">inf<",
+    ] {
         assert!(!own.contains(outside), "{outside}");
     }
 }
@@ -123,7 +125,8 @@ fn an_ablation_has_all_variants() {
 #[test]
 fn sampling_densities_are_driven_in_closed_loop() {
     let place = Workplace::new();
-    let density = "bench density --min-samples 4 --max-samples 64 --seconds 0.01 --ticks 0 --missions 1";
+    let density =
+        "bench density --min-samples 4 --max-samples 64 --seconds 0.01 --ticks 0 --missions 1";
     let (status, object) = place.json(&format!("{density} --record-missions missions.csv"));
     assert_eq!(status, 0, "{object}");
     assert_fields(
@@ -145,7 +148,10 @@ fn missions_that_cannot_be_are_refused() {
     for (arguments, words) in [
         ("soak --maps gone.yaml", "gone.yaml"),
         ("soak --maps empty", "--maps empty: no .yaml file"),
-        ("soak --maps mine.yaml mine.yaml", "two maps are called mine"),
+        (
+            "soak --maps mine.yaml mine.yaml",
+            "two maps are called mine",
+        ),
         ("soak --missions 0", "whole number, 1 to 1000000"),
         ("soak --unmapped 2", "0 to 1"),
         ("soak --replay 5", "--report"),

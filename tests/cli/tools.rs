@@ -50,7 +50,8 @@ fn devices_are_listed() {
 }
 
 /// A measurement that takes next to no time.
-const QUICK: &str = "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0";
+const QUICK: &str =
+    "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0";
 
 #[test]
 fn density_is_measured() {

@@ -72,7 +72,12 @@ pub(super) fn people(
 
 fn along(crowd: Crowd, ground: &ObstacleGrid, path: &Path) -> Walkers {
     let points = path.points();
-    let ends: Vec<Point> = points.iter().take(1).chain(points.last()).copied().collect();
+    let ends: Vec<Point> = points
+        .iter()
+        .take(1)
+        .chain(points.last())
+        .copied()
+        .collect();
     let placed = (1..=crowd.count).rev().find_map(|count| {
         let crowd = Crowd { count, ..crowd };
         Walkers::seeded(&crowd, ground, points, &ends).ok()
