@@ -60,7 +60,7 @@ pub fn run(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
         threads: missions.threads.unwrap_or_else(engines::cores),
         record: missions.record.as_deref(),
     };
-    let rows = driving.run(&cells, one_core)?;
+    let rows = driving.run(&cells, || Ok(one_core()))?;
     let rows: Vec<&MissionRow> = rows.iter().collect();
     let table = ablation_rows(&rows);
     if let Some(folder) = &arguments.report {

@@ -45,7 +45,7 @@ pub fn drive(
         threads: 1,
         record,
     };
-    let rows = driving.run(&cells(&setups, &sites, missions, SEED), one_core)?;
+    let rows = driving.run(&cells(&setups, &sites, missions, SEED), || Ok(one_core()))?;
     let rows: Vec<&MissionRow> = rows.iter().collect();
     Ok(closed_loop_rows(&setups, &rows))
 }

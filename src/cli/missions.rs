@@ -217,6 +217,6 @@ fn distinct<'a>(setups: impl Iterator<Item = &'a Setup>) -> Vec<(&'a str, &'a Co
 }
 
 /// The CPU on one thread: missions, not decisions, are what is done at the same time.
-pub fn one_core() -> anyhow::Result<Box<dyn Engine>> {
-    Ok(Box::new(CpuEngine::single_threaded()))
+pub fn one_core() -> Box<dyn Engine> {
+    Box::new(CpuEngine::single_threaded())
 }

@@ -178,14 +178,7 @@ fn object(
 fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Result<bool> {
     report_file::make_folder(folder)?;
     let (site, setup): (&MissionSite, &Setup) = (cell.site, cell.setup);
-    let (row, drawn, result) = drive(
-        site,
-        cell.seed,
-        rules,
-        setup,
-        one_core()?,
-        &mut wall_clock(),
-    )?;
+    let (row, drawn, result) = drive(site, cell.seed, rules, setup, one_core(), &mut wall_clock())?;
     if let Some(result) = &result {
         let title = format!("{}, seed {}", site.name, cell.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");

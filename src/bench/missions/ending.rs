@@ -99,9 +99,10 @@ fn beside(row: &TraceRow, result: &MissionResult, config: &Config, world: &World
         })
         .fold(f64::INFINITY, f64::min);
     let to_ground_m = world.gap_to_static_m(footprint, &row.pose);
-    let mut words = format!("gap {to_ground_m:.2} m to the ground");
+    let to_ground = format!("gap {to_ground_m:.2} m to the ground");
     if to_moving_m.is_finite() {
-        words += &format!(" and {to_moving_m:.2} m to a moving obstacle");
+        format!("{to_ground} and {to_moving_m:.2} m to a moving obstacle")
+    } else {
+        to_ground
     }
-    words
 }
