@@ -48,7 +48,7 @@ pub fn run(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
         report_file::make_folder(folder)?;
     }
     let missions = &arguments.missions_of;
-    let (config, sites) = missions.read()?;
+    let (config, sites, rules) = missions.read(arguments.unmapped)?;
     let setups: Vec<Setup> = ABLATION_VARIANTS
         .iter()
         .map(|variant| variant.setup(&config))
@@ -56,7 +56,7 @@ pub fn run(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
     let cells = cells(&setups, &sites, arguments.missions, missions.seed);
     let driving = Driving {
         what: "ablation",
-        rules: &missions.rules(arguments.unmapped),
+        rules: &rules,
         threads: missions.threads.unwrap_or_else(engines::cores),
         record: missions.record.as_deref(),
     };

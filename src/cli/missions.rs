@@ -17,7 +17,7 @@ use inbye::sim::Config;
 use super::arguments::{number, whole};
 use super::campaign::Campaign;
 use super::clock::wall_clock;
-use super::config;
+use super::{config, output};
 
 /// Which missions.
 #[derive(Debug, Args)]
@@ -51,21 +51,31 @@ fn metres(text: &str) -> Result<f64, String> {
 }
 
 impl MissionsArguments {
-    /// The settings and the maps.
-    pub fn read(&self) -> anyhow::Result<(Config, Vec<MissionSite>)> {
-        let config = config::load(self.config.as_deref())?;
-        let sites = sites(&self.maps, &config)?;
-        Ok((config, sites))
-    }
-
-    /// The rules, with such a share of missions on which the map is wrong.
-    pub fn rules(&self, unmapped_share: f64) -> Rules {
-        Rules {
+    /// The settings, the maps, and the rules with such a share of missions on which the map is wrong. Maps without room for a
+    /// mission are told and left out, unless there is no other.
+    pub fn read(&self, unmapped_share: f64) -> anyhow::Result<(Config, Vec<MissionSite>, Rules)> {
+        let rules = Rules {
             longest_m: self.longest,
             most_people: self.people,
             unmapped_share,
             ..Rules::default()
+        };
+        let config = config::load(self.config.as_deref())?;
+        let (mut roomy, mut narrow) = (Vec::new(), Vec::new());
+        for site in sites(&self.maps, &config)? {
+            match site.draw(self.seed, &rules, &config) {
+                Ok(_) => roomy.push(site),
+                Err(error) => narrow.push(error),
+            }
         }
+        match narrow.pop() {
+            Some(error) if roomy.is_empty() => return Err(error.into()),
+            last => narrow.extend(last),
+        }
+        for error in narrow {
+            output::note(format!("left out: {error}"));
+        }
+        Ok((config, roomy, rules))
     }
 }
 

@@ -65,12 +65,11 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
 
 /// Drives the missions. False when the robot caused a contact, a goal was missed without a reason, or engines differ.
 pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
-    let (config, sites) = arguments.missions_of.read()?;
+    let (config, sites, rules) = arguments.missions_of.read(arguments.unmapped)?;
     let setups = [Setup {
         name: SETUP.to_owned(),
         config,
     }];
-    let rules = arguments.missions_of.rules(arguments.unmapped);
     let missions = &arguments.missions_of;
     let cells = cells(&setups, &sites, arguments.missions, missions.seed);
     if let Some((seed, folder)) = arguments.replay.zip(arguments.report.as_deref()) {

@@ -72,8 +72,16 @@ fn a_soak_that_was_cut_short_goes_on() {
 fn a_mission_can_be_seen_again() {
     let place = Workplace::new();
     let soak = "bench soak --maps mine.yaml --missions 3 --longest 8";
+    // A map without room is left out, and that is said.
+    place.write("pocket.txt", "#####\n#...#\n#####\n");
+    let soak = soak.replace("mine.yaml", "pocket.txt mine.yaml");
     let run = place.run(&format!("{soak} --replay 2 --report out --json"));
-    assert_eq!(run.errors, ["report: out/index.html"]);
+    assert_eq!(run.errors.len(), 2, "{run:?}");
+    assert!(
+        run.errors[0].starts_with("left out: pocket: no two"),
+        "{run:?}"
+    );
+    assert_eq!(run.errors[1], "report: out/index.html");
     let row: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
     let ticks = fs::read_to_string(place.path("out/ticks.jsonl")).expect("the ticks are there");
     assert_eq!(row["ticks"].as_u64(), Some(ticks.lines().count() as u64));
@@ -145,7 +153,9 @@ fn sampling_densities_are_driven_in_closed_loop() {
 fn missions_that_cannot_be_are_refused() {
     let place = Workplace::new();
     fs::create_dir(place.path("empty")).expect("the folder can be written to");
+    place.write("pocket.txt", "#####\n#...#\n#####\n");
     for (arguments, words) in [
+        ("soak --maps pocket.txt", "pocket: no two free places"),
         ("soak --maps gone.yaml", "gone.yaml"),
         ("soak --maps empty", "--maps empty: no .yaml file"),
         (
