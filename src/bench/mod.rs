@@ -1,7 +1,9 @@
 //! Measure: verify the answer first, then time it; medians and tails, never a mean alone.
 
+mod ablation;
 pub mod barn;
 pub mod campaign;
+mod closed_loop;
 mod crossover;
 mod deadlines;
 mod density;
@@ -9,6 +11,7 @@ mod digest;
 pub mod dynabarn;
 mod error;
 mod golden;
+pub mod missions;
 pub mod movingai;
 pub mod paper;
 mod problems;
@@ -16,9 +19,12 @@ mod quality;
 mod record;
 mod regret;
 mod roadway;
+mod soak;
 mod timing;
 mod verify;
 
+pub use ablation::{ABLATION_VARIANTS, AblationRow, AblationVariant, ablation_rows};
+pub use closed_loop::{ClosedLoopRow, closed_loop_rows, closed_loop_setups};
 pub use crossover::{Crossover, crossovers};
 pub use deadlines::{Misses, RATES_HZ};
 pub use density::{Density, DensityPlan, measure_density};
@@ -30,5 +36,6 @@ pub use quality::{QualityPlan, grid_counts, measure_quality};
 pub use record::{DensityRow, QualityRow, SkippedCell};
 pub use regret::Yardstick;
 pub use roadway::{Roadway, roadway_field, roadway_obstacles};
+pub use soak::{FinalError, Part, SoakSummary};
 pub use timing::{Latencies, LatencySummary};
 pub use verify::{Difference, Verification, compare, verify};

@@ -177,7 +177,7 @@ pub struct VerifyArguments {
 /// `inbye bench`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench density --max-samples 4096 --seconds 0.1 --ticks 5 --json"
+    after_help = "Example:\n  inbye bench density --max-samples 4096 --seconds 0.1 --ticks 5 --missions 0 --json"
 )]
 pub struct BenchArguments {
     /// What to measure.
@@ -188,6 +188,8 @@ pub struct BenchArguments {
 /// The benchmarks.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
+    /// What each part of the navigator buys: the same random missions with one part more each time.
+    Ablation(super::ablation::AblationArguments),
     /// Closed loop over the worlds of the BARN benchmark, by its rules.
     Barn(super::barn::BarnArguments),
     /// Sampling density against latency and quality, on every engine here.
@@ -196,16 +198,21 @@ pub enum BenchCommand {
     Movingai(MovingAiArguments),
     /// The paper's tables and figures, paths and drives, repeated beside its printed values.
     Paper(super::paper::PaperArguments),
+    /// Random missions on many maps among moving obstacles: contacts, reasons, and the same traces on every engine.
+    Soak(super::soak::SoakArguments),
 }
 
 /// `inbye bench density`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --chart density.svg\n\n\
+    after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --missions 0 --chart density.svg\n\n\
     Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine too slow for a density is left out there, and that is said.\n\
     Then the commands: regret is what is lost against the densest sampling (1,048,576 samples, or --max-samples where \
     that is more), as a share of what the best sample gains there over the mean admissible one. It is taken in \
-    windows of 0.1 s and 1 s, with as many forward speeds as turn rates and with a quarter as many."
+    windows of 0.1 s and 1 s, with as many forward speeds as turn rates and with a quarter as many.\n\
+    Last, closed_loop: the same random missions of at most 30 m on built-in maps with 64, 256... samples, at most 16,384 and \
+    --max-samples. The time of a tick there is that of the whole navigator, scan, local field and decision, on one core; \
+    the 99th percentile includes waiting for new paths."
 )]
 pub struct DensityArguments {
     /// Steps of the horizon.
@@ -223,12 +230,18 @@ pub struct DensityArguments {
     /// Decisions in which commands are compared with those of the densest sampling; 0 leaves that out.
     #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100))]
     pub ticks: usize,
+    /// Random missions driven with each of several samplings, one after the other on one core; 0 leaves that out.
+    #[arg(long, default_value_t = 12, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100_000))]
+    pub missions: usize,
     /// Write the rows of latencies into this file, CSV or JSON by its ending.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Write the rows of regrets into this file, CSV or JSON by its ending.
     #[arg(long, value_name = "FILE")]
     pub record_quality: Option<PathBuf>,
+    /// Keep a row for each mission and sampling in this file, and go on where it ends.
+    #[arg(long, value_name = "FILE.csv")]
+    pub record_missions: Option<PathBuf>,
     /// Draw latency and regret over the number of samples into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub chart: Option<PathBuf>,

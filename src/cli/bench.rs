@@ -11,7 +11,7 @@ use serde_json::json;
 use super::arguments::DensityArguments;
 use super::clock::wall_clock;
 use super::output_file::Output;
-use super::{density_words, engines, output, record_file};
+use super::{closed_loop, density_words, engines, output, record_file};
 
 /// Samples of the sampling that the others are judged by, unless more are measured.
 const DENSEST: usize = 1 << 20;
@@ -39,6 +39,12 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
     let mut all = with_every_thread_count(engines::all()?, engines::cores())?;
     let Density { rows, skipped } = measure(&mut all, &plan)?;
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
+    let closed_loop = closed_loop::drive(
+        arguments.missions,
+        most,
+        &SHAPES,
+        arguments.record_missions.as_deref(),
+    )?;
     let crossovers = crossovers(&rows);
     if let Some(table) = table {
         record_file::write(table, &rows)?;
@@ -55,12 +61,14 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
             "skipped": skipped,
             "crossover": crossovers,
             "quality": quality,
+            "closed_loop": closed_loop,
         }))?;
         return Ok(true);
     }
     density_words::density(&rows, &skipped, &crossovers)
         .iter()
         .chain(&density_words::quality(&quality))
+        .chain(&closed_loop::words(&closed_loop))
         .for_each(output::line);
     Ok(true)
 }

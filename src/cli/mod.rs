@@ -1,11 +1,13 @@
 //! The command line: the only room that prints, reads clocks and opens files to write.
 
+mod ablation;
 mod arguments;
 mod barn;
 mod barn_words;
 mod bench;
 mod campaign;
 mod clock;
+mod closed_loop;
 mod config;
 mod density_words;
 mod devices;
@@ -15,6 +17,7 @@ mod evaluate;
 mod followed;
 mod main_job;
 mod map_file;
+mod missions;
 mod movingai;
 mod movingai_words;
 pub mod output;
@@ -29,6 +32,8 @@ mod plan_words;
 mod problem_file;
 mod record_file;
 mod report_file;
+mod soak;
+mod soak_words;
 mod tour;
 mod verify;
 
@@ -53,10 +58,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Verify(command)) => verify::run(command, json),
         Some(Command::Devices) => devices::run(json),
         Some(Command::Bench(bench)) => match &bench.command {
+            BenchCommand::Ablation(command) => ablation::run(command, json),
             BenchCommand::Barn(command) => barn::run(command, json),
             BenchCommand::Density(command) => bench::density(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),
+            BenchCommand::Soak(command) => soak::run(command, json),
         },
     }
 }

@@ -44,7 +44,7 @@ impl Navigator {
         let (settings, limits) = (&self.settings, &self.robot.limits);
         let step = self
             .parking
-            .step(&now.pose, &now.twist, &goal, settings, limits);
+            .step(now.time_s, (&now.pose, &now.twist), &goal, settings, limits);
         let ParkingStep::Move(wanted) = step else {
             return Ok(self.arrive(now));
         };

@@ -86,9 +86,7 @@ impl Navigator {
         if recovers
             && creeps
             && error.abs() > CREEPING_TURNS_UNTIL
-            && let footprint = &self.robot.footprint
-            && let close = KeptClear::to_get_away(footprint, &self.settings, field, now)
-            && let Some(angle) = close.clear_turn(field, &now.pose, error)
+            && let Some(angle) = kept.clear_turn(field, &now.pose, error)
         {
             self.turns_until = CREEPING_TURNS_UNTIL;
             return Ok(self.turn_in_place(now, angle, target));
@@ -160,7 +158,9 @@ impl Navigator {
         let slow = self.settings.backing_speed;
         let limits = self.limits_between(-slow, slow / 2.0, now);
         let footprint = &self.robot.footprint;
-        let kept = KeptClear::to_get_away(footprint, &self.settings, field, now);
+        let wall_m = field.clearance_m(footprint, &now.pose).unwrap_or(0.0);
+        let least_m = self.recovery.least_margin_m(wall_m);
+        let kept = KeptClear::to_get_away(footprint, &self.settings, field, now, least_m);
         let situation = Situation {
             field,
             pose: now.pose,

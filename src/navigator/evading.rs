@@ -43,9 +43,9 @@ impl Navigator {
             .copied()
             .collect();
         let limits = &self.robot.limits;
-        let body = KeptClear::to_get_away(footprint, &self.settings, field, now).footprint;
+        let kept = KeptClear::new(footprint, &self.settings, field, now);
         let way = |wanted: &Twist, from: &[MovingDisc]| {
-            least_gap_m(now, wanted, limits, footprint, from, &body, field)
+            least_gap_m(now, wanted, limits, footprint, from, &kept, field)
         };
         if way(&Twist::STOP, &coming)? >= EVADED_GAP_M {
             return None;
@@ -84,7 +84,7 @@ fn least_gap_m(
     limits: &Limits,
     footprint: &Footprint,
     from: &[MovingDisc],
-    body: &Footprint,
+    kept: &KeptClear,
     field: &ClearanceField,
 ) -> Option<f64> {
     let (mut pose, mut twist): (Pose, Twist) = (now.pose, now.twist);
@@ -97,11 +97,7 @@ fn least_gap_m(
         );
         (pose, twist) = (pose.after(&mean, STEP_S), next);
         let moves = mean != Twist::STOP;
-        if moves
-            && field
-                .clearance_m(body, &pose)
-                .is_none_or(|clearance_m| clearance_m <= 0.0)
-        {
+        if moves && !kept.keeps_off_what_stands(field, &pose) {
             return None;
         }
         for disc in from {

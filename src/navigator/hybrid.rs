@@ -11,7 +11,7 @@ use super::{
 };
 use crate::geometry::{Point, Twist};
 use crate::global::Plan;
-use crate::local::{Counts, LocalPlanner};
+use crate::local::{ClearanceField, Counts, LocalPlanner};
 use crate::map::ObstacleGrid;
 use crate::robot::{Footprint, Limits};
 
@@ -193,11 +193,7 @@ impl Navigator {
         if self.mode == Mode::Stopped {
             return Ok(self.stop_over(now));
         }
-        let parks = self.parking.has_begun();
-        let to_goal_m = (robot - self.tour.goal().position).norm();
-        if parks && to_goal_m <= LEAVES_GOAL * self.settings.xy_goal_tolerance
-            || to_goal_m <= self.settings.xy_goal_tolerance
-        {
+        if self.is_at_goal(now, &field) {
             return self.park(now, &field);
         }
         let left_m = self.route.left_m();
@@ -208,6 +204,22 @@ impl Navigator {
         }
         self.replan(now, &field, off_path_m, stuck_s);
         self.drive(now, &field, stuck_s)
+    }
+
+    /// Whether the robot is near enough to its goal to park, or parks and has not left it since.
+    fn is_at_goal(&self, now: &Outlook, field: &ClearanceField) -> bool {
+        let goal = self.tour.goal();
+        let robot = now.pose.position();
+        let away_m = (robot - goal.position).norm();
+        let tolerance_m = self.settings.xy_goal_tolerance;
+        let near_m = if self.parking.has_begun() {
+            LEAVES_GOAL * tolerance_m
+        } else {
+            tolerance_m
+        };
+        away_m <= near_m
+            || Parking::can_begin(&now.pose, goal, &self.settings)
+                && self.is_straight_clear(&robot, &goal.position, field)
     }
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {

@@ -27,9 +27,8 @@ const TURN_STEP_RAD: f64 = 0.1;
 /// The robot itself overshoots a margin by less than this, metres; whoever is deeper within it came there.
 const OVERSHOOT_M: f64 = 0.03;
 
-/// However close it is, it keeps this share of what the map's coarseness demands, driving on and getting away.
+/// However close it is, it keeps this share of what the map's coarseness demands.
 const DRIVING_SHARE: f64 = 0.5;
-const GETTING_AWAY_SHARE: f64 = 0.25;
 /// And this from people, metres; half of it getting away.
 const LEAST_TO_PEOPLE_M: f64 = 0.05;
 
@@ -76,17 +75,19 @@ impl KeptClear {
 
     /// For a robot that gets away from where it is: of walls only what the map's coarseness demands, of people half
     /// the passing margin; smaller margins than those it stopped at, or it could only creep. Whoever is within the
-    /// whole margin counts as standing: were they taken to walk on into the robot, no way out would be admissible.
+    /// whole margin counts as standing: were they taken to walk on into the robot, no way out would be admissible. Never
+    /// less than `least_m` is kept of walls.
     pub fn to_get_away(
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
         now: &Outlook,
+        least_m: f64,
     ) -> Self {
         let pose = &now.pose;
         let coarseness_m = coarseness_m(field.frame().resolution_m);
         let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
-        let margin_m = left_of(coarseness_m, wall_m, GETTING_AWAY_SHARE * coarseness_m);
+        let margin_m = left_of(coarseness_m, wall_m, least_m);
         let grow = |disc: &MovingDisc| {
             let gap_m = footprint.gap_to_disc_m(pose, &disc.center(), disc.radius);
             let kept_m = left_of(
@@ -117,26 +118,27 @@ impl KeptClear {
 
     /// The turn on the spot to a yaw so much off that touches nothing: the shorter way round, else the longer one, radians.
     ///
-    /// Its ends swing where nothing was known to be clear; so it keeps what the map's coarseness demands, or at least does
-    /// not come nearer to anything where it has less than that.
+    /// However little is kept otherwise, a turn keeps what the map's coarseness demands: its ends swing to where nothing
+    /// was known to be clear.
     pub fn clear_turn(&self, field: &ClearanceField, pose: &Pose, angle: f64) -> Option<f64> {
-        let body = self.footprint.padded(-self.margin_m);
-        let coarseness_m = coarseness_m(field.frame().resolution_m);
         let is_clear = |angle: &f64| {
             let steps = (angle.abs() / TURN_STEP_RAD).ceil().max(1.0);
-            let mut kept_m = field.clearance_m(&body, pose).unwrap_or(0.0);
             (1..=steps as u32).all(|step| {
                 let yaw = pose.yaw + angle * f64::from(step) / steps;
                 let there = Pose { yaw, ..*pose };
-                let clearance_m = field.clearance_m(&body, &there).unwrap_or(0.0);
-                let is_far_enough = clearance_m >= kept_m.min(coarseness_m);
-                kept_m = clearance_m;
-                is_far_enough && self.is_clear_of_moving(&there, 0.0)
+                self.keeps_off_what_stands(field, &there) && self.is_clear_of_moving(&there, 0.0)
             })
         };
         [angle, angle - TAU.copysign(angle)]
             .into_iter()
             .find(is_clear)
+    }
+
+    /// Whether the robot at a pose is certain not to touch anything that stands, however coarse the map.
+    pub fn keeps_off_what_stands(&self, field: &ClearanceField, pose: &Pose) -> bool {
+        let body_m = field.clearance_m(&self.footprint, pose);
+        let coarseness_m = coarseness_m(field.frame().resolution_m);
+        body_m.is_some_and(|grown_m| grown_m + self.margin_m >= coarseness_m)
     }
 
     fn is_clear_of_moving(&self, pose: &Pose, time_s: f64) -> bool {

@@ -10,8 +10,8 @@ use super::{Goal, NavigatorSettings};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::robot::Limits;
 
-/// Highest speed of the approach, m/s.
-const FASTEST: f64 = 0.25;
+/// The tolerance grows by itself in so many seconds: a pose that is not known so well is not chased for ever.
+const TOLERANCE_GROWS_S: f64 = 10.0;
 /// Speed for each metre left, 1/s; turn rate for each radian, 1/s. Slow enough for a base that answers within 0.2 s.
 const SPEED_PER_M: f64 = 1.5;
 const RATE_PER_RAD: f64 = 2.5;
@@ -43,6 +43,13 @@ pub(super) enum ParkingStep {
 }
 
 impl Parking {
+    /// Whether a goal lies close enough before (or behind) a robot to drive straight at it.
+    pub fn can_begin(pose: &Pose, goal: &Goal, settings: &NavigatorSettings) -> bool {
+        let to_goal = pose.inverse_transform(&goal.position);
+        let off_nose = libm::atan2(to_goal.y, to_goal.x);
+        to_goal.coords.norm() <= settings.parking_distance_m && off_nose.abs() <= AIMS_FROM
+    }
+
     /// Whether it has begun.
     pub const fn has_begun(&self) -> bool {
         self.since_s.is_some()
@@ -53,17 +60,18 @@ impl Parking {
         now_s - *self.since_s.get_or_insert(now_s)
     }
 
-    /// What to do at a pose, moving so.
+    /// What to do at a time, seconds, at a pose, moving so.
     pub fn step(
         &mut self,
-        pose: &Pose,
-        twist: &Twist,
+        now_s: f64,
+        (pose, twist): (&Pose, &Twist),
         goal: &Goal,
         settings: &NavigatorSettings,
         limits: &Limits,
     ) -> ParkingStep {
         let away_m = (goal.position - pose.position()).norm();
-        let tolerance_m = settings.xy_parking_tolerance;
+        let lasted_s = self.lasted_s(now_s);
+        let tolerance_m = settings.xy_parking_tolerance * (1.0 + lasted_s / TOLERANCE_GROWS_S);
         if self.at_point && away_m > OFF_AGAIN * tolerance_m && self.returns < MOST_RETURNS {
             self.at_point = false;
             self.returns += 1;
@@ -99,7 +107,9 @@ impl Parking {
             return turn(error, limits);
         }
         let stops_in_time = (-limits.decel_lim_x * away_m).sqrt();
-        let speed = (SPEED_PER_M * away_m).min(stops_in_time).min(FASTEST);
+        let speed = (SPEED_PER_M * away_m)
+            .min(stops_in_time)
+            .min(limits.max_vel_x);
         let way = if backwards { -1.0 } else { 1.0 };
         Twist::new(way * speed, RATE_PER_RAD * error)
     }
@@ -125,7 +135,8 @@ mod tests {
         let (mut pose, mut twist, mut parking) = (start, Twist::STOP, Parking::default());
         let mut late = Twist::STOP;
         for tick in 0..600 {
-            let step = parking.step(&pose, &twist, &goal, &settings, limits);
+            let now_s = f64::from(tick) * 0.1;
+            let step = parking.step(now_s, (&pose, &twist), &goal, &settings, limits);
             let ParkingStep::Move(wanted) = step else {
                 return (pose, f64::from(tick) * 0.1);
             };

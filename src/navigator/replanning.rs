@@ -21,6 +21,10 @@ const LOOKS_EVERY_M: f64 = 0.1;
 const LOOKUP_CELLS: f64 = 0.25;
 /// A way round that is longer by no more than this is taken at once, metres.
 const SMALL_DETOUR_M: f64 = 3.0;
+/// No progress for so many patiences counts as waiting in vain.
+const STUCK_PATIENCES: f64 = 2.0;
+/// A way round people is given so many replanning periods: they move, and each plan would be another one.
+const WAITED_PERIODS: f64 = 6.0;
 /// A path that is clear is left for a shorter one at most once in so many replanning periods.
 const SHORTER_PERIODS: f64 = 4.0;
 
@@ -95,10 +99,13 @@ impl Navigator {
         if self.replanning.background.is_busy() || now.time_s < self.replanning.next_s {
             return;
         }
-        let Some(reason) = self.reason(now, field, is_blocked, off_path_m) else {
+        let Some(reason) = self.reason(now, field, is_blocked, off_path_m, stuck_s) else {
             return;
         };
-        let period_s = self.settings.replan_period_s;
+        let period_s = match reason {
+            Reason::Waited => WAITED_PERIODS * self.settings.replan_period_s,
+            _ => self.settings.replan_period_s,
+        };
         self.replanning.next_s = now.time_s + period_s;
         self.replanning.next_shorter_s = now.time_s + SHORTER_PERIODS * period_s;
         // Moving things count as obstacles only for a robot that waited for them in vain.
@@ -124,12 +131,15 @@ impl Navigator {
         field: &ClearanceField,
         is_blocked: bool,
         off_path_m: f64,
+        stuck_s: f64,
     ) -> Option<Reason> {
         if self.has_strayed(now, field, off_path_m) {
             Some(Reason::Strayed)
         } else if is_blocked {
             Some(Reason::Blocked)
-        } else if self.mode == Mode::BackingUp {
+        } else if self.mode == Mode::BackingUp
+            || stuck_s > STUCK_PATIENCES * self.settings.patience_s
+        {
             Some(Reason::Waited)
         } else {
             let may_be_shorter = now.time_s >= self.replanning.next_shorter_s

@@ -18,6 +18,8 @@ pub struct NavigatorSettings {
     pub xy_parking_tolerance: f64,
     /// And within this of the yaw asked for, radians.
     pub yaw_parking_tolerance: f64,
+    /// A goal this near and straight ahead is driven at by distance alone, metres.
+    pub parking_distance_m: f64,
     /// When this is over and it stands within the goal's tolerances, it has arrived all the same, seconds.
     pub parking_patience_s: f64,
     /// How long it stands at each stop of a tour, seconds.
@@ -79,6 +81,7 @@ impl Default for NavigatorSettings {
             yaw_goal_tolerance: 0.1,
             xy_parking_tolerance: 0.006,
             yaw_parking_tolerance: 0.003,
+            parking_distance_m: 1.0,
             parking_patience_s: 30.0,
             stop_s: 5.0,
             actuation_delay_s: 0.08,
@@ -125,6 +128,7 @@ impl NavigatorSettings {
             ),
             ("parking_patience_s", self.parking_patience_s, at_least_zero),
             ("stop_s", self.stop_s, at_least_zero),
+            ("parking_distance_m", self.parking_distance_m, at_least_zero),
             ("detour_patience_s", self.detour_patience_s, at_least_zero),
             ("actuation_delay_s", self.actuation_delay_s, at_least_zero),
             ("planning_budget_s", self.planning_budget_s, at_least_zero),

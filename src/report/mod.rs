@@ -4,6 +4,7 @@
 //! pictures are drawings in the page, and under each stands a table of the same numbers. The same data give the
 //! same bytes.
 
+mod ablation_page;
 mod axis;
 mod curves;
 mod density_chart;
@@ -47,6 +48,7 @@ use crate::map::OccupancyGrid;
 use crate::robot::Footprint;
 use crate::sim::Trace;
 
+pub use ablation_page::{AblationReport, ablation_html};
 pub use density_picture::density_svg;
 pub use drive_picture::{DriveView, drive_svg};
 pub use page::html;

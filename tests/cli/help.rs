@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 13] = [
     "",
     "plan",
     "drive",
@@ -10,10 +10,12 @@ const COMMANDS: [&str; 11] = [
     "verify",
     "devices",
     "bench",
+    "bench ablation",
     "bench barn",
     "bench density",
     "bench movingai",
     "bench paper",
+    "bench soak",
 ];
 
 /// The examples in a command's help: commands without the program's name.

@@ -11,4 +11,5 @@ mod paper;
 mod plan;
 mod program;
 mod refusals;
+mod soak;
 mod tools;

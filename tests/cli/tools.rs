@@ -50,7 +50,8 @@ fn devices_are_listed() {
 }
 
 /// A measurement that takes next to no time.
-const QUICK: &str = "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2";
+const QUICK: &str =
+    "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0";
 
 #[test]
 fn density_is_measured() {
@@ -62,7 +63,7 @@ fn density_is_measured() {
         "rows list, rows[].engine text, rows[].threads whole, rows[].samples whole, rows[].steps whole, \
          rows[].p50_ms real, rows[].p95_ms real, rows[].p99_ms real, rows[].max_ms real, rows[].decisions whole, \
          rows[].steps_per_s real, rows[].name text, rows[].missed_20_hz whole, rows[].missed_50_hz whole, \
-         rows[].missed_100_hz whole, skipped list, crossover list, quality list",
+         rows[].missed_100_hz whole, skipped list, crossover list, quality list, closed_loop list",
     );
     let rows = object["rows"].as_array().unwrap();
     // The key is there even for an engine without an adapter.

@@ -1,0 +1,135 @@
+//! What each part of the navigator buys: the same missions with one part more each time.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+use super::missions::{Ending, MissionRow, Setup, Tally, mean};
+use crate::navigator::Abilities;
+use crate::sim::Config;
+
+/// The navigator with some of its parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AblationVariant {
+    /// One word.
+    pub name: &'static str,
+    /// One line.
+    pub title: &'static str,
+    /// What is switched on.
+    pub abilities: Abilities,
+}
+
+const NOTHING: Abilities = Abilities {
+    global_path: false,
+    progress: false,
+    tracking: false,
+    replanning: false,
+    recovery: false,
+};
+
+const fn variant(name: &'static str, title: &'static str, abilities: Abilities) -> AblationVariant {
+    AblationVariant {
+        name,
+        title,
+        abilities,
+    }
+}
+
+/// From the dynamic window alone to the whole navigator; each has one part more than the one before.
+pub const ABLATION_VARIANTS: [AblationVariant; 6] = {
+    let astar = Abilities {
+        global_path: true,
+        ..NOTHING
+    };
+    let progress = Abilities {
+        progress: true,
+        ..astar
+    };
+    let tracking = Abilities {
+        tracking: true,
+        ..progress
+    };
+    let replanning = Abilities {
+        replanning: true,
+        ..tracking
+    };
+    let recovery = Abilities {
+        recovery: true,
+        ..replanning
+    };
+    [
+        variant("dwa", "DWA alone, the goal its target", NOTHING),
+        variant("astar_dwa", "A* and DWA as printed", astar),
+        variant("progress", "+ progress along the path", progress),
+        variant("tracking", "+ moving obstacles tracked", tracking),
+        variant("replanning", "+ paths planned anew", replanning),
+        variant("recovery", "+ recovery: all", recovery),
+    ]
+};
+
+impl AblationVariant {
+    /// A configuration with only these parts.
+    #[must_use]
+    pub fn setup(&self, config: &Config) -> Setup {
+        let mut config = config.clone();
+        config.navigator.abilities = self.abilities;
+        Setup {
+            name: self.name.to_owned(),
+            config,
+        }
+    }
+}
+
+/// What a variant did with the missions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AblationRow {
+    /// The variant's word.
+    pub variant: String,
+    /// Its line.
+    pub title: String,
+    /// What came of its missions; the mean time is that of its own successes.
+    #[serde(flatten)]
+    pub tally: Tally,
+    /// Missions that all variants with any success reached.
+    pub shared: usize,
+    /// This one's mean time over these, seconds; none where there are none, or it has no success.
+    pub mean_shared_time_s: Option<f64>,
+}
+
+/// The table of an ablation, in the order of the variants.
+#[must_use]
+pub fn ablation_rows(rows: &[&MissionRow]) -> Vec<AblationRow> {
+    let of_variant = |variant: &AblationVariant| -> Vec<&MissionRow> {
+        let own = rows.iter().copied();
+        own.filter(|row| row.setup == variant.name).collect()
+    };
+    let times = |rows: &[&'_ MissionRow]| -> BTreeMap<(String, u64), f64> {
+        let reached = rows.iter().filter(|row| row.result == Ending::Reached);
+        reached
+            .map(|row| ((row.map.clone(), row.seed), row.time_s))
+            .collect()
+    };
+    let all: Vec<_> = ABLATION_VARIANTS
+        .iter()
+        .map(|variant| {
+            let rows = of_variant(variant);
+            (variant, times(&rows), rows)
+        })
+        .collect();
+    let shared = all
+        .iter()
+        .filter(|(_, times, _)| !times.is_empty())
+        .map(|(_, times, _)| times.keys().collect::<BTreeSet<_>>())
+        .reduce(|one, other| &one & &other)
+        .unwrap_or_default();
+    let row = |(variant, times, rows): &(&AblationVariant, BTreeMap<_, f64>, Vec<&MissionRow>)| {
+        AblationRow {
+            variant: variant.name.to_owned(),
+            title: variant.title.to_owned(),
+            tally: Tally::of(rows),
+            shared: shared.len(),
+            mean_shared_time_s: mean(shared.iter().filter_map(|key| times.get(*key)).copied()),
+        }
+    };
+    all.iter().map(row).collect()
+}

@@ -1,0 +1,104 @@
+//! What sampling density is worth in a closed loop: the same missions with more and more samples.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::missions::{Ending, MissionRow, Setup, Tally, mean};
+use super::quality::grid_counts;
+use super::soak::percentile;
+use crate::sim::Config;
+
+/// What a sampling did with the missions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClosedLoopRow {
+    /// Forward speeds tried at each decision.
+    pub vx_samples: u32,
+    /// Turn rates tried at each decision.
+    pub vtheta_samples: u32,
+    /// Samples: the product.
+    pub samples: usize,
+    /// Missions.
+    pub missions: usize,
+    /// Those that reached their goal.
+    pub reached: usize,
+    /// Contacts, whoever's motion brought them about.
+    pub contacts: usize,
+    /// Time taken beside that with the densest sampling, the mean over the missions that both reached.
+    pub mean_time_ratio: Option<f64>,
+    /// Smallest gap, the mean over the missions reached, metres.
+    pub mean_clearance_m: Option<f64>,
+    /// Wall-clock time of a whole tick on one core, from the scan through the local field to the command, milliseconds: the
+    /// median over missions of their medians.
+    pub tick_p50_ms: Option<f64>,
+    /// The median over missions of their 99th percentiles. Ticks that wait for a new global path are among these.
+    pub tick_p99_ms: Option<f64>,
+}
+
+/// A configuration with each sampling: numbers of samples in so many shapes, forward speeds for each turn rate. Samplings
+/// that come out the same are one.
+#[must_use]
+pub fn closed_loop_setups(config: &Config, samples: &[usize], shapes: &[f64]) -> Vec<Setup> {
+    let mut setups: Vec<Setup> = Vec::new();
+    for &samples in samples {
+        for &shape in shapes {
+            let (vx_samples, vtheta_samples) = grid_counts(samples, shape);
+            let mut config = config.clone();
+            config.local.vx_samples = vx_samples;
+            config.local.vtheta_samples = vtheta_samples;
+            let name = format!("{vx_samples}x{vtheta_samples}");
+            if setups.iter().all(|setup| setup.name != name) {
+                setups.push(Setup { name, config });
+            }
+        }
+    }
+    setups
+}
+
+/// The table of a closed loop, in the order of the setups. The densest of them is the yardstick; of equally dense ones the
+/// first.
+#[must_use]
+pub fn closed_loop_rows(setups: &[Setup], rows: &[&MissionRow]) -> Vec<ClosedLoopRow> {
+    let of_setup = |setup: &Setup| -> Vec<&MissionRow> {
+        let own = rows.iter().copied();
+        own.filter(|row| row.setup == setup.name).collect()
+    };
+    let densest = setups.iter().rev().max_by_key(|setup| samples(setup));
+    let yardstick: BTreeMap<(&str, u64), f64> = densest
+        .map(of_setup)
+        .unwrap_or_default()
+        .into_iter()
+        .filter(|row| row.result == Ending::Reached && row.time_s > 0.0)
+        .map(|row| ((row.map.as_str(), row.seed), row.time_s))
+        .collect();
+    let row = |setup: &Setup| {
+        let rows = of_setup(setup);
+        let tally = Tally::of(&rows);
+        let reached = rows.iter().filter(|row| row.result == Ending::Reached);
+        let ratios = reached.filter_map(|row| {
+            let least_s = yardstick.get(&(row.map.as_str(), row.seed))?;
+            Some(row.time_s / least_s)
+        });
+        let middle = |figure: fn(&MissionRow) -> Option<f64>| {
+            percentile(rows.iter().filter_map(|row| figure(row)).collect(), 0.5)
+        };
+        ClosedLoopRow {
+            vx_samples: setup.config.local.vx_samples,
+            vtheta_samples: setup.config.local.vtheta_samples,
+            samples: samples(setup),
+            missions: tally.missions,
+            reached: tally.reached,
+            contacts: tally.contacts_robot + tally.contacts_other,
+            mean_time_ratio: mean(ratios),
+            mean_clearance_m: tally.mean_clearance_m,
+            tick_p50_ms: middle(|row| row.tick_p50_ms),
+            tick_p99_ms: middle(|row| row.tick_p99_ms),
+        }
+    };
+    setups.iter().map(row).collect()
+}
+
+const fn samples(setup: &Setup) -> usize {
+    let local = &setup.config.local;
+    local.vx_samples as usize * local.vtheta_samples as usize
+}

@@ -1,0 +1,272 @@
+//! Who is to blame for a contact.
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Point, Vector};
+use crate::robot::Footprint;
+use crate::sim::{TraceRow, World};
+
+/// Closing speed above which the robot's own motion closed the gap, m/s.
+const CLOSING_M_S: f64 = 0.02;
+/// What moves no faster than this stands still, m/s.
+const STANDS_M_S: f64 = 0.02;
+
+/// Whose motion closed the gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The robot's.
+    Robot,
+    /// That of what it touched, alone.
+    Other,
+}
+
+/// What was touched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// What stands still for ever.
+    Ground,
+    /// A moving obstacle, by its place in the row's list.
+    Moving(usize),
+}
+
+/// A contact, and how it came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// What was touched: of several the one with the least gap.
+    pub body: Body,
+    /// Whose motion closed the gap.
+    pub cause: Cause,
+    /// How fast the robot's own motion closed the gap, m/s; below zero where it backed away. None for the ground, which is
+    /// never to blame.
+    pub closing_m_s: Option<f64>,
+    /// How fast what was touched moved, m/s; none where that is not known, since it was not there before.
+    pub body_m_s: Option<f64>,
+}
+
+/// The contact at a row of a trace, none where there is a gap. `before` is the row before it, `radii_m` those of the moving
+/// obstacles, `world` what stands still.
+///
+/// The robot is to blame when what it touched stands still, or when the true velocity of the touching part of its
+/// footprint towards the other's centre is above 0.02 m/s, at the row or the one before it: the gap was closed between the
+/// two. Otherwise only the other one's motion can have closed it.
+#[must_use]
+pub fn contact(
+    row: &TraceRow,
+    before: Option<&TraceRow>,
+    radii_m: &[f64],
+    footprint: &Footprint,
+    world: &World,
+) -> Option<Contact> {
+    let moving = row.moving.iter().zip(radii_m).enumerate();
+    let nearest = moving
+        .filter_map(|(index, (center, &radius_m))| {
+            let center = (*center)?;
+            let gap_m = footprint.gap_to_disc_m(&row.pose, &center, radius_m);
+            Some((gap_m, index, center))
+        })
+        .min_by(|one, other| one.0.total_cmp(&other.0));
+    let to_ground_m = world.gap_to_static_m(footprint, &row.pose);
+    let (gap_m, touched) = match nearest {
+        Some((gap_m, index, center)) if gap_m < to_ground_m => (gap_m, Some((index, center))),
+        _ => (to_ground_m, None),
+    };
+    if gap_m > 0.0 {
+        return None;
+    }
+    let Some((index, center)) = touched else {
+        return Some(Contact {
+            body: Body::Ground,
+            cause: Cause::Robot,
+            closing_m_s: None,
+            body_m_s: Some(0.0),
+        });
+    };
+    let was = before.and_then(|before| Some((before, (*before.moving.get(index)?)?)));
+    let body_m_s = was.map(|(before, place)| {
+        (center - place).norm() / (row.time_s - before.time_s).max(f64::MIN_POSITIVE)
+    });
+    let earlier = was.map(|(before, place)| closing_m_s(before, footprint, &place));
+    let closing_m_s = closing_m_s(row, footprint, &center);
+    let closing_m_s = earlier.map_or(closing_m_s, |earlier| closing_m_s.max(earlier));
+    let stands = body_m_s.is_some_and(|body_m_s| body_m_s <= STANDS_M_S);
+    let cause = if stands || closing_m_s > CLOSING_M_S {
+        Cause::Robot
+    } else {
+        Cause::Other
+    };
+    Some(Contact {
+        body: Body::Moving(index),
+        cause,
+        closing_m_s: Some(closing_m_s),
+        body_m_s,
+    })
+}
+
+/// How fast the robot's true motion brings the nearest disc of its footprint nearer to a point, m/s.
+fn closing_m_s(row: &TraceRow, footprint: &Footprint, center: &Point) -> f64 {
+    let gap = |(own, radius_m): &(Point, f64)| (center - own).norm() - radius_m;
+    let nearest = footprint
+        .at(&row.pose)
+        .min_by(|one, other| gap(one).total_cmp(&gap(other)));
+    let Some((own, _)) = nearest else {
+        return 0.0;
+    };
+    let (sin, cos) = libm::sincos(row.pose.yaw);
+    let arm = own - row.pose.position();
+    // A disc that turns about its own centre comes no nearer to anything; its centre moves with the robot.
+    let velocity =
+        Vector::new(cos, sin) * row.twist.linear + Vector::new(-arm.y, arm.x) * row.twist.angular;
+    let towards = center - own;
+    let distance_m = towards.norm();
+    if distance_m > 0.0 {
+        velocity.dot(&towards) / distance_m
+    } else {
+        velocity.norm()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Pose, Twist};
+    use crate::map::{Cell, GridFrame, ObstacleGrid};
+    use crate::navigator::Mode;
+
+    const RADII_M: [f64; 1] = [0.3];
+
+    /// 10 by 10 m, solid from x = 8 m on.
+    fn world() -> World {
+        let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a sound size");
+        let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        for column in 80..100 {
+            (0..100).for_each(|row| ground.set(Cell::new(column, row), true));
+        }
+        World::new(ground)
+    }
+
+    fn footprint() -> Footprint {
+        Footprint::round(0.4).expect("a sound radius")
+    }
+
+    fn row(time_s: f64, pose: Pose, twist: Twist, center: Option<[f64; 2]>) -> TraceRow {
+        TraceRow {
+            time_s,
+            pose,
+            belief: pose,
+            twist,
+            command: twist,
+            local_target: pose.position(),
+            gap_m: 0.0,
+            admissible: 0,
+            samples: 0,
+            mode: Mode::Driving,
+            path: 0,
+            moving: vec![center.map(|[x, y]| Point::new(x, y))],
+        }
+    }
+
+    /// A robot that faces along x and drives at a speed, and a body that came along x from its right or left at another:
+    /// they touch at the second row.
+    fn met(robot_m_s: f64, body_m_s: f64) -> Contact {
+        let twist = Twist::new(robot_m_s, 0.0);
+        let before = row(
+            0.0,
+            Pose::new(4.0 - 0.1 * robot_m_s, 5.0, 0.0),
+            twist,
+            Some([4.69 - 0.1 * body_m_s, 5.0]),
+        );
+        let at = row(0.1, Pose::new(4.0, 5.0, 0.0), twist, Some([4.69, 5.0]));
+        contact(&at, Some(&before), &RADII_M, &footprint(), &world()).expect("they touch")
+    }
+
+    #[test]
+    fn who_closes_the_gap_is_to_blame() {
+        for (robot_m_s, body_m_s, expected) in [
+            (0.5, 0.0, Cause::Robot),
+            // Head on: both close it.
+            (0.5, -0.8, Cause::Robot),
+            // The robot catches up with somebody.
+            (0.5, 0.3, Cause::Robot),
+            // It stands, or as good as.
+            (0.0, -0.8, Cause::Other),
+            (0.01, -0.8, Cause::Other),
+            // It backs away, not fast enough.
+            (-0.3, -0.8, Cause::Other),
+        ] {
+            let contact = met(robot_m_s, body_m_s);
+            assert_eq!(contact.cause, expected, "{robot_m_s}, {body_m_s}");
+            assert_eq!(contact.body, Body::Moving(0));
+            let closing_m_s = contact.closing_m_s.expect("it moves");
+            // A wrong sign would make this its opposite.
+            assert!((closing_m_s - robot_m_s).abs() < 1e-12, "{closing_m_s}");
+            let found = contact.body_m_s.expect("it was there before");
+            assert!((found - body_m_s.abs()).abs() < 1e-9, "{found}");
+        }
+    }
+
+    /// The planted fault: the same meetings with the direction turned round must be told apart from the right ones.
+    #[test]
+    fn a_wrong_sign_would_be_seen() {
+        let wrong = |robot_m_s: f64, body_m_s| {
+            let closing_m_s = -met(robot_m_s, body_m_s).closing_m_s.expect("it moves");
+            if closing_m_s > CLOSING_M_S {
+                Cause::Robot
+            } else {
+                Cause::Other
+            }
+        };
+        assert_ne!(wrong(0.5, -0.8), met(0.5, -0.8).cause);
+        assert_ne!(wrong(-0.3, -0.8), met(-0.3, -0.8).cause);
+    }
+
+    #[test]
+    fn braking_within_the_tick_does_not_clear_the_robot() {
+        let before = row(
+            0.0,
+            Pose::new(3.97, 5.0, 0.0),
+            Twist::new(0.4, 0.0),
+            Some([4.74, 5.0]),
+        );
+        let at = row(
+            0.1,
+            Pose::new(4.0, 5.0, 0.0),
+            Twist::default(),
+            Some([4.69, 5.0]),
+        );
+        let found = contact(&at, Some(&before), &RADII_M, &footprint(), &world());
+        assert_eq!(found.map(|found| found.cause), Some(Cause::Robot));
+    }
+
+    #[test]
+    fn a_tail_that_swings_into_somebody_is_the_robots() {
+        let discs = [0.2, -0.2].map(|x| crate::robot::Disc {
+            x,
+            y: 0.0,
+            radius: 0.3,
+        });
+        let footprint = Footprint::new(discs.to_vec()).expect("two discs with a radius");
+        // Turning to the left in place swings the tail to the right, where somebody walks up.
+        for (rate, expected) in [(0.8, Cause::Robot), (-0.8, Cause::Other)] {
+            let twist = Twist::new(0.0, rate);
+            let pose = Pose::new(4.0, 5.0, 0.0);
+            let before = row(0.0, pose, twist, Some([3.8, 4.37]));
+            let at = row(0.1, pose, twist, Some([3.8, 4.41]));
+            let found = contact(&at, Some(&before), &RADII_M, &footprint, &world());
+            assert_eq!(found.map(|found| found.cause), Some(expected), "{rate}");
+        }
+    }
+
+    #[test]
+    fn the_ground_is_never_to_blame() {
+        let twist = Twist::new(-0.5, 0.0);
+        let at = row(0.0, Pose::new(7.61, 5.0, 0.0), twist, None);
+        let found = contact(&at, None, &RADII_M, &footprint(), &world()).expect("they touch");
+        assert_eq!((found.cause, found.body), (Cause::Robot, Body::Ground));
+        let clear = row(0.0, Pose::new(7.5, 5.0, 0.0), twist, Some([6.0, 5.0]));
+        assert_eq!(
+            contact(&clear, None, &RADII_M, &footprint(), &world()),
+            None
+        );
+    }
+}

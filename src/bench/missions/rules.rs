@@ -1,0 +1,55 @@
+//! What missions are drawn by.
+
+use serde::Serialize;
+
+use super::MissionsError;
+
+/// How long missions are, who walks there, and how often the map is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rules {
+    /// Shortest path and straight distance between start and goal, metres.
+    pub least_m: f64,
+    /// Longest path, metres.
+    pub longest_m: f64,
+    /// Most moving obstacles; each number from none on is as likely.
+    pub most_people: usize,
+    /// Share of missions, 0 to 1, with one or two things on the path that the map does not show. They leave a way.
+    pub unmapped_share: f64,
+}
+
+impl Default for Rules {
+    /// 4 to 60 m, up to four moving obstacles, a map that is right.
+    fn default() -> Self {
+        Self {
+            least_m: 4.0,
+            longest_m: 60.0,
+            most_people: 4,
+            unmapped_share: 0.0,
+        }
+    }
+}
+
+impl Rules {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`MissionsError::BadRule`] names the first that is out of range.
+    pub fn validate(&self) -> Result<(), MissionsError> {
+        let within = |name, value: f64, least: f64, most: f64, expected| {
+            if (least..=most).contains(&value) {
+                return Ok(());
+            }
+            Err(MissionsError::BadRule {
+                name,
+                value,
+                expected,
+            })
+        };
+        within("least_m", self.least_m, 0.5, 1000.0, "0.5 to 1000")?;
+        let expected = "least_m to 10000";
+        within("longest_m", self.longest_m, self.least_m, 1e4, expected)?;
+        let people = self.most_people as f64;
+        within("most_people", people, 0.0, 100.0, "0 to 100")?;
+        within("unmapped_share", self.unmapped_share, 0.0, 1.0, "0 to 1")
+    }
+}

@@ -1,0 +1,80 @@
+//! What stands on the way and is on no map.
+
+use core::ops::RangeInclusive;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+use crate::geometry::{Point, Pose, Vector};
+use crate::global::Path;
+use crate::map::{Cell, ObstacleGrid};
+use crate::navigator::RoutePlanner;
+
+/// Half the side of a box or the radius of a pillar, metres.
+const HALF_M: RangeInclusive<f64> = 0.15..=0.35;
+/// Its middle's distance from the path, metres, either way.
+const OFFSET_M: f64 = 0.5;
+/// It is at least so far along the path from either end, metres.
+const FROM_ENDS_M: f64 = 2.0;
+/// Attempts to find a place that leaves a way.
+const ATTEMPTS: usize = 12;
+
+/// The ground with one or two boxes or pillars more on a path, and how many there was room for: after each the planner still
+/// finds a way from end to end.
+pub(super) fn unmapped(
+    ground: &ObstacleGrid,
+    path: &Path,
+    planner: &mut RoutePlanner,
+    rng: &mut Pcg64Mcg,
+) -> (ObstacleGrid, usize) {
+    let wanted = rng.random_range(1..=2);
+    let mut truth = ground.clone();
+    let mut placed = 0;
+    let stretch = FROM_ENDS_M..path.length_m() - FROM_ENDS_M;
+    let ends = path.points().first().zip(path.points().last());
+    let Some((&start, &goal)) = ends.filter(|_| !stretch.is_empty()) else {
+        return (truth, placed);
+    };
+    for _ in 0..ATTEMPTS {
+        if placed == wanted {
+            break;
+        }
+        let arc_m = rng.random_range(stretch.clone());
+        let along = path.direction_at(arc_m);
+        let aside = Vector::new(-along.y, along.x) * rng.random_range(-OFFSET_M..=OFFSET_M);
+        let half_m = rng.random_range(HALF_M);
+        let middle = path.point_at(arc_m) + aside;
+        let mut tried = truth.clone();
+        if rng.random_bool(0.5) {
+            tried.fill_disc(&middle, half_m);
+        } else {
+            fill_box(&mut tried, &middle, libm::atan2(along.y, along.x), half_m);
+        }
+        let near_an_end = [start, goal]
+            .iter()
+            .any(|end| (end - middle).norm() < FROM_ENDS_M);
+        if !near_an_end && planner.plan(&tried, start, goal, &mut || 0.0).is_ok() {
+            truth = tried;
+            placed += 1;
+        }
+    }
+    (truth, placed)
+}
+
+/// Marks every cell whose centre lies within a square about a point, turned by a yaw, of half a side in metres.
+fn fill_box(grid: &mut ObstacleGrid, middle: &Point, yaw: f64, half_m: f64) {
+    let frame = *grid.frame();
+    let square = Pose::new(middle.x, middle.y, yaw);
+    let units = frame.to_cell_units(middle);
+    let reach = half_m * core::f64::consts::SQRT_2 / frame.resolution_m;
+    let cells = |at: f64| libm::floor(at - reach) as i32..=libm::floor(at + reach) as i32;
+    for row in cells(units.y) {
+        for column in cells(units.x) {
+            let cell = Cell::new(column, row);
+            let inside = square.inverse_transform(&frame.center_of(cell));
+            if inside.x.abs() <= half_m && inside.y.abs() <= half_m {
+                grid.set(cell, true);
+            }
+        }
+    }
+}
