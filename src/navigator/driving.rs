@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::caution::cautious_speed;
 use super::hybrid::{Decision, Navigator};
 use super::kept_clear::KeptClear;
 use super::outlook::Outlook;
@@ -192,6 +193,8 @@ impl Navigator {
         if kept.within_a_margin {
             fastest = fastest.min(self.settings.passing_speed);
         }
+        let delay_s = self.settings.actuation_delay_s + self.planner.settings().control_period_s;
+        fastest = fastest.min(cautious_speed(now, &self.robot.footprint, limits, delay_s));
         if faces_away {
             fastest = fastest.min(TURNS_BELOW / 2.0);
         }

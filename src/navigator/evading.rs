@@ -100,9 +100,13 @@ fn least_gap_m(
         if moves && !kept.keeps_off_what_stands(field, &pose) {
             return None;
         }
+        let gap_m = |disc: &MovingDisc| footprint.gap_to_disc_m(&pose, &disc.center(), disc.radius);
         for disc in from {
-            let then = disc.after(f64::from(step) * STEP_S);
-            least_m = least_m.min(footprint.gap_to_disc_m(&pose, &then.center(), then.radius));
+            least_m = least_m.min(gap_m(&disc.after(f64::from(step) * STEP_S)));
+            // He may have stopped or turned where he is: nobody is driven at because he is believed to move on.
+            if moves {
+                least_m = least_m.min(gap_m(disc));
+            }
         }
     }
     Some(least_m)

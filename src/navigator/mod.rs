@@ -7,6 +7,7 @@
 mod abilities;
 mod arriving;
 mod background;
+mod caution;
 mod driving;
 mod evading;
 mod fault;
