@@ -1,4 +1,4 @@
-//! Following the path, and backing out of where it cannot be followed.
+//! Following the path.
 
 use std::sync::Arc;
 
@@ -7,7 +7,6 @@ use super::hybrid::{Decision, Navigator};
 use super::kept_clear::KeptClear;
 use super::outlook::Outlook;
 use super::parking::turn;
-use super::recovery::BACKING_WEIGHTS;
 use super::{Fault, Mode};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use crate::local::{ClearanceField, Situation};
@@ -39,7 +38,7 @@ impl Navigator {
             if let Some(decision) = self.evade(now, field) {
                 return Ok(decision);
             }
-            return self.back_out(now, field, target);
+            return Ok(self.get_out(now, field, target));
         }
         let kept = KeptClear::new(&self.robot.footprint, &self.settings, field, now);
         let error = wrap_angle(bearing(&now.pose.position(), &target) - now.pose.yaw);
@@ -50,7 +49,7 @@ impl Navigator {
             self.settings.turn_in_place_from
         };
         let turn_away = (recovers && error.abs() > turns_from)
-            .then(|| kept.clear_turn(field, &now.pose, error))
+            .then(|| self.clear_turn(now, &kept, field, error))
             .flatten();
         // A moving robot first slows down: it may be avoiding something, or about to come round by itself.
         if let Some(angle) = turn_away
@@ -87,7 +86,7 @@ impl Navigator {
         if recovers
             && creeps
             && error.abs() > CREEPING_TURNS_UNTIL
-            && let Some(angle) = kept.clear_turn(field, &now.pose, error)
+            && let Some(angle) = self.clear_turn(now, &kept, field, error)
         {
             self.turns_until = CREEPING_TURNS_UNTIL;
             return Ok(self.turn_in_place(now, angle, target));
@@ -146,40 +145,6 @@ impl Navigator {
             let there = Pose::new(point.x, point.y, 0.0);
             let clearance_m = field.clearance_m(&body, &there);
             clearance_m.is_none_or(|clearance_m| clearance_m > 0.0)
-        })
-    }
-
-    /// Moves slowly back to where it came from, even from within a margin.
-    fn back_out(
-        &mut self,
-        now: &Outlook,
-        field: &Arc<ClearanceField>,
-        target: Point,
-    ) -> Result<Decision, Fault> {
-        let slow = self.settings.backing_speed;
-        let limits = self.limits_between(-slow, slow / 2.0, now);
-        let footprint = &self.robot.footprint;
-        let wall_m = field.clearance_m(footprint, &now.pose).unwrap_or(0.0);
-        let least_m = self.recovery.least_margin_m(wall_m);
-        let kept = KeptClear::to_get_away(footprint, &self.settings, field, now, least_m);
-        let situation = Situation {
-            field,
-            pose: now.pose,
-            twist: now.twist,
-            obstacles: &kept.moving,
-            target,
-            key_node: self.recovery.place_behind(&now.pose),
-            limits,
-            footprint: &kept.footprint,
-            weights: BACKING_WEIGHTS,
-        };
-        let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
-        self.mode = Mode::BackingUp;
-        Ok(Decision {
-            command: command.unwrap_or_else(|| self.brake(now)),
-            mode: self.mode,
-            local_target: target,
-            counts: Some(evaluation.counts),
         })
     }
 

@@ -50,8 +50,8 @@ impl Navigator {
         if way(&Twist::STOP, &coming)? >= EVADED_GAP_M {
             return None;
         }
-        // Nobody is run into for another's sake.
-        let standing_m = way(&Twist::STOP, &now.moving)?;
+        // Nobody is run into for another's sake, nor because it would hurt less: who cannot get clear stands.
+        let standing_m = way(&Twist::STOP, &now.moving)?.max(0.0);
         let backward = BACKWARD.map(|share| share * limits.min_vel_x.min(0.0));
         let forward = FORWARD.map(|share| share * limits.max_vel_x);
         let mut best = (standing_m + WORTH_M, None);

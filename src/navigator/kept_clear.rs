@@ -3,8 +3,6 @@
 use super::NavigatorSettings;
 use super::outlook::Outlook;
 use super::planning::{coarseness_m, local_margin_m};
-use core::f64::consts::TAU;
-
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;
@@ -22,14 +20,12 @@ pub(super) struct KeptClear {
 
 /// A robot within a margin keeps this much less than the distance it has, metres, so that standing is admissible.
 const SLACK_M: f64 = 0.002;
-/// A turn is looked over at steps of this, radians: 4 cm at the ends of a robot of 0.84 m.
-const TURN_STEP_RAD: f64 = 0.1;
 /// The robot itself overshoots a margin by less than this, metres; whoever is deeper within it came there.
 const OVERSHOOT_M: f64 = 0.03;
 
 /// However close it is, it keeps this share of what the map's coarseness demands.
 const DRIVING_SHARE: f64 = 0.5;
-/// And this from people, metres; half of it getting away.
+/// And this from people, metres.
 const LEAST_TO_PEOPLE_M: f64 = 0.05;
 
 impl KeptClear {
@@ -73,65 +69,11 @@ impl KeptClear {
         }
     }
 
-    /// For a robot that gets away from where it is: of walls only what the map's coarseness demands, of people half
-    /// the passing margin; smaller margins than those it stopped at, or it could only creep. Whoever is within the
-    /// whole margin counts as standing: were they taken to walk on into the robot, no way out would be admissible. Never
-    /// less than `least_m` is kept of walls.
-    pub fn to_get_away(
-        footprint: &Footprint,
-        settings: &NavigatorSettings,
-        field: &ClearanceField,
-        now: &Outlook,
-        least_m: f64,
-    ) -> Self {
-        let pose = &now.pose;
-        let coarseness_m = coarseness_m(field.frame().resolution_m);
-        let wall_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
-        let margin_m = left_of(coarseness_m, wall_m, least_m);
-        let grow = |disc: &MovingDisc| {
-            let gap_m = footprint.gap_to_disc_m(pose, &disc.center(), disc.radius);
-            let kept_m = left_of(
-                settings.passing_margin_m / 2.0,
-                gap_m,
-                LEAST_TO_PEOPLE_M / 2.0,
-            );
-            let mut kept = grown(disc, kept_m - margin_m);
-            if gap_m < settings.moving_margin_m {
-                (kept.vx, kept.vy) = (0.0, 0.0);
-            }
-            kept
-        };
-        Self {
-            moving: now.moving.iter().map(grow).collect(),
-            footprint: footprint.padded(margin_m),
-            within_a_margin: true,
-            margin_m,
-        }
-    }
-
     /// Whether a robot at a pose, so many seconds from now, would touch nothing.
     pub fn is_clear_at(&self, field: &ClearanceField, pose: &Pose, time_s: f64) -> bool {
         let clearance_m = field.clearance_m(&self.footprint, pose);
         clearance_m.is_some_and(|clearance_m| clearance_m > 0.0)
             && self.is_clear_of_moving(pose, time_s)
-    }
-
-    /// The turn on the spot to a yaw so much off that touches nothing: the shorter way round, else the longer one, radians.
-    ///
-    /// However little is kept otherwise, a turn keeps what the map's coarseness demands: its ends swing to where nothing
-    /// was known to be clear.
-    pub fn clear_turn(&self, field: &ClearanceField, pose: &Pose, angle: f64) -> Option<f64> {
-        let is_clear = |angle: &f64| {
-            let steps = (angle.abs() / TURN_STEP_RAD).ceil().max(1.0);
-            (1..=steps as u32).all(|step| {
-                let yaw = pose.yaw + angle * f64::from(step) / steps;
-                let there = Pose { yaw, ..*pose };
-                self.keeps_off_what_stands(field, &there) && self.is_clear_of_moving(&there, 0.0)
-            })
-        };
-        [angle, angle - TAU.copysign(angle)]
-            .into_iter()
-            .find(is_clear)
     }
 
     /// Whether the robot at a pose is certain not to touch anything that stands, however coarse the map.
@@ -141,7 +83,8 @@ impl KeptClear {
         body_m.is_some_and(|grown_m| grown_m + self.margin_m >= coarseness_m)
     }
 
-    fn is_clear_of_moving(&self, pose: &Pose, time_s: f64) -> bool {
+    /// Whether everybody keeps clear of a robot at a pose, so many seconds from now.
+    pub fn is_clear_of_moving(&self, pose: &Pose, time_s: f64) -> bool {
         self.moving.iter().all(|disc| {
             let then = disc.after(time_s);
             let gap_m = self

@@ -4,26 +4,14 @@ use super::outlook::Outlook;
 use super::trail::Trail;
 use super::watch::Since;
 use crate::geometry::{Point, Pose};
-use crate::local::Weights;
 
 /// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
 const BACKING_S: f64 = 2.0;
 const LONGEST_BACKING: u32 = 3;
 /// One that gets on so slowly that it made no progress for so many patiences is held up too, however it wiggles.
 const WIGGLING: f64 = 3.0;
-/// A pose is off by no more than this from one tick to the next, metres.
-const POSE_NOISE_M: f64 = 0.01;
 /// A robot slower than this that does not turn is held up, m/s.
 const CREEPING: f64 = 0.05;
-
-/// Getting back to where it came from counts. Little for clearance, which differs from sample to sample by far more than
-/// the distance does where everything is near: with more the robot would stay where it is clearest.
-pub const BACKING_WEIGHTS: Weights = Weights {
-    heading: 0.0,
-    clearance: 0.05,
-    velocity: 0.0,
-    path: 0.95,
-};
 
 /// Attempts to back out, one longer than the other until there is progress.
 pub struct Recovery {
@@ -32,8 +20,6 @@ pub struct Recovery {
     attempts: u32,
     backing_until_s: f64,
     next_s: f64,
-    /// What is kept of walls at least while backing out, metres: what there was when it began.
-    backing_margin_m: Option<f64>,
 }
 
 impl Default for Recovery {
@@ -44,7 +30,6 @@ impl Default for Recovery {
             attempts: 0,
             backing_until_s: f64::NEG_INFINITY,
             next_s: f64::NEG_INFINITY,
-            backing_margin_m: None,
         }
     }
 }
@@ -53,13 +38,6 @@ impl Recovery {
     /// Whether the robot shall back out now.
     pub fn is_backing(&self, now_s: f64) -> bool {
         now_s < self.backing_until_s
-    }
-
-    /// What to keep of walls at least while backing out, for a robot this far from one, metres: nothing nearer than where
-    /// it began, but for the noise of its pose.
-    pub fn least_margin_m(&mut self, wall_m: f64) -> f64 {
-        let least_m = (wall_m - POSE_NOISE_M).max(0.0);
-        *self.backing_margin_m.get_or_insert(least_m)
     }
 
     /// Notes a tick of turning in place, which is no standing still.
@@ -75,7 +53,6 @@ impl Recovery {
         if stuck_s == 0.0 {
             self.attempts = 0;
         }
-        self.backing_margin_m = None;
         let creeps = now.twist.linear.abs() < CREEPING;
         let held_up_s = self.held_up.update(now_s, creeps);
         let is_patient = held_up_s <= patience_s && stuck_s <= WIGGLING * patience_s;

@@ -1,0 +1,90 @@
+//! What stands close by, cell by cell: exact where the distance field is not.
+//!
+//! The field tells a distance from the middle of one cell to the middle of another: good to a cell and a half. A robot that
+//! works its way out of a corner has less than that to spare.
+
+use crate::geometry::{Point, Pose};
+use crate::local::ClearanceField;
+use crate::map::{Cell, GridFrame};
+use crate::robot::Footprint;
+
+/// The obstacle cells about a place, as the squares that they are.
+#[derive(Clone, Debug)]
+pub(super) struct CloseUp {
+    frame: GridFrame,
+    /// Lower left corners, in cells.
+    squares: Vec<Point>,
+    reach_m: f64,
+}
+
+impl CloseUp {
+    /// All that stands within a distance of a place, as the field's window shows it.
+    pub fn new(field: &ClearanceField, place: &Point, reach_m: f64) -> Self {
+        let frame = *field.frame();
+        let middle = frame.to_cell_units(place);
+        let reach = reach_m / frame.resolution_m;
+        let span = |at: f64, cells: i32| {
+            let first = ((at - reach).floor() as i32).max(0);
+            first..=((at + reach).floor() as i32).min(cells - 1)
+        };
+        let units = field.units();
+        let squares = span(middle.y, frame.height)
+            .flat_map(|row| span(middle.x, frame.width).map(move |column| Cell::new(column, row)))
+            .filter(|&cell| units[frame.index(cell)] == 0)
+            .map(|cell| Point::new(f64::from(cell.column), f64::from(cell.row)))
+            .collect();
+        Self {
+            frame,
+            squares,
+            reach_m,
+        }
+    }
+
+    /// The gap between a footprint at a pose and what stands, metres: at or below zero it touches. Never more than the
+    /// distance within which this knows anything.
+    pub fn gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
+        let gap = |(center, radius_m): (Point, f64)| {
+            let units = self.frame.to_cell_units(&center);
+            let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
+            let squared = |square: &Point| {
+                let (dx, dy) = (beyond(units.x, square.x), beyond(units.y, square.y));
+                dx * dx + dy * dy
+            };
+            let nearest = self
+                .squares
+                .iter()
+                .map(squared)
+                .fold(f64::INFINITY, f64::min);
+            nearest.sqrt() * self.frame.resolution_m - radius_m
+        };
+        footprint.at(pose).map(gap).fold(self.reach_m, f64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::ObstacleGrid;
+
+    #[test]
+    fn gaps_are_those_to_the_squares() {
+        let frame = GridFrame::new(40, 40, 0.1, Pose::new(1.0, 2.0, 0.3)).expect("a sound size");
+        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        obstacles.set(Cell::new(30, 20), true);
+        let field = ClearanceField::new(&obstacles).expect("a sound resolution");
+        let footprint = Footprint::round(0.3).expect("a sound radius");
+        // In cells: 6.3 to the left of the square, level with it; then 0.4 left of and 0.5 below its corner.
+        for (x, y, gap_m) in [(23.7, 20.5, 0.33), (29.6, 19.5, 0.064_031 - 0.3)] {
+            let place = frame.from_cell_units(&Point::new(x, y));
+            let close_up = CloseUp::new(&field, &place, 1.0);
+            let found_m = close_up.gap_m(&footprint, &Pose::new(place.x, place.y, 1.0));
+            assert!((found_m - gap_m).abs() < 1e-6, "{found_m} at {x}, {y}");
+        }
+        let far = frame.from_cell_units(&Point::new(5.0, 5.0));
+        let close_up = CloseUp::new(&field, &far, 0.5);
+        assert_eq!(
+            close_up.gap_m(&footprint, &Pose::new(far.x, far.y, 0.0)),
+            0.5
+        );
+    }
+}
