@@ -7,6 +7,9 @@ use super::outlook::Outlook;
 
 /// Who is this much to the side of the robot's own width is passed, metres.
 const BESIDE_M: f64 = 0.1;
+/// Until the scans have shown that somebody turned, seconds: the tracker takes about half a second to be sure of a motion,
+/// and most of that of a change.
+const NOTICED_S: f64 = 0.4;
 /// The robot stands this far off when somebody reaches it, metres.
 const LEFT_M: f64 = 0.05;
 
@@ -28,6 +31,7 @@ pub(super) fn cautious_speed(
         place.x > 0.0 && place.y.abs() < half_width_m + disc.radius + BESIDE_M
     };
     let braking = -limits.decel_lim_x;
+    let delay_s = delay_s + NOTICED_S;
     let speed = |disc: &MovingDisc| {
         let gap_m = footprint.gap_to_disc_m(&now.pose, &disc.center(), disc.radius);
         let pace = libm::hypot(disc.vx, disc.vy);
@@ -67,8 +71,8 @@ mod tests {
     fn both_together_use_up_the_gap() {
         for (x, vx) in [(1.2, 0.0), (1.6, 0.75), (3.0, -0.5), (8.0, 1.5)] {
             let fast = speed(x, 0.0, vx);
-            let stopping_s = 0.1 + fast;
-            let way_m = fast * 0.1 + fast * fast / 2.0 + libm::fabs(vx) * stopping_s;
+            let stopping_s = 0.5 + fast;
+            let way_m = fast * 0.5 + fast * fast / 2.0 + libm::fabs(vx) * stopping_s;
             assert!((way_m - (x - 0.65)).abs() < 1e-9, "{x}, {vx}: {fast}");
         }
     }

@@ -43,6 +43,7 @@ struct Mark {
     center: Point,
     evidence: u8,
     first_s: f64,
+    last_s: f64,
 }
 
 /// What a return is known to be.
@@ -126,12 +127,14 @@ impl LocalMap {
         if slot != UNMARKED {
             let mark = &mut self.marks[slot as usize];
             mark.evidence = (mark.evidence + 1).min(MOST_EVIDENCE);
+            mark.last_s = time_s;
         } else if !self.is_beside_known(cell) {
             self.marks.push(Mark {
                 index: index as u32,
                 center: frame.center_of(cell),
                 evidence: 1,
                 first_s: time_s,
+                last_s: time_s,
             });
             self.slots[index] = self.marks.len() as u32;
         }
@@ -163,6 +166,19 @@ impl LocalMap {
         self.slots[gone.index as usize] = 0;
         if let Some(moved) = self.marks.get(slot) {
             self.slots[moved.index as usize] = slot as u32 + 1;
+        }
+    }
+
+    /// Removes marks that no scan hit since a time, seconds, but for those within a distance of a place.
+    pub fn forget(&mut self, since_s: f64, place: &Point, near_m: f64) {
+        let mut slot = 0;
+        while slot < self.marks.len() {
+            let mark = &self.marks[slot];
+            if mark.last_s < since_s && (mark.center - place).norm() > near_m {
+                self.remove(slot);
+            } else {
+                slot += 1;
+            }
         }
     }
 

@@ -25,6 +25,9 @@ const SMALL_DETOUR_M: f64 = 3.0;
 const STUCK_PATIENCES: f64 = 2.0;
 /// A way round people is given so many replanning periods: they move, and each plan would be another one.
 const WAITED_PERIODS: f64 = 6.0;
+/// What leaves no way is forgotten when it was not seen for so long, seconds, unless it is so near, metres.
+const REMEMBERED_S: f64 = 5.0;
+const REMEMBERED_M: f64 = 1.0;
 /// A path that is clear is left for a shorter one at most once in so many replanning periods.
 const SHORTER_PERIODS: f64 = 4.0;
 
@@ -94,6 +97,12 @@ impl Navigator {
         let blocked_s = self.replanning.blocked.update(now.time_s, is_blocked);
         let waits = self.settings.wait_for_plans;
         if let Some((reason, plan)) = self.replanning.background.due(now.time_s, waits) {
+            if matches!(plan, Err(PlanError::NoValidPath { .. })) {
+                // What stood there may have gone since: Nav2 clears its costmaps then.
+                let since_s = now.time_s - REMEMBERED_S;
+                let robot = now.pose.position();
+                self.surroundings.forget(since_s, &robot, REMEMBERED_M);
+            }
             self.take(reason, plan, stuck_s, blocked_s);
         }
         if self.replanning.background.is_busy() || now.time_s < self.replanning.next_s {

@@ -73,6 +73,12 @@ impl Surroundings {
         self.tracker.as_ref().map_or(&[], Tracker::moving)
     }
 
+    /// Forgets marks that no scan hit since a time, seconds, but for those within a distance of a place, metres: for a robot
+    /// that they leave no way.
+    pub(super) fn forget(&mut self, since_s: f64, place: &Point, near_m: f64) {
+        self.map.forget(since_s, place, near_m);
+    }
+
     /// Centres of the marked cells.
     pub fn marks(&self) -> impl Iterator<Item = Point> + '_ {
         self.map.marks()
