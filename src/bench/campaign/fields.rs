@@ -16,7 +16,7 @@ fn field(value: &Value) -> String {
         Value::String(text) => {
             // A line is a line: breaks within a text become spaces.
             let text = text.replace(['\n', '\r'], " ");
-            let is_plain = !text.contains([',', '"']) && bare(&text) == *value;
+            let is_plain = !text.contains([',', '"']) && bare(&text).as_str() == Some(&text);
             if is_plain {
                 text
             } else {
