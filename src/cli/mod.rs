@@ -5,11 +5,14 @@ mod barn;
 mod barn_words;
 mod bench;
 mod campaign;
+mod changes;
 mod clock;
 mod config;
 mod density_words;
 mod devices;
 mod drive;
+mod dynabarn;
+mod dynabarn_words;
 mod engines;
 mod evaluate;
 mod followed;
@@ -17,6 +20,7 @@ mod main_job;
 mod map_file;
 mod movingai;
 mod movingai_words;
+mod one_run;
 pub mod output;
 mod output_file;
 mod paper;
@@ -55,6 +59,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Bench(bench)) => match &bench.command {
             BenchCommand::Barn(command) => barn::run(command, json),
             BenchCommand::Density(command) => bench::density(command, json),
+            BenchCommand::Dynabarn(command) => dynabarn::run(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),
         },
