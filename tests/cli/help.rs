@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "",
     "plan",
     "drive",
@@ -12,6 +12,7 @@ const COMMANDS: [&str; 11] = [
     "bench",
     "bench barn",
     "bench density",
+    "bench dynabarn",
     "bench movingai",
     "bench paper",
 ];
@@ -48,6 +49,7 @@ fn every_example_works() {
         );
     }
     crate::barn::write_worlds(&place);
+    crate::dynabarn::write_worlds(&place);
     let mut tried = 0;
     for command in COMMANDS {
         let examples = examples(&place, command);
