@@ -21,7 +21,7 @@ use super::{dynabarn_words, engines, output};
 /// `inbye bench dynabarn`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench dynabarn --worlds dynabarn --seeds 3 --record runs.csv\n\n\
+    after_help = "Example:\n  inbye bench dynabarn --worlds dynabarn --seeds 3 --record moving.csv\n\n\
     The folder holds world_NN.json. The robot, a Jackal, has an empty map and sees the cylinders by its laser alone; they \
     take no notice of it, and jump from the end of their way to its beginning. A run ends when its true pose is within \
     1 m of the goal, on contact, or after 100 s.\n\
