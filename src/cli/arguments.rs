@@ -194,6 +194,8 @@ pub enum BenchCommand {
     Barn(super::barn::BarnArguments),
     /// Sampling density against latency and quality, on every engine here.
     Density(DensityArguments),
+    /// Closed loop over the worlds of the `DynaBARN` benchmark: cylinders that move and take no notice of the robot.
+    Dynabarn(super::dynabarn::DynaBarnArguments),
     /// Grid search against the published optimal lengths of the `MovingAI` benchmark.
     Movingai(MovingAiArguments),
     /// The paper's tables and figures, paths and drives, repeated beside its printed values.

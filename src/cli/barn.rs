@@ -1,25 +1,20 @@
 //! `inbye bench barn`.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::PathBuf;
 
-use anyhow::{Context, anyhow};
 use clap::Args;
 use inbye::bench::barn::{
     BarnRow, BarnWorld, RunKey, Summary, Task, barn_config, drive, read_worlds,
 };
 use inbye::bench::campaign::{Row, settings_digest};
-use inbye::map::OccupancyGrid;
-use inbye::report::{DriveView, drive_svg};
 use inbye::sim::Config;
 use serde_json::{Value, json};
 
 use super::arguments::{number, whole};
 use super::campaign::Campaign;
+use super::changes::changed;
 use super::clock::wall_clock;
-use super::drive::{one_line, record};
-use super::output_file::Output;
+use super::one_run::{Files, OneRun};
 use super::{barn_words, engines, output};
 
 /// `inbye bench barn`.
@@ -65,27 +60,6 @@ pub struct BarnArguments {
     pub ticks: Option<PathBuf>,
 }
 
-/// One run.
-#[derive(Clone, Copy, Debug)]
-pub struct OneRun {
-    world: u32,
-    seed: u64,
-}
-
-impl FromStr for OneRun {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (world, seed) = text
-            .split_once(',')
-            .ok_or("write WORLD,SEED, such as 12,0")?;
-        Ok(Self {
-            world: whole(0, u64::from(u32::MAX))(world)?,
-            seed: whole(0, u64::MAX)(seed)?,
-        })
-    }
-}
-
 fn speed(text: &str) -> Result<f64, String> {
     let fits = |speed: f64| speed > 0.0 && speed <= 10.0;
     number(text, fits, "metres per second, above zero and at most 10")
@@ -93,7 +67,10 @@ fn speed(text: &str) -> Result<f64, String> {
 
 /// Drives the worlds.
 pub fn run(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
-    let config = config(arguments)?;
+    let config = changed(
+        barn_config(arguments.max_speed),
+        arguments.config.as_deref(),
+    )?;
     if let Some(OneRun { world, seed }) = arguments.trace {
         let worlds = read_worlds(&arguments.worlds, Some(&[world]))?;
         return trace(arguments, &Task::barn(&worlds[0], seed), &config, json);
@@ -128,29 +105,10 @@ fn trace(
     config: &Config,
     json: bool,
 ) -> anyhow::Result<bool> {
-    let svg = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
-    let ticks = arguments
-        .ticks
-        .as_deref()
-        .map(output::create_record)
-        .transpose()?;
+    let files = Files::create(arguments.svg.as_deref(), arguments.ticks.as_deref())?;
     let (row, result) = drive(task, config, &mut wall_clock())?;
-    if let (Some(svg), Some(result)) = (svg, &result) {
-        let mission = task.mission()?;
-        let solid = |&blocked: &bool| if blocked { 100 } else { 0 };
-        let truth = mission.truth.context("a world has a truth")?;
-        let map = OccupancyGrid::new(*truth.frame(), truth.cells().iter().map(solid).collect());
-        svg.write(drive_svg(&DriveView {
-            title: &format!("BARN {}", row.key()),
-            caption: &one_line(result),
-            map: &map,
-            start: mission.start,
-            goal: mission.goal.position,
-            trace: &result.trace,
-        }))?;
-    }
-    if let (Some(file), Some(result)) = (ticks, &result) {
-        record(file, result)?;
+    if let Some(result) = &result {
+        files.write(&format!("BARN {}", row.key()), &task.mission()?, result)?;
     }
     if json {
         output::json(&row)?;
@@ -178,40 +136,4 @@ fn object(summary: &Summary, rows: &[&BarnRow], max_speed: f64) -> anyhow::Resul
     object["simulator"] = json!(barn_words::SIMULATOR);
     object["rows"] = json!(rows);
     Ok(object)
-}
-
-/// The benchmark's settings, with those of a file in place of its own.
-fn config(arguments: &BarnArguments) -> anyhow::Result<Config> {
-    let ours = barn_config(arguments.max_speed);
-    let Some(file) = &arguments.config else {
-        ours.validate()?;
-        return Ok(ours);
-    };
-    changed(&ours, file).with_context(|| format!("{}", file.display()))
-}
-
-fn changed(ours: &Config, file: &Path) -> anyhow::Result<Config> {
-    let text = fs::read_to_string(file).context("cannot be read as text: check the path")?;
-    // The error's first line names the place, the others draw it.
-    let plain = |error: toml::de::Error| anyhow!("{}", error.message().to_owned());
-    let changes = toml::Table::from_str(&text).map_err(plain)?;
-    let mut table = toml::Table::try_from(ours)?;
-    change(&mut table, changes);
-    let config: Config = table.try_into().map_err(plain)?;
-    config.validate()?;
-    Ok(config)
-}
-
-/// Puts values in place of others, table by table.
-fn change(table: &mut toml::Table, changes: toml::Table) {
-    for (name, value) in changes {
-        match (table.get_mut(&name), value) {
-            (Some(toml::Value::Table(within)), toml::Value::Table(changes)) => {
-                change(within, changes);
-            }
-            (_, value) => {
-                table.insert(name, value);
-            }
-        }
-    }
 }

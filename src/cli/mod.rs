@@ -6,12 +6,15 @@ mod barn;
 mod barn_words;
 mod bench;
 mod campaign;
+mod changes;
 mod clock;
 mod closed_loop;
 mod config;
 mod density_words;
 mod devices;
 mod drive;
+mod dynabarn;
+mod dynabarn_words;
 mod engines;
 mod evaluate;
 mod followed;
@@ -20,6 +23,7 @@ mod map_file;
 mod missions;
 mod movingai;
 mod movingai_words;
+mod one_run;
 pub mod output;
 mod output_file;
 mod paper;
@@ -61,6 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             BenchCommand::Ablation(command) => ablation::run(command, json),
             BenchCommand::Barn(command) => barn::run(command, json),
             BenchCommand::Density(command) => bench::density(command, json),
+            BenchCommand::Dynabarn(command) => dynabarn::run(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),
             BenchCommand::Soak(command) => soak::run(command, json),

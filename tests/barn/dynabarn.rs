@@ -130,11 +130,11 @@ fn reads() {
         assert_eq!(error.lines().count(), 1, "{error}");
     }
     fs::remove_file(&file).expect("it is there");
-    let error = read_worlds(folder.path())
+    let error = read_worlds(folder.path(), None)
         .expect_err("an empty folder")
         .to_string();
     assert!(error.contains("holds no world_NN.json"), "{error}");
-    let error = read_worlds(&folder.path().join("gone"))
+    let error = read_worlds(&folder.path().join("gone"), None)
         .expect_err("no folder")
         .to_string();
     assert!(error.contains("gone: cannot be read"), "{error}");
@@ -247,7 +247,7 @@ pub fn trial() -> Trial {
 }
 
 fn all_are_read() -> Result<(), Failed> {
-    let worlds = read_worlds(Path::new(WORLDS))?;
+    let worlds = read_worlds(Path::new(WORLDS), None)?;
     assert_eq!(worlds.len(), 30);
     for world in &worlds {
         assert_eq!(world.start.position(), Point::new(11.0, 0.0));

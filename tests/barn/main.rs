@@ -9,6 +9,7 @@ mod dynabarn;
 mod files;
 mod ground;
 mod ledger;
+mod moving_drives;
 mod public;
 mod scoring;
 
@@ -22,11 +23,13 @@ fn main() -> ExitCode {
         files::TESTS,
         ground::TESTS,
         ledger::TESTS,
+        moving_drives::TESTS,
         scoring::TESTS,
     ];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.push(public::trial());
     trials.push(dynabarn::trial());
+    trials.push(moving_drives::trial());
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 

@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "",
     "plan",
     "drive",
@@ -13,6 +13,7 @@ const COMMANDS: [&str; 13] = [
     "bench ablation",
     "bench barn",
     "bench density",
+    "bench dynabarn",
     "bench movingai",
     "bench paper",
     "bench soak",
@@ -50,6 +51,7 @@ fn every_example_works() {
         );
     }
     crate::barn::write_worlds(&place);
+    crate::dynabarn::write_worlds(&place);
     let mut tried = 0;
     for command in COMMANDS {
         let examples = examples(&place, command);

@@ -3,6 +3,7 @@
 mod barn;
 mod drawing;
 mod drive;
+mod dynabarn;
 mod evaluate;
 mod help;
 mod memory;

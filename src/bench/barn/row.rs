@@ -5,6 +5,7 @@ use core::fmt::{self, Display};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::campaign::Row;
+use crate::sim::MissionResult;
 
 /// How a run ended, in the challenge's words and one more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,6 +19,23 @@ pub enum Verdict {
     Timeout,
     /// The navigator gave up, with a reason.
     Failed,
+}
+
+impl Verdict {
+    /// Of a mission that was driven.
+    #[must_use]
+    pub const fn of(result: &MissionResult) -> Self {
+        // Contact comes first: a robot that touches something within the goal's radius did not get there.
+        if result.collided {
+            Self::Collided
+        } else if result.reached {
+            Self::Succeeded
+        } else if result.fault.is_some() {
+            Self::Failed
+        } else {
+            Self::Timeout
+        }
+    }
 }
 
 /// Which run: the world, and the seed of its noise.

@@ -114,16 +114,7 @@ impl Task {
             let _ = times.record(seconds);
         }
         let times = times.summary();
-        // Contact comes first: a robot that touches something within the goal's radius did not get there.
-        let verdict = if result.collided {
-            Verdict::Collided
-        } else if result.reached {
-            Verdict::Succeeded
-        } else if result.fault.is_some() {
-            Verdict::Failed
-        } else {
-            Verdict::Timeout
-        };
+        let verdict = Verdict::of(result);
         let reached = verdict == Verdict::Succeeded;
         BarnRow {
             world: self.world,

@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::map::MapError;
+use crate::sim::SimError;
+
 /// Worlds that cannot be driven.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DynaBarnError {
@@ -20,6 +23,34 @@ pub enum DynaBarnError {
     NoWorld {
         /// The folder.
         folder: PathBuf,
+    },
+    /// A world asked for that is not there.
+    #[error("world {world} is not among the {count} of {}: it has {some} and others", folder.display())]
+    NotAmong {
+        /// The folder.
+        folder: PathBuf,
+        /// The world.
+        world: u32,
+        /// How many the folder holds.
+        count: usize,
+        /// The first that it holds.
+        some: String,
+    },
+    /// A world too large for one grid.
+    #[error("world {world}: {error}")]
+    Ground {
+        /// The world.
+        world: u32,
+        /// Why.
+        error: MapError,
+    },
+    /// A run that cannot be begun.
+    #[error("world {world}: {error}")]
+    Sim {
+        /// The world.
+        world: u32,
+        /// Why.
+        error: SimError,
     },
     /// A file that is no world.
     #[error("{}: no world of moving cylinders: {reason}", file.display())]

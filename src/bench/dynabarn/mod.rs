@@ -3,11 +3,22 @@
 //!
 //! The cylinders take no notice of the robot, so some contacts are nobody's fault. A plain rate of success counts them
 //! all; [`Blame`] says which count against the robot.
+//!
+//! The simulator is not Gazebo, in which others measure: it has no physics and no delays of messages. And a cylinder goes
+//! straight from keyframe to keyframe, where Gazebo lays a spline through them.
 
 mod blame;
+mod config;
 mod error;
+mod row;
+mod run;
+mod summary;
 mod world;
 
 pub use blame::{Blame, Hindsight, State};
+pub use config::dynabarn_config;
 pub use error::DynaBarnError;
+pub use row::{Culprit, DynaBarnRow};
+pub use run::{Task, drive};
+pub use summary::Summary;
 pub use world::{Body, DynaBarnWorld, read_world, read_worlds};

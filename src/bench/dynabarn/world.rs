@@ -49,11 +49,17 @@ struct BodyFile {
     keyframes_t_x_y: Vec<[f64; 3]>,
 }
 
-/// The worlds of a folder, `world_*.json`, in the order of their numbers.
+/// Numbers that an error names.
+const SOME: usize = 5;
+
+/// The worlds of a folder, `world_*.json`, in the order of their numbers: all, or those asked for.
 ///
 /// # Errors
-/// When the folder cannot be read, holds no world, or one of them is refused.
-pub fn read_worlds(folder: &Path) -> Result<Vec<DynaBarnWorld>, DynaBarnError> {
+/// When the folder cannot be read, holds no world or not one that is asked for, or one of them is refused.
+pub fn read_worlds(
+    folder: &Path,
+    only: Option<&[u32]>,
+) -> Result<Vec<DynaBarnWorld>, DynaBarnError> {
     let unreadable = |error: std::io::Error| DynaBarnError::Unreadable {
         file: folder.to_owned(),
         reason: error.to_string(),
@@ -74,6 +80,19 @@ pub fn read_worlds(folder: &Path) -> Result<Vec<DynaBarnWorld>, DynaBarnError> {
     let worlds = files.iter().map(|file| read_world(file));
     let mut worlds = worlds.collect::<Result<Vec<_>, _>>()?;
     worlds.sort_by_key(|world| world.number);
+    if let Some(only) = only {
+        let absent = |number: &&u32| worlds.iter().all(|world| world.number != **number);
+        if let Some(&world) = only.iter().find(absent) {
+            let numbers = worlds.iter().map(|world| world.number.to_string());
+            return Err(DynaBarnError::NotAmong {
+                folder: folder.to_owned(),
+                world,
+                count: worlds.len(),
+                some: numbers.take(SOME).collect::<Vec<_>>().join(", "),
+            });
+        }
+        worlds.retain(|world| only.contains(&world.number));
+    }
     Ok(worlds)
 }
 
