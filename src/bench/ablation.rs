@@ -24,6 +24,7 @@ const NOTHING: Abilities = Abilities {
     progress: false,
     tracking: false,
     replanning: false,
+    caution: false,
     recovery: false,
 };
 
@@ -36,7 +37,7 @@ const fn variant(name: &'static str, title: &'static str, abilities: Abilities) 
 }
 
 /// From the dynamic window alone to the whole navigator; each has one part more than the one before.
-pub const ABLATION_VARIANTS: [AblationVariant; 6] = {
+pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
     let astar = Abilities {
         global_path: true,
         ..NOTHING
@@ -53,9 +54,13 @@ pub const ABLATION_VARIANTS: [AblationVariant; 6] = {
         replanning: true,
         ..tracking
     };
+    let caution = Abilities {
+        caution: true,
+        ..replanning
+    };
     let recovery = Abilities {
         recovery: true,
-        ..replanning
+        ..caution
     };
     [
         variant("dwa", "DWA alone, the goal its target", NOTHING),
@@ -63,6 +68,7 @@ pub const ABLATION_VARIANTS: [AblationVariant; 6] = {
         variant("progress", "+ progress along the path", progress),
         variant("tracking", "+ moving obstacles tracked", tracking),
         variant("replanning", "+ paths planned anew", replanning),
+        variant("caution", "+ caution towards people", caution),
         variant("recovery", "+ recovery: all", recovery),
     ]
 };

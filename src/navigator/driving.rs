@@ -159,7 +159,9 @@ impl Navigator {
             fastest = fastest.min(self.settings.passing_speed);
         }
         let delay_s = self.settings.actuation_delay_s + self.planner.settings().control_period_s;
-        fastest = fastest.min(cautious_speed(now, &self.robot.footprint, limits, delay_s));
+        if self.settings.abilities.caution {
+            fastest = fastest.min(cautious_speed(now, &self.robot.footprint, limits, delay_s));
+        }
         if faces_away {
             fastest = fastest.min(TURNS_BELOW / 2.0);
         }

@@ -43,22 +43,28 @@ impl Navigator {
             .copied()
             .collect();
         let limits = &self.robot.limits;
-        let kept = KeptClear::new(footprint, &self.settings, field, now);
-        let way = |wanted: &Twist, from: &[MovingDisc]| {
-            least_gap_m(now, wanted, limits, footprint, from, &kept, field)
+        let caution = self.settings.abilities.caution;
+        let ways = Ways {
+            now,
+            limits,
+            footprint,
+            kept: KeptClear::new(footprint, &self.settings, field, now),
+            field,
+            caution,
         };
-        if way(&Twist::STOP, &coming)? >= EVADED_GAP_M {
+        if ways.least_gap_m(&Twist::STOP, &coming)? >= EVADED_GAP_M {
             return None;
         }
         // Nobody is run into for another's sake, nor because it would hurt less: who cannot get clear stands.
-        let standing_m = way(&Twist::STOP, &now.moving)?.max(0.0);
+        let least_m = if caution { 0.0 } else { f64::NEG_INFINITY };
+        let standing_m = ways.least_gap_m(&Twist::STOP, &now.moving)?.max(least_m);
         let backward = BACKWARD.map(|share| share * limits.min_vel_x.min(0.0));
         let forward = FORWARD.map(|share| share * limits.max_vel_x);
         let mut best = (standing_m + WORTH_M, None);
         for linear in forward.into_iter().chain(backward) {
             for share in TURNING {
                 let wanted = Twist::new(linear, share * limits.max_vel_theta);
-                let Some(gap_m) = way(&wanted, &now.moving) else {
+                let Some(gap_m) = ways.least_gap_m(&wanted, &now.moving) else {
                     continue;
                 };
                 let gap_m = gap_m.min(ENOUGH_GAP_M);
@@ -76,38 +82,46 @@ impl Navigator {
     }
 }
 
-/// The least distance from people on a way with a velocity that is made for as fast as the limits allow; none where
-/// something that stands is in the way.
-fn least_gap_m(
-    now: &Outlook,
-    wanted: &Twist,
-    limits: &Limits,
-    footprint: &Footprint,
-    from: &[MovingDisc],
-    kept: &KeptClear,
-    field: &ClearanceField,
-) -> Option<f64> {
-    let (mut pose, mut twist): (Pose, Twist) = (now.pose, now.twist);
-    let mut least_m = f64::INFINITY;
-    for step in 1..=(LOOKS_AHEAD_S / STEP_S) as u32 {
-        let next = limits.reachable(&twist, wanted, STEP_S);
-        let mean = Twist::new(
-            f64::midpoint(twist.linear, next.linear),
-            f64::midpoint(twist.angular, next.angular),
-        );
-        (pose, twist) = (pose.after(&mean, STEP_S), next);
-        let moves = mean != Twist::STOP;
-        if moves && !kept.keeps_off_what_stands(field, &pose) {
-            return None;
-        }
-        let gap_m = |disc: &MovingDisc| footprint.gap_to_disc_m(&pose, &disc.center(), disc.radius);
-        for disc in from {
-            least_m = least_m.min(gap_m(&disc.after(f64::from(step) * STEP_S)));
-            // He may have stopped or turned where he is: nobody is driven at because he is believed to move on.
-            if moves {
-                least_m = least_m.min(gap_m(disc));
+/// What ways are judged by.
+struct Ways<'a> {
+    now: &'a Outlook,
+    limits: &'a Limits,
+    footprint: &'a Footprint,
+    kept: KeptClear,
+    field: &'a ClearanceField,
+    /// Whether nobody is counted on to move on.
+    caution: bool,
+}
+
+impl Ways<'_> {
+    /// The least distance from people on a way with a velocity that is made for as fast as the limits allow; none where
+    /// something that stands is in the way.
+    fn least_gap_m(&self, wanted: &Twist, from: &[MovingDisc]) -> Option<f64> {
+        let (mut pose, mut twist): (Pose, Twist) = (self.now.pose, self.now.twist);
+        let mut least_m = f64::INFINITY;
+        for step in 1..=(LOOKS_AHEAD_S / STEP_S) as u32 {
+            let next = self.limits.reachable(&twist, wanted, STEP_S);
+            let mean = Twist::new(
+                f64::midpoint(twist.linear, next.linear),
+                f64::midpoint(twist.angular, next.angular),
+            );
+            (pose, twist) = (pose.after(&mean, STEP_S), next);
+            let moves = mean != Twist::STOP;
+            if moves && !self.kept.keeps_off_what_stands(self.field, &pose) {
+                return None;
+            }
+            let gap_m = |disc: &MovingDisc| {
+                let center = disc.center();
+                self.footprint.gap_to_disc_m(&pose, &center, disc.radius)
+            };
+            for disc in from {
+                least_m = least_m.min(gap_m(&disc.after(f64::from(step) * STEP_S)));
+                // He may have stopped or turned where he is: nobody is driven at because he is believed to move on.
+                if moves && self.caution {
+                    least_m = least_m.min(gap_m(disc));
+                }
             }
         }
+        Some(least_m)
     }
-    Some(least_m)
 }

@@ -75,7 +75,11 @@ impl Stage {
     pub fn new(truth: ObstacleGrid, known: ObstacleGrid, errors: Errors, seed: u64) -> Self {
         Self {
             world: World::new(truth),
-            lidar: Lidar::default(),
+            lidar: Lidar {
+                // The stage loses beams itself.
+                dropout: 0.0,
+                ..Lidar::default()
+            },
             surroundings: Surroundings::new(known),
             time_s: 0.0,
             period_s: 0.1,

@@ -2,7 +2,7 @@
 
 use crate::bench::barn::barn_config;
 use crate::local::{LocalSettings, Weights};
-use crate::navigator::NavigatorSettings;
+use crate::navigator::{Abilities, NavigatorSettings};
 use crate::robot::Limits;
 use crate::sim::{Config, RobotConfig};
 
@@ -51,6 +51,11 @@ pub fn dynabarn_config() -> Config {
             least_lookahead_m: 1.0,
             // As much as never: a robot that turns in place stands, and standing is being hit.
             turn_in_place_from: 2.8,
+            // Cylinders mind nobody: to stand before they come is to be hit.
+            abilities: Abilities {
+                caution: false,
+                ..Abilities::default()
+            },
             ..standing.navigator
         },
         ..standing
