@@ -4,8 +4,7 @@ use inbye::bench::barn::{BarnRow, Outcome, PublishedMeans, Summary, Verdict};
 use inbye::bench::campaign::Row;
 
 /// What the figures are worth beside published ones.
-pub const SIMULATOR: &str =
-    "inbye's own planar simulator, not Gazebo: no physics, no delays of messages, exact contacts";
+pub const SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics engine, but slip, lag, drift and noise; contacts are exact";
 
 const HEADER: &str =
     "                                worlds   runs  success  collided  timeout  given up   score";

@@ -5,8 +5,8 @@ use inbye::bench::campaign::Row;
 use inbye::bench::dynabarn::{Culprit, DynaBarnRow, Summary};
 
 /// What the figures are worth beside published ones.
-pub const SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics, no delays of messages, exact \
-    contacts, and the cylinders go straight from keyframe to keyframe, where Gazebo lays a spline through them";
+pub const SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics engine, but slip, lag, drift and \
+    noise; contacts are exact, and the cylinders go straight from keyframe to keyframe, where Gazebo lays a spline through them";
 
 /// What came of the runs, how both shares are counted, and the runs that did not arrive.
 pub fn tables(summary: &Summary, rows: &[&DynaBarnRow]) -> Vec<String> {

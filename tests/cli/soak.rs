@@ -114,11 +114,12 @@ fn an_ablation_has_all_variants() {
         "progress",
         "tracking",
         "replanning",
+        "caution",
         "recovery",
     ];
     assert_eq!(names, expected);
     assert!(variants.iter().all(|row| row["missions"] == 2), "{object}");
-    assert_eq!(object["rows"].as_array().map(Vec::len), Some(12));
+    assert_eq!(object["rows"].as_array().map(Vec::len), Some(14));
     let page = fs::read_to_string(place.path("out/ablation.html")).expect("the page is there");
     assert!(page.ends_with("</html>"));
     assert_eq!(page.matches("role=\"img\"").count(), 2);
