@@ -96,7 +96,10 @@ impl MissionSite {
             let first = frame.cell_at(self.free_cells[rng.random_range(0..self.free_cells.len())]);
             let start = frame.center_of(first);
             let mut reached = within_steps(&self.free, first, most_steps);
-            reached.retain(|&cell| (frame.center_of(cell) - start).norm() >= rules.least_m);
+            reached.retain(|&cell| {
+                let is_inner = self.free_cells.binary_search(&frame.index(cell)).is_ok();
+                is_inner && (frame.center_of(cell) - start).norm() >= rules.least_m
+            });
             if reached.is_empty() {
                 continue;
             }

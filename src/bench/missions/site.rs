@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::digest::BitDigest;
-use crate::map::{FreeSpace, ObstacleGrid, OccupancyGrid};
+use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::sim::Config;
 
 /// A map, and where the robot's origin may be on it.
@@ -17,7 +17,7 @@ pub struct MissionSite {
     pub obstacles: ObstacleGrid,
     /// Where the robot's origin keeps the least distance of a global path from every obstacle.
     pub free: FreeSpace,
-    /// The free cells, by their positions in storage.
+    /// The free cells that are not at the map's rim, ascending, by their positions in storage.
     pub(super) free_cells: Vec<usize>,
 }
 
@@ -29,8 +29,14 @@ impl MissionSite {
         let planner = config.route_planner(map.frame().resolution_m);
         let free = FreeSpace::new(&obstacles, planner.least_radius_m());
         let frame = *free.frame();
+        // Beyond the map everything is an obstacle to a robot, though not to free space.
+        let rim = (planner.least_radius_m() / frame.resolution_m).ceil() as i32;
+        let is_inner = |cell: Cell| {
+            (rim..frame.width - rim).contains(&cell.column)
+                && (rim..frame.height - rim).contains(&cell.row)
+        };
         let free_cells = (0..frame.len())
-            .filter(|&index| free.is_free(frame.cell_at(index)))
+            .filter(|&index| free.is_free(frame.cell_at(index)) && is_inner(frame.cell_at(index)))
             .collect();
         Self {
             name: name.to_owned(),
