@@ -13,8 +13,8 @@ const OWN_STYLE: &str = include_str!("ablation.css");
 const TITLE: &str = "inbye: what each part of the navigator buys";
 
 /// Left ends of the bars, their longest length, and their height with the space below, drawing units.
-const LEFT: f64 = 150.0;
-const LONGEST: f64 = 215.0;
+const LEFT: f64 = 180.0;
+const LONGEST: f64 = 185.0;
 const PITCH: f64 = 26.0;
 const BAR: f64 = 16.0;
 
