@@ -8,7 +8,7 @@ use super::Mode;
 use super::hybrid::{Decision, Navigator};
 use super::kept_clear::KeptClear;
 use super::outlook::Outlook;
-use crate::geometry::{Pose, Twist};
+use crate::geometry::Twist;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
@@ -97,16 +97,12 @@ impl Ways<'_> {
     /// The least distance from people on a way with a velocity that is made for as fast as the limits allow; none where
     /// something that stands is in the way.
     fn least_gap_m(&self, wanted: &Twist, from: &[MovingDisc]) -> Option<f64> {
-        let (mut pose, mut twist): (Pose, Twist) = (self.now.pose, self.now.twist);
+        let (mut pose, mut twist) = (self.now.pose, self.now.twist);
         let mut least_m = f64::INFINITY;
         for step in 1..=(LOOKS_AHEAD_S / STEP_S) as u32 {
-            let next = self.limits.reachable(&twist, wanted, STEP_S);
-            let mean = Twist::new(
-                f64::midpoint(twist.linear, next.linear),
-                f64::midpoint(twist.angular, next.angular),
-            );
-            (pose, twist) = (pose.after(&mean, STEP_S), next);
-            let moves = mean != Twist::STOP;
+            let before = twist;
+            (pose, twist) = self.limits.driven(&pose, &twist, wanted, STEP_S);
+            let moves = before != Twist::STOP || twist != Twist::STOP;
             if moves && !self.kept.keeps_off_what_stands(self.field, &pose) {
                 return None;
             }

@@ -106,12 +106,7 @@ fn end_of(now: &Outlook, wanted: &Twist, surface: &Surface<'_>, limits: &Limits)
     let least_m = surface.gap_m(&pose).min(LEAST_GAP_M);
     let least_to_people_m = surface.gap_to_people_m(&pose).min(LEAST_TO_PEOPLE_M);
     for _ in 0..(LOOKS_AHEAD_S / STEP_S) as u32 {
-        let next = limits.reachable(&twist, wanted, STEP_S);
-        let mean = Twist::new(
-            f64::midpoint(twist.linear, next.linear),
-            f64::midpoint(twist.angular, next.angular),
-        );
-        (pose, twist) = (pose.after(&mean, STEP_S), next);
+        (pose, twist) = limits.driven(&pose, &twist, wanted, STEP_S);
         if surface.gap_m(&pose) < least_m || surface.gap_to_people_m(&pose) < least_to_people_m {
             return None;
         }

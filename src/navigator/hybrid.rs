@@ -184,15 +184,15 @@ impl Navigator {
     }
 
     fn act(&mut self, now: &Outlook) -> Result<Decision, Fault> {
+        if self.mode == Mode::Stopped {
+            return Ok(self.stop_over(now));
+        }
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
         let field = self
             .surroundings
             .window(&robot, self.window_half_m())
             .map_err(|error| Fault::Choose(error.into()))?;
-        if self.mode == Mode::Stopped {
-            return Ok(self.stop_over(now));
-        }
         if self.is_at_goal(now, &field) {
             return self.park(now, &field);
         }

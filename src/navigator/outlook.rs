@@ -29,15 +29,11 @@ impl Outlook {
         limits: &Limits,
         delay_s: f64,
     ) -> Self {
-        let then = limits.reachable(twist, last_command, delay_s);
-        let mean = Twist::new(
-            f64::midpoint(twist.linear, then.linear),
-            f64::midpoint(twist.angular, then.angular),
-        );
+        let (pose, twist) = limits.driven(pose, twist, last_command, delay_s);
         Self {
             time_s,
-            pose: pose.after(&mean, delay_s),
-            twist: then,
+            pose,
+            twist,
             moving: moving.iter().map(|disc| disc.after(delay_s)).collect(),
         }
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
-use crate::geometry::Twist;
+use crate::geometry::{Pose, Twist};
 
 /// What the base can do. Names are those of Nav2's DWB; decelerations are negative there, and here.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -121,6 +121,18 @@ impl Limits {
                 self.decel_lim_theta,
             ),
         }
+    }
+
+    /// Where a base is, and how fast it moves, that makes for a velocity for a time in seconds: its speed changes evenly to
+    /// what it can reach, and the pose follows the mean of the two.
+    #[must_use]
+    pub fn driven(&self, pose: &Pose, twist: &Twist, wanted: &Twist, time_s: f64) -> (Pose, Twist) {
+        let then = self.reachable(twist, wanted, time_s);
+        let mean = Twist::new(
+            f64::midpoint(twist.linear, then.linear),
+            f64::midpoint(twist.angular, then.angular),
+        );
+        (pose.after(&mean, time_s), then)
     }
 }
 
