@@ -36,8 +36,9 @@ pub(super) fn plot(rows: &[ClosedLoopRow], samples: Axis) -> Option<Plot> {
         .enumerate()
         .map(|(index, series)| series.times(index))
         .collect();
-    let reached_title = format!("Goal reached, % of {} missions", first.missions);
-    let time_title = format!("Time of the {} missions reached by all, s", first.shared);
+    let (missions, shared) = (first.missions, first.shared);
+    let reached_title = format!("Goal reached, % of {missions} missions");
+    let time_title = format!("Time of missions reached by all ({shared} of {missions}), s");
     let content = html! {
         (success.axes(None, &reached_title))
         @for (index, series) in series.iter().enumerate() {

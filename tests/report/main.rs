@@ -231,7 +231,7 @@ fn the_density_picture_shows_the_closed_loop() {
     check(&picture);
     for drawn in [
         "Goal reached, % of 12 missions",
-        "Time of the 6 missions reached by all, s",
+        "Time of missions reached by all (6 of 12), s",
         "v : omega = 1:1: 50 % and 40.0 s with 64 samples, 100 % and 30.0 s with 16384 samples.",
         "v : omega = 1:4: 50 % and no time with 64 samples,",
     ] {
