@@ -235,6 +235,17 @@ fn closed_loops_are_measured_by_the_densest_sampling() {
     let ratios: Vec<Option<f64>> = table.iter().map(|row| row.mean_time_ratio).collect();
     assert_eq!(ratios, [Some(1.5), None, None, None, Some(1.0), None]);
     assert_eq!((table[0].missions, table[0].reached), (3, 2));
+    // Only the first mission was reached by both.
+    let times = |row: usize| {
+        (
+            table[row].shared,
+            table[row].time_p50_s,
+            table[row].time_p90_s,
+        )
+    };
+    assert_eq!(times(0), (1, Some(30.0), Some(30.0)));
+    assert_eq!(times(4), (1, Some(20.0), Some(20.0)));
+    assert_eq!(times(1), (1, None, None));
     assert_eq!(table[0].tick_p50_ms, Some(2.0));
     assert_eq!((table[4].samples, table[5].samples), (64, 64));
 }

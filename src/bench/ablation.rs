@@ -1,10 +1,10 @@
 //! What each part of the navigator buys: the same missions with one part more each time.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::missions::{Ending, MissionRow, Setup, Tally, mean};
+use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
 use crate::navigator::Abilities;
 use crate::sim::Config;
 
@@ -109,33 +109,26 @@ pub fn ablation_rows(rows: &[&MissionRow]) -> Vec<AblationRow> {
         let own = rows.iter().copied();
         own.filter(|row| row.setup == variant.name).collect()
     };
-    let times = |rows: &[&'_ MissionRow]| -> BTreeMap<(String, u64), f64> {
-        let reached = rows.iter().filter(|row| row.result == Ending::Reached);
-        reached
-            .map(|row| ((row.map.clone(), row.seed), row.time_s))
-            .collect()
-    };
     let all: Vec<_> = ABLATION_VARIANTS
         .iter()
         .map(|variant| {
             let rows = of_variant(variant);
-            (variant, times(&rows), rows)
+            (variant, times_s(&rows), rows)
         })
         .collect();
-    let shared = all
-        .iter()
-        .filter(|(_, times, _)| !times.is_empty())
-        .map(|(_, times, _)| times.keys().collect::<BTreeSet<_>>())
-        .reduce(|one, other| &one & &other)
-        .unwrap_or_default();
-    let row = |(variant, times, rows): &(&AblationVariant, BTreeMap<_, f64>, Vec<&MissionRow>)| {
-        AblationRow {
+    let shared = shared(all.iter().map(|(_, times_s, _)| times_s));
+    let row =
+        |(variant, times_s, rows): &(&AblationVariant, BTreeMap<Which, f64>, Vec<_>)| AblationRow {
             variant: variant.name.to_owned(),
             title: variant.title.to_owned(),
             tally: Tally::of(rows),
             shared: shared.len(),
-            mean_shared_time_s: mean(shared.iter().filter_map(|key| times.get(*key)).copied()),
-        }
-    };
+            mean_shared_time_s: mean(
+                shared
+                    .iter()
+                    .filter_map(|which| times_s.get(which))
+                    .copied(),
+            ),
+        };
     all.iter().map(row).collect()
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::missions::{Ending, MissionRow, Setup, Tally, mean};
+use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
 use super::quality::grid_counts;
 use super::soak::percentile;
 use crate::sim::Config;
@@ -26,6 +26,12 @@ pub struct ClosedLoopRow {
     pub contacts: usize,
     /// Time taken beside that with the densest sampling, the mean over the missions that both reached.
     pub mean_time_ratio: Option<f64>,
+    /// Missions that all samplings with any success reached.
+    pub shared: usize,
+    /// Time that these took, the median, seconds; none where there are none, or this sampling has no success.
+    pub time_p50_s: Option<f64>,
+    /// The same, the 90th percentile.
+    pub time_p90_s: Option<f64>,
     /// Smallest gap, the mean over the missions reached, metres.
     pub mean_clearance_m: Option<f64>,
     /// Wall-clock time of a whole tick on one core, from the scan through the local field to the command, milliseconds: the
@@ -63,22 +69,28 @@ pub fn closed_loop_rows(setups: &[Setup], rows: &[&MissionRow]) -> Vec<ClosedLoo
         let own = rows.iter().copied();
         own.filter(|row| row.setup == setup.name).collect()
     };
-    let densest = setups.iter().rev().max_by_key(|setup| samples(setup));
-    let yardstick: BTreeMap<(&str, u64), f64> = densest
-        .map(of_setup)
-        .unwrap_or_default()
-        .into_iter()
-        .filter(|row| row.result == Ending::Reached && row.time_s > 0.0)
-        .map(|row| ((row.map.as_str(), row.seed), row.time_s))
+    let all: Vec<_> = setups
+        .iter()
+        .map(|setup| {
+            let rows = of_setup(setup);
+            (setup, times_s(&rows), rows)
+        })
         .collect();
-    let row = |setup: &Setup| {
-        let rows = of_setup(setup);
-        let tally = Tally::of(&rows);
-        let reached = rows.iter().filter(|row| row.result == Ending::Reached);
-        let ratios = reached.filter_map(|row| {
-            let least_s = yardstick.get(&(row.map.as_str(), row.seed))?;
-            Some(row.time_s / least_s)
+    let shared = shared(all.iter().map(|(_, times_s, _)| times_s));
+    let densest = all.iter().rev().max_by_key(|(setup, ..)| samples(setup));
+    let row = |(setup, times_s, rows): &(&Setup, BTreeMap<Which, f64>, Vec<&MissionRow>)| {
+        let tally = Tally::of(rows);
+        let ratios = times_s.iter().filter_map(|(which, time_s)| {
+            let (_, yardstick_s, _) = densest?;
+            let least_s = yardstick_s.get(which).filter(|&&least_s| least_s > 0.0)?;
+            Some(time_s / least_s)
         });
+        let time_s = |share| {
+            let times_s = shared
+                .iter()
+                .filter_map(|which| times_s.get(which).copied());
+            percentile(times_s.collect(), share)
+        };
         let middle = |figure: fn(&MissionRow) -> Option<f64>| {
             percentile(rows.iter().filter_map(|row| figure(row)).collect(), 0.5)
         };
@@ -90,12 +102,15 @@ pub fn closed_loop_rows(setups: &[Setup], rows: &[&MissionRow]) -> Vec<ClosedLoo
             reached: tally.reached,
             contacts: tally.contacts_robot + tally.contacts_other,
             mean_time_ratio: mean(ratios),
+            shared: shared.len(),
+            time_p50_s: time_s(0.5),
+            time_p90_s: time_s(0.9),
             mean_clearance_m: tally.mean_clearance_m,
             tick_p50_ms: middle(|row| row.tick_p50_ms),
             tick_p99_ms: middle(|row| row.tick_p99_ms),
         }
     };
-    setups.iter().map(row).collect()
+    all.iter().map(row).collect()
 }
 
 const fn samples(setup: &Setup) -> usize {

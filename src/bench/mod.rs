@@ -22,6 +22,7 @@ mod roadway;
 mod soak;
 mod timing;
 mod verify;
+pub mod worlds;
 
 pub use ablation::{ABLATION_VARIANTS, AblationRow, AblationVariant, ablation_rows};
 pub use closed_loop::{ClosedLoopRow, closed_loop_rows, closed_loop_setups};

@@ -244,7 +244,7 @@ pub struct DensityArguments {
     /// Keep a row for each mission and sampling in this file, and go on where it ends.
     #[arg(long, value_name = "FILE.csv")]
     pub record_missions: Option<PathBuf>,
-    /// Draw latency and regret over the number of samples into this file.
+    /// Draw latency, regret, and success and time in closed loop over the number of samples into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub chart: Option<PathBuf>,
 }

@@ -53,7 +53,7 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
         record_file::write(losses, &quality)?;
     }
     if let Some(chart) = chart {
-        chart.write(density_svg(&rows, &quality))?;
+        chart.write(density_svg(&rows, &quality, &closed_loop))?;
     }
     if json {
         output::json(&json!({

@@ -1,8 +1,10 @@
 //! What `inbye bench dynabarn` tells people.
 
-use inbye::bench::barn::Verdict;
 use inbye::bench::campaign::Row;
 use inbye::bench::dynabarn::{Culprit, DynaBarnRow, Summary};
+use inbye::bench::worlds::Verdict;
+
+use super::worlds::in_one_line;
 
 /// What the figures are worth beside published ones.
 pub const SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics engine, but slip, lag, drift and \
@@ -58,10 +60,6 @@ pub fn one_run(row: &DynaBarnRow) -> String {
         (Verdict::Timeout, _) => "ran out of time",
         (Verdict::Failed, _) => "gave up",
     };
-    let why = row
-        .fault
-        .as_ref()
-        .map_or_else(String::new, |fault| format!(": {fault}"));
-    let (key, time_s, travelled_m) = (row.key(), row.time_s, row.travelled_m);
-    format!("{key}: {how} after {time_s:.1} s and {travelled_m:.1} m{why}")
+    let fault = row.fault.as_deref();
+    in_one_line(row.key(), how, row.time_s, row.travelled_m, fault)
 }

@@ -40,6 +40,7 @@ mod soak;
 mod soak_words;
 mod tour;
 mod verify;
+mod worlds;
 
 pub use arguments::Arguments;
 use arguments::{BenchCommand, Command};

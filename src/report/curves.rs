@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::figure::{drawn_legend, key, legend_height};
+use super::figure::{drawn_legend, key, legend_height, line_mark};
 use super::number::coordinate;
 use super::panel::{CHART_WIDTH, Panel};
 
@@ -29,14 +29,10 @@ pub(super) enum Far {
 }
 
 impl Curve {
-    fn class(&self) -> String {
-        format!("engine-{}", self.index % COLOURS)
-    }
-
     pub(super) fn draw(&self, panel: &Panel) -> Markup {
         let middle = || self.points.iter().map(|&(x, middle, _)| (x, middle));
         html! {
-            g class=(self.class()) {
+            g class=(class(self.index)) {
                 @match self.far {
                     Far::Band => { (panel.band("tail", &self.points)) }
                     Far::Line => { (panel.line("far", self.points.iter().map(|&(x, _, far)| (x, far)))) }
@@ -50,7 +46,7 @@ impl Curve {
     /// A piece of the curve, to explain it by, in a box of 28 by 14 units.
     pub(super) fn piece(&self) -> Markup {
         html! {
-            g class=(self.class()) {
+            g class=(class(self.index)) {
                 line class="median" x1="1" x2="27" y1="7" y2="7" {}
                 (self.marker(14.0, 7.0))
             }
@@ -68,6 +64,16 @@ impl Curve {
         let shape = SHAPES[self.index % SHAPES.len()];
         html! { path class="marker" d=(format!("M{} {}{shape}", coordinate(x), coordinate(y))) {} }
     }
+}
+
+/// The class that gives the first, second, ... of several things its colour.
+pub(super) fn class(index: usize) -> String {
+    format!("engine-{}", index % COLOURS)
+}
+
+/// A piece of a line through far values, of whichever curve, in a box of 28 by 14 units.
+pub(super) fn far_mark() -> Markup {
+    line_mark("far")
 }
 
 /// A panel with its curves, to stand in a page or in a picture of its own.

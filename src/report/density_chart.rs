@@ -7,6 +7,7 @@ use super::curves::{Curve, Far, Plot};
 use super::figure::{Figure, Table, nothing_to_show};
 use super::number::{coordinate, shortened, significant};
 use super::panel::{Panel, chart};
+use super::samples_axis::SAMPLES;
 use crate::bench::{DensityRow, RATES_HZ, SkippedCell};
 
 const TITLE: &str = "Sampling density against latency";
@@ -18,8 +19,8 @@ struct Series<'a> {
     rows: Vec<&'a DensityRow>,
 }
 
-pub(super) fn figure(rows: &[DensityRow]) -> Markup {
-    let Some(plot) = plot(rows) else {
+pub(super) fn figure(rows: &[DensityRow], samples: Axis) -> Markup {
+    let Some(plot) = plot(rows, samples) else {
         return nothing_to_show(TITLE, "No engine was timed at any density.");
     };
     Figure {
@@ -53,7 +54,7 @@ pub(super) fn beside(rows: &[DensityRow], skipped: &[SkippedCell]) -> Markup {
 }
 
 /// The panel with all engines; none where no row can be shown.
-pub(super) fn plot(rows: &[DensityRow]) -> Option<Plot> {
+pub(super) fn plot(rows: &[DensityRow], samples: Axis) -> Option<Plot> {
     let series = series(rows);
     let usable = || series.iter().flat_map(|series| &series.rows);
     usable().next()?;
@@ -62,14 +63,13 @@ pub(super) fn plot(rows: &[DensityRow]) -> Option<Plot> {
             (low.min(value(row)), high.max(value(row)))
         })
     };
-    let (fewest, most) = bounds(&|row| row.samples as f64);
     let (fastest_ms, _) = bounds(&|row| row.p50_ms);
     let (_, slowest_ms) = bounds(&|row| row.p99_ms);
     let deadlines_ms = RATES_HZ.map(|rate| 1e3 / rate);
     let mut panel = Panel::across(
         32.0,
         286.0,
-        Axis::logarithmic(fewest, most),
+        samples,
         Axis::logarithmic(
             fastest_ms.min(deadlines_ms[2]),
             slowest_ms.max(deadlines_ms[0]),
@@ -83,7 +83,7 @@ pub(super) fn plot(rows: &[DensityRow]) -> Option<Plot> {
         .map(|(index, series)| series.curve(index))
         .collect();
     let content = html! {
-        (panel.axes(Some("Samples of the dynamic window (logarithmic)"), "Latency of one decision, ms (logarithmic)"))
+        (panel.axes(Some(SAMPLES), "Latency of one decision, ms (logarithmic)"))
         @for (rate, ms) in RATES_HZ.iter().zip(deadlines_ms) {
             @let y = coordinate(panel.y_at(ms));
             line class="limit" x1=(coordinate(panel.left)) x2=(coordinate(panel.right())) y1=(y) y2=(y) {}

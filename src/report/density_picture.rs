@@ -5,8 +5,9 @@ use maud::{PreEscaped, html};
 use super::curves::Plot;
 use super::number::coordinate;
 use super::panel::CHART_WIDTH;
-use super::{density_chart, quality_chart};
-use crate::bench::{DensityRow, QualityRow};
+use super::samples_axis::samples_axis;
+use super::{closed_loop_chart, density_chart, quality_chart};
+use crate::bench::{ClosedLoopRow, DensityRow, QualityRow};
 
 const STYLE: &str = concat!(
     include_str!("colours.css"),
@@ -23,14 +24,23 @@ const MARGIN: f64 = 16.0;
 /// Height of the headline above a plot.
 const HEADLINE: f64 = 30.0;
 
-/// An SVG file: latency against samples, and regret against samples beside it where there are such rows. It holds
-/// everything it needs. Without any row it says so.
+/// An SVG file: latency against samples; beside it regret, and success and time in closed loop, where there are such rows.
+/// It holds everything it needs. Without any row it says so.
 #[must_use]
-pub fn density_svg(rows: &[DensityRow], quality: &[QualityRow]) -> String {
-    let plots: Vec<Plot> = [density_chart::plot(rows), quality_chart::plot(quality)]
-        .into_iter()
-        .flatten()
-        .collect();
+pub fn density_svg(
+    rows: &[DensityRow],
+    quality: &[QualityRow],
+    closed_loop: &[ClosedLoopRow],
+) -> String {
+    let samples = samples_axis(rows, quality, closed_loop);
+    let plots: Vec<Plot> = [
+        density_chart::plot(rows, samples),
+        quality_chart::plot(quality, samples),
+        closed_loop_chart::plot(closed_loop, samples),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     let columns = plots.len().max(1) as f64;
     let width = columns * CHART_WIDTH + (columns + 1.0) * MARGIN;
     let tallest = plots

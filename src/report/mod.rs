@@ -6,6 +6,7 @@
 
 mod ablation_page;
 mod axis;
+mod closed_loop_chart;
 mod curves;
 mod density_chart;
 mod density_picture;
@@ -37,6 +38,8 @@ mod plan_picture;
 mod png;
 mod quality_chart;
 mod raster;
+mod samples_axis;
+mod sampling_shape;
 mod sheet;
 mod simplify;
 mod snapshot;

@@ -2,6 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use super::samples_axis::samples_axis;
 use super::simplify::TOLERANCE;
 use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
 
@@ -106,12 +107,13 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
 }
 
 fn density(report: &Report) -> Markup {
+    let samples = samples_axis(report.density, report.quality, &[]);
     html! {
         section id="density" {
             h2 { "How dense can the samples be, and how dense need they be?" }
             div class="charts" {
-                (density_chart::figure(report.density))
-                @if !report.quality.is_empty() { (quality_chart::figure(report.quality)) }
+                (density_chart::figure(report.density, samples))
+                @if !report.quality.is_empty() { (quality_chart::figure(report.quality, samples)) }
                 (density_chart::beside(report.density, report.skipped))
             }
             @if !report.density_command.is_empty() {

@@ -3,10 +3,12 @@
 use maud::{Markup, html};
 
 use super::axis::Axis;
-use super::curves::{Curve, Far, Plot};
+use super::curves::{Curve, Far, Plot, far_mark};
 use super::figure::{Figure, Table, nothing_to_show};
 use super::number::{fixed, significant};
 use super::panel::{Panel, chart};
+use super::samples_axis::SAMPLES;
+use super::sampling_shape::SamplingShape;
 use crate::bench::QualityRow;
 
 const TITLE: &str = "Sampling density against the quality of the command";
@@ -18,13 +20,12 @@ const LEAST_PERCENT: f64 = 0.01;
 /// Samplings of one window and shape, in order of density.
 struct Series<'a> {
     window_s: f64,
-    /// Turn rates for each forward speed, to the nearest of 1/8, 1/4, 1/2, 1, 2, ...
-    shape: f64,
+    shape: SamplingShape,
     rows: Vec<&'a QualityRow>,
 }
 
-pub(super) fn figure(rows: &[QualityRow]) -> Markup {
-    let Some(plot) = plot(rows) else {
+pub(super) fn figure(rows: &[QualityRow], samples: Axis) -> Markup {
+    let Some(plot) = plot(rows, samples) else {
         return nothing_to_show(TITLE, "No commands were compared.");
     };
     Figure {
@@ -38,22 +39,17 @@ pub(super) fn figure(rows: &[QualityRow]) -> Markup {
 }
 
 /// The panel with all windows and shapes; none where no row can be shown.
-pub(super) fn plot(rows: &[QualityRow]) -> Option<Plot> {
+pub(super) fn plot(rows: &[QualityRow], samples: Axis) -> Option<Plot> {
     let series = series(rows);
     let usable = || series.iter().flat_map(|series| &series.rows);
     usable().next()?;
-    let samples = || usable().map(|row| row.samples as f64);
-    let (fewest, most) = (
-        samples().fold(f64::INFINITY, f64::min),
-        samples().fold(0.0, f64::max),
-    );
     let worst = usable()
         .filter_map(|row| percent(row.regret_max))
         .fold(LEAST_PERCENT, f64::max);
     let panel = Panel::across(
         32.0,
         286.0,
-        Axis::logarithmic(fewest, most),
+        samples,
         Axis::logarithmic(LEAST_PERCENT, worst),
     );
     let curves: Vec<Curve> = series
@@ -62,15 +58,14 @@ pub(super) fn plot(rows: &[QualityRow]) -> Option<Plot> {
         .map(|(index, series)| series.curve(index))
         .collect();
     let content = html! {
-        (panel.axes(Some("Samples of the dynamic window (logarithmic)"), "Regret, % of what choosing gains (logarithmic)"))
+        (panel.axes(Some(SAMPLES), "Regret, % of what choosing gains (logarithmic)"))
         @for curve in &curves { (curve.draw(&panel)) }
     };
     let mut keys: Vec<(Markup, String)> = curves
         .into_iter()
         .map(|curve| (curve.piece(), curve.name))
         .collect();
-    let far = html! { line class="far" x1="1" x2="27" y1="7" y2="7" {} };
-    keys.push((far, "the worst of all decisions".to_owned()));
+    keys.push((far_mark(), "the worst of all decisions".to_owned()));
     Some(Plot {
         title: TITLE,
         content,
@@ -92,13 +87,15 @@ fn series(rows: &[QualityRow]) -> Vec<Series<'_>> {
     let mut all: Vec<Series> = Vec::new();
     let shown = |row: &&QualityRow| {
         row.samples > 0
-            && row.vx_samples > 0
             && row.window_s.is_finite()
             && percent(row.regret_p50).is_some()
             && percent(row.regret_max).is_some()
     };
     for row in rows.iter().filter(shown) {
-        let (window_s, shape) = (row.window_s, shape(row));
+        let window_s = row.window_s;
+        let Some(shape) = SamplingShape::of(row.vx_samples, row.vtheta_samples) else {
+            continue;
+        };
         let same = |series: &&mut Series| series.window_s == window_s && series.shape == shape;
         if let Some(series) = all.iter_mut().find(same) {
             series.rows.push(row);
@@ -117,20 +114,9 @@ fn series(rows: &[QualityRow]) -> Vec<Series<'_>> {
     all
 }
 
-/// Turn rates for each forward speed, to the nearest power of two: the counts are whole and keep it only about.
-fn shape(row: &QualityRow) -> f64 {
-    let ratio = f64::from(row.vtheta_samples.max(1)) / f64::from(row.vx_samples);
-    libm::exp2(libm::round(libm::log2(ratio)))
-}
-
 impl Series<'_> {
     fn name(&self) -> String {
-        let shape = if self.shape < 1.0 {
-            format!("{}:1", 1.0 / self.shape)
-        } else {
-            format!("1:{}", self.shape)
-        };
-        format!("window {} s, v : omega = {shape}", self.window_s)
+        format!("window {} s, {}", self.window_s, self.shape)
     }
 
     fn curve(&self, index: usize) -> Curve {

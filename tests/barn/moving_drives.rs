@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use inbye::bench::barn::Verdict;
 use inbye::bench::dynabarn::{
-    Body, Culprit, DynaBarnRow, DynaBarnWorld, Summary, Task, drive, dynabarn_config, read_worlds,
+    Body, Culprit, DynaBarnRow, DynaBarnWorld, Summary, Task, dynabarn_config, read_worlds,
 };
+use inbye::bench::worlds::{Verdict, drive};
 use inbye::geometry::{Point, Pose};
 use inbye::sim::Config;
 use libtest_mimic::{Completion, Failed, Trial};

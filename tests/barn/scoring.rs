@@ -1,6 +1,7 @@
 //! The score of a run, and of many.
 
-use inbye::bench::barn::{BarnRow, BarnWorld, Published, Summary, Verdict, score};
+use inbye::bench::barn::{BarnRow, BarnWorld, Published, Summary, score};
+use inbye::bench::worlds::Verdict;
 
 use crate::Test;
 

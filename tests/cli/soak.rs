@@ -142,7 +142,7 @@ fn sampling_densities_are_driven_in_closed_loop() {
         &object,
         "closed_loop[].vx_samples whole, closed_loop[].vtheta_samples whole, closed_loop[].samples whole, \
          closed_loop[].missions whole, closed_loop[].reached whole, closed_loop[].contacts whole, \
-         closed_loop[].tick_p50_ms real, closed_loop[].tick_p99_ms real",
+         closed_loop[].shared whole, closed_loop[].tick_p50_ms real, closed_loop[].tick_p99_ms real",
     );
     // 64 samples in two shapes.
     assert_eq!(object["closed_loop"].as_array().map(Vec::len), Some(2));

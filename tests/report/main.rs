@@ -8,7 +8,7 @@ use inbye::map::{GridFrame, OccupancyGrid};
 use inbye::report::{Report, density_svg, html};
 use inbye::sim::Trace;
 use markup::{attribute, check_well_formed, numbers_that_are_none, opening_tag, pictures};
-use scene::{Scene, comparisons, density, quality, scene, skipped};
+use scene::{Scene, closed_loop, comparisons, density, quality, scene, skipped};
 
 fn page_of(scenes: &[Scene]) -> String {
     html(&Report {
@@ -107,7 +107,7 @@ fn hostile_text_stays_text() {
         ..Report::default()
     });
     check(&page);
-    check(&density_svg(&rows, &[]));
+    check(&density_svg(&rows, &[], &[]));
     assert!(page.contains("&lt;script&gt;"));
 }
 
@@ -190,14 +190,16 @@ fn numbers_that_are_not_finite_never_reach_the_page() {
             ..Report::default()
         });
         check(&page);
-        check(&density_svg(&rows, &lost));
+        let mut driven = closed_loop();
+        (driven[0].time_p50_s, driven[3].time_p90_s) = (Some(bad), Some(bad));
+        check(&density_svg(&rows, &lost, &driven));
     }
 }
 
 /// The picture that `bench density --chart` writes, which no page explains.
 #[test]
 fn the_density_picture_stands_by_itself() {
-    let picture = density_svg(&density(), &quality());
+    let picture = density_svg(&density(), &quality(), &[]);
     check(&picture);
     assert!(picture.starts_with("<svg") && picture.contains("</style>"));
     // Its colours and text come with it, and its legends are drawn.
@@ -214,12 +216,37 @@ fn the_density_picture_stands_by_itself() {
     }
     // A curve for each engine, and for each window and shape.
     assert_eq!(picture.matches("<polyline class=\"median\"").count(), 3 + 4);
-    let alone = density_svg(&density(), &[]);
+    let alone = density_svg(&density(), &[], &[]);
     check(&alone);
     assert_eq!(alone.matches("<polyline class=\"median\"").count(), 3);
-    let empty = density_svg(&[], &[]);
+    let empty = density_svg(&[], &[], &[]);
     assert_eq!(check_well_formed(&empty), Ok(()));
     assert!(empty.contains("No engine was timed at any density."));
+}
+
+/// Beside latency and regret, and over the same axis, but only where missions were driven.
+#[test]
+fn the_density_picture_shows_the_closed_loop() {
+    let picture = density_svg(&density(), &quality(), &closed_loop());
+    check(&picture);
+    for drawn in [
+        "Goal reached, % of 12 missions",
+        "Time of missions reached by all (6 of 12), s",
+        "v : omega = 1:1: 50 % and 40.0 s with 64 samples, 100 % and 30.0 s with 16384 samples.",
+        "v : omega = 1:4: 50 % and no time with 64 samples,",
+    ] {
+        assert!(picture.contains(drawn), "{drawn}");
+    }
+    // The times of both shapes, beside the engines and the windows; a bar of success for each density.
+    let medians = |picture: &str| picture.matches("<polyline class=\"median\"").count();
+    assert_eq!(medians(&picture), 3 + 4 + 2);
+    assert_eq!(picture.matches("<rect class=\"marker\"").count(), 10);
+    assert_eq!(medians(&density_svg(&[], &[], &closed_loop())), 2);
+    let mut none = closed_loop();
+    none.iter_mut().for_each(|row| row.missions = 0);
+    let without = density_svg(&density(), &quality(), &none);
+    assert_eq!(medians(&without), 3 + 4);
+    assert!(!without.contains("Goal reached"));
 }
 
 #[test]

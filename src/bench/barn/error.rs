@@ -1,14 +1,13 @@
-//! What can be wrong with benchmark worlds.
+//! What can be wrong with the files of worlds.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::map::MapError;
-use crate::sim::SimError;
+use crate::bench::worlds::NotAmong;
 
-/// Worlds that cannot be driven.
-#[derive(Debug, Clone, PartialEq, Error)]
+/// Worlds that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum BarnError {
     /// A file that the system does not give.
     #[error("{}: cannot be read ({reason}): name a folder that holds worlds.csv and worlds/world_NNN.csv", file.display())]
@@ -61,31 +60,6 @@ pub enum BarnError {
         expected: &'static str,
     },
     /// A world asked for that is not there.
-    #[error("world {world} is not among the {count} of {}: it has {some} and others", file.display())]
-    NoWorld {
-        /// The file of worlds.
-        file: PathBuf,
-        /// The world.
-        world: u32,
-        /// How many the file lists.
-        count: usize,
-        /// The first that it lists.
-        some: String,
-    },
-    /// Cylinders too far apart for one grid.
-    #[error("world {world}: {error}")]
-    Ground {
-        /// The world.
-        world: u32,
-        /// Why.
-        error: MapError,
-    },
-    /// A run that cannot be begun.
-    #[error("world {world}: {error}")]
-    Sim {
-        /// The world.
-        world: u32,
-        /// Why.
-        error: SimError,
-    },
+    #[error(transparent)]
+    NotAmong(#[from] NotAmong),
 }

@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{BarnError, BarnRow, BarnWorld, Cylinder, Verdict, empty_map, score, truth};
-use crate::bench::Latencies;
+use super::{BarnRow, BarnWorld, Cylinder, empty_map, score, truth};
+use crate::bench::worlds::{RunFigures, RunKey, Verdict, WorldError, WorldTask};
 use crate::geometry::{Point, Pose};
-use crate::local::CpuEngine;
 use crate::navigator::Goal;
-use crate::sim::{Config, Mission, MissionError, MissionResult, Observer, SimError, run_mission};
+use crate::sim::{Config, Mission, MissionResult};
 
 /// From where to where, and when a run is over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,14 +59,22 @@ impl Task {
             seed,
         }
     }
+}
 
-    /// The mission of this run: an empty map, and the cylinders as the truth.
-    ///
-    /// # Errors
-    /// When the world is too large for a grid.
-    pub fn mission(&self) -> Result<Mission, BarnError> {
+impl WorldTask for Task {
+    type Row = BarnRow;
+
+    fn key(&self) -> RunKey {
+        RunKey {
+            world: self.world,
+            seed: self.seed,
+        }
+    }
+
+    /// An empty map, and the cylinders as the truth.
+    fn mission(&self) -> Result<Mission, WorldError> {
         let (world, course) = (self.world, &self.course);
-        let ground = |error| BarnError::Ground { world, error };
+        let ground = |error| WorldError::Ground { world, error };
         let goal = Goal {
             position: course.goal,
             yaw: None,
@@ -81,76 +88,21 @@ impl Task {
             ..Mission::new(Arc::new(map), course.start, goal)
         })
     }
-}
 
-/// Drives, on one thread; times each decision by `clock`, in seconds. Without a result where the navigator found no way
-/// to begin with.
-///
-/// # Errors
-/// When the world is too large, or the configuration is not sound.
-pub fn drive(
-    task: &Task,
-    config: &Config,
-    clock: &mut dyn FnMut() -> f64,
-) -> Result<(BarnRow, Option<MissionResult>), BarnError> {
-    let mission = task.mission()?;
-    let engine = Box::new(CpuEngine::single_threaded());
-    let mut observer = Observer {
-        clock,
-        progress: &mut |_| {},
-    };
-    match run_mission(&mission, config, engine, &mut observer) {
-        Ok(result) => Ok((task.row(&result), Some(result))),
-        Err(MissionError::Fault(fault)) => Ok((task.refused(&fault.to_string()), None)),
-        Err(MissionError::Sim(error)) => Err(task.unsound(error)),
-    }
-}
-
-impl Task {
-    fn row(&self, result: &MissionResult) -> BarnRow {
-        let mut times = Latencies::default();
-        for &seconds in &result.decision_s {
-            // A clock that ran backwards would give no time.
-            let _ = times.record(seconds);
-        }
-        let times = times.summary();
-        let verdict = Verdict::of(result);
-        let reached = verdict == Verdict::Succeeded;
+    fn row(&self, _: &Config, figures: RunFigures, _: Option<&MissionResult>) -> BarnRow {
+        let reached = figures.verdict == Verdict::Succeeded;
         BarnRow {
             world: self.world,
             seed: self.seed,
-            result: verdict,
-            time_s: result.time_s,
-            travelled_m: result.travelled_m,
-            min_clearance_m: Some(result.min_clearance_m).filter(|gap_m| gap_m.is_finite()),
+            result: figures.verdict,
+            time_s: figures.time_s,
+            travelled_m: figures.travelled_m,
+            min_clearance_m: figures.min_clearance_m,
             optimal_time_s: self.optimal_time_s,
-            score: score(reached, result.time_s, self.optimal_time_s),
-            fault: result.fault.as_ref().map(ToString::to_string),
-            decision_p50_ms: times.map(|times| times.p50_ms),
-            decision_p99_ms: times.map(|times| times.p99_ms),
-        }
-    }
-
-    fn refused(&self, fault: &str) -> BarnRow {
-        BarnRow {
-            world: self.world,
-            seed: self.seed,
-            result: Verdict::Failed,
-            time_s: 0.0,
-            travelled_m: 0.0,
-            min_clearance_m: None,
-            optimal_time_s: self.optimal_time_s,
-            score: 0.0,
-            fault: Some(fault.to_owned()),
-            decision_p50_ms: None,
-            decision_p99_ms: None,
-        }
-    }
-
-    const fn unsound(&self, error: SimError) -> BarnError {
-        BarnError::Sim {
-            world: self.world,
-            error,
+            score: score(reached, figures.time_s, self.optimal_time_s),
+            fault: figures.fault,
+            decision_p50_ms: figures.decision_p50_ms,
+            decision_p99_ms: figures.decision_p99_ms,
         }
     }
 }

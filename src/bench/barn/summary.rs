@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{BarnRow, BarnWorld, Published, Verdict};
+use super::{BarnRow, BarnWorld, Published};
+use crate::bench::missions::mean;
+use crate::bench::worlds::Verdict;
 
 /// What came of runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -108,9 +110,4 @@ fn published(figures: &[(u32, Published)]) -> PublishedMeans {
         timeout: over(|it| it.timeout),
         score: over(|it| it.score),
     }
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
-    (count > 0).then(|| sum / f64::from(count))
 }

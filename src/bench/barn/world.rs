@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::table::{Table, TableRow};
 use super::{BarnError, Cylinder};
+use crate::bench::worlds::keep_asked;
 
 /// A world, and what is known of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,25 +52,7 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
         return Err(BarnError::NoRow { file, what });
     }
     worlds.sort_by_key(|world| world.number);
-    if let Some(only) = only {
-        let is_listed = |world: &u32| worlds.iter().any(|it| it.number == *world);
-        if let Some(&world) = only.iter().find(|world| !is_listed(world)) {
-            let count = worlds.len();
-            let some: Vec<String> = worlds
-                .iter()
-                .take(5)
-                .map(|it| it.number.to_string())
-                .collect();
-            let some = some.join(", ");
-            return Err(BarnError::NoWorld {
-                file,
-                world,
-                count,
-                some,
-            });
-        }
-        worlds.retain(|world| only.contains(&world.number));
-    }
+    keep_asked(&mut worlds, |world| world.number, only, &file)?;
     for world in &mut worlds {
         let name = format!("world_{:03}.csv", world.number);
         world.cylinders = cylinders(&folder.join("worlds").join(name))?;
@@ -135,7 +118,7 @@ fn cylinders(file: &Path) -> Result<Vec<Cylinder>, BarnError> {
     let [x, y] = [table.column("x_m")?, table.column("y_m")?];
     let radius = table.column("radius_m")?;
     let near = |value: f64| value.abs() <= 1000.0;
-    let cylinder = |row: TableRow| {
+    let cylinder = |row: TableRow| -> Result<Cylinder, BarnError> {
         Ok(Cylinder {
             x_m: row.real(x, "-1000 to 1000", near)?,
             y_m: row.real(y, "-1000 to 1000", near)?,

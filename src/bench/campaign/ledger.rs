@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 
+use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Writer};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::CampaignError;
-use super::fields::{line, values};
 
 /// What one run leaves behind: a flat record of numbers, texts and truths.
 pub trait Row: Serialize + DeserializeOwned + Send {
@@ -56,46 +56,56 @@ impl<R: Row> Ledger<R> {
             .map_or(0, |last| last + 1);
         let mut ledger = Self::new(settings);
         let text = String::from_utf8_lossy(&bytes[..whole]);
-        for (index, text) in text.lines().enumerate() {
-            ledger.take_line(text, file, index + 1)?;
+        // Rows of another length are refused below, with their line.
+        let mut reader = ReaderBuilder::new()
+            .flexible(true)
+            .from_reader(text.as_bytes());
+        let header = StringRecord::from(columns::<R>());
+        let bad = |error: csv::Error| CampaignError::BadRow {
+            file: file.to_owned(),
+            line: error.position().map_or(0, Position::line) as usize,
+            reason: said(&error, &header),
+        };
+        if whole > 0 && *reader.headers().map_err(bad)? != header {
+            return Err(CampaignError::OtherColumns {
+                file: file.to_owned(),
+                expected: line(&header).trim_end().to_owned(),
+            });
+        }
+        for record in reader.records() {
+            ledger.take(&record.map_err(bad)?, &header, file)?;
         }
         Ok((ledger, whole))
     }
 
-    fn take_line(&mut self, text: &str, file: &Path, line: usize) -> Result<(), CampaignError> {
+    fn take(
+        &mut self,
+        record: &StringRecord,
+        header: &StringRecord,
+        file: &Path,
+    ) -> Result<(), CampaignError> {
+        let line = record.position().map_or(0, Position::line) as usize;
         let bad = |reason: String| CampaignError::BadRow {
             file: file.to_owned(),
             line,
             reason,
         };
-        if line == 1 {
-            let expected = header::<R>();
-            let file = file.to_owned();
-            return if text == expected {
-                Ok(())
-            } else {
-                Err(CampaignError::OtherColumns { file, expected })
-            };
+        let (found, expected) = (record.len(), header.len());
+        if found != expected {
+            return Err(bad(format!("{found} fields; expected {expected}")));
         }
-        let mut values = values(text).ok_or_else(|| bad("a quotation is not closed".to_owned()))?;
-        let columns = R::COLUMNS.len() + 1;
-        if values.len() != columns {
-            let found = values.len();
-            return Err(bad(format!("{found} fields; expected {columns}")));
-        }
-        let found = values.pop().map_or_else(String::new, plain);
-        if found != self.settings {
+        let settings = &record[expected - 1];
+        if settings != self.settings {
             return Err(CampaignError::OtherSettings {
                 file: file.to_owned(),
                 line,
-                found,
+                found: settings.to_owned(),
                 expected: self.settings.clone(),
             });
         }
-        let names = R::COLUMNS.iter().map(|&name| name.to_owned());
-        let object: Map<String, Value> = names.zip(values).collect();
-        let row: R = serde_json::from_value(Value::Object(object))
-            .map_err(|error| bad(error.to_string()))?;
+        let row: R = record
+            .deserialize(Some(header))
+            .map_err(|error| bad(said(&error, header)))?;
         let key = row.key();
         if self.rows.insert(key.clone(), row).is_some() {
             return Err(bad(format!("a second row of {key}")));
@@ -122,7 +132,7 @@ impl<R: Row> Ledger<R> {
     /// The first line of the file, with its end.
     #[must_use]
     pub fn header(&self) -> String {
-        header::<R>() + "\n"
+        line(columns::<R>())
     }
 
     /// The line of a row, with its end.
@@ -130,9 +140,8 @@ impl<R: Row> Ledger<R> {
     pub fn line(&self, row: &R) -> String {
         // A row is a flat record, which JSON has no trouble with; were it not, its line would be empty fields.
         let record = serde_json::to_value(row).unwrap_or_default();
-        let settings = Value::String(self.settings.clone());
-        let fields = R::COLUMNS.iter().map(|&name| &record[name]);
-        line(fields.chain([&settings])) + "\n"
+        let fields = R::COLUMNS.iter().map(|&name| field(&record[name]));
+        line(fields.chain([self.settings.clone()]))
     }
 
     /// The whole file, its rows in the order of their keys: the same whatever the order in which the runs finished.
@@ -143,17 +152,35 @@ impl<R: Row> Ledger<R> {
     }
 }
 
-fn header<R: Row>() -> String {
-    let mut columns = R::COLUMNS.to_vec();
-    columns.push(SETTINGS);
-    columns.join(",")
+fn columns<R: Row>() -> Vec<&'static str> {
+    [R::COLUMNS, &[SETTINGS]].concat()
 }
 
-/// A field as it stands in the file, without quotation marks.
-fn plain(value: Value) -> String {
+/// A value as text; nothing for null.
+fn field(value: &Value) -> String {
     match value {
-        Value::String(text) => text,
         Value::Null => String::new(),
+        // A line is a line: what is torn off ends at a break.
+        Value::String(text) => text.replace(['\n', '\r'], " "),
         other => other.to_string(),
+    }
+}
+
+/// The line of these fields, with its end.
+fn line(fields: impl IntoIterator<Item: AsRef<[u8]>>) -> String {
+    let mut writer = Writer::from_writer(Vec::new());
+    writer.write_record(fields).expect("memory takes all");
+    let bytes = writer.into_inner().expect("memory takes all");
+    String::from_utf8(bytes).expect("texts joined by commas are text")
+}
+
+/// What is wrong with a row, by the name of the column.
+fn said(error: &csv::Error, header: &StringRecord) -> String {
+    match error.kind() {
+        ErrorKind::Deserialize { err, .. } => {
+            let column = err.field().and_then(|field| header.get(field as usize));
+            format!("{}: {}", column.unwrap_or("the row"), err.kind())
+        }
+        _ => error.to_string(),
     }
 }

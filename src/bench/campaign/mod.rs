@@ -5,7 +5,6 @@
 
 mod crew;
 mod error;
-mod fields;
 mod ledger;
 mod settings;
 

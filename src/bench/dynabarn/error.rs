@@ -1,13 +1,12 @@
-//! What can be wrong with worlds that move.
+//! What can be wrong with the files of worlds that move.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::map::MapError;
-use crate::sim::SimError;
+use crate::bench::worlds::NotAmong;
 
-/// Worlds that cannot be driven.
+/// Worlds that cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DynaBarnError {
     /// A file or folder that the system does not give.
@@ -25,33 +24,8 @@ pub enum DynaBarnError {
         folder: PathBuf,
     },
     /// A world asked for that is not there.
-    #[error("world {world} is not among the {count} of {}: it has {some} and others", folder.display())]
-    NotAmong {
-        /// The folder.
-        folder: PathBuf,
-        /// The world.
-        world: u32,
-        /// How many the folder holds.
-        count: usize,
-        /// The first that it holds.
-        some: String,
-    },
-    /// A world too large for one grid.
-    #[error("world {world}: {error}")]
-    Ground {
-        /// The world.
-        world: u32,
-        /// Why.
-        error: MapError,
-    },
-    /// A run that cannot be begun.
-    #[error("world {world}: {error}")]
-    Sim {
-        /// The world.
-        world: u32,
-        /// Why.
-        error: SimError,
-    },
+    #[error(transparent)]
+    NotAmong(#[from] NotAmong),
     /// A file that is no world.
     #[error("{}: no world of moving cylinders: {reason}", file.display())]
     NotAWorld {

@@ -19,6 +19,6 @@ pub use blame::{Blame, Hindsight, State};
 pub use config::dynabarn_config;
 pub use error::DynaBarnError;
 pub use row::{Culprit, DynaBarnRow};
-pub use run::{Task, drive};
+pub use run::Task;
 pub use summary::Summary;
 pub use world::{Body, DynaBarnWorld, read_world, read_worlds};

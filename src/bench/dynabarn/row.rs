@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::Blame;
-use crate::bench::barn::{RunKey, Verdict};
 use crate::bench::campaign::Row;
+use crate::bench::worlds::{RunKey, Verdict};
 
 /// Whose a contact was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

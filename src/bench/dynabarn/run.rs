@@ -2,17 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{Body, Culprit, DynaBarnError, DynaBarnRow, DynaBarnWorld, Hindsight, State};
-use crate::bench::Latencies;
-use crate::bench::barn::Verdict;
+use super::{Body, Culprit, DynaBarnRow, DynaBarnWorld, Hindsight, State};
+use crate::bench::worlds::{RunFigures, RunKey, WorldError, WorldTask};
 use crate::geometry::Point;
-use crate::local::CpuEngine;
 use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
 use crate::navigator::Goal;
-use crate::sim::{
-    Config, Mission, MissionError, MissionResult, Moving, Observer, SimError, TraceRow, Walkers,
-    run_mission,
-};
+use crate::sim::{Config, Mission, MissionResult, Moving, TraceRow, Walkers};
 
 /// The goal is reached when the true pose is within this of it, metres: the rule of the BARN Challenge.
 const GOAL_RADIUS_M: f64 = 1.0;
@@ -32,12 +27,18 @@ pub struct Task<'w> {
     pub seed: u64,
 }
 
-impl Task<'_> {
-    /// The mission of this run: an empty map, on which nothing stands in truth either, and what moves.
-    ///
-    /// # Errors
-    /// When the world is too large for a grid, or a cylinder cannot move as told.
-    pub fn mission(&self) -> Result<Mission, DynaBarnError> {
+impl WorldTask for Task<'_> {
+    type Row = DynaBarnRow;
+
+    fn key(&self) -> RunKey {
+        RunKey {
+            world: self.world.number,
+            seed: self.seed,
+        }
+    }
+
+    /// An empty map, on which nothing stands in truth either, and what moves.
+    fn mission(&self) -> Result<Mission, WorldError> {
         let DynaBarnWorld {
             number,
             start,
@@ -45,14 +46,14 @@ impl Task<'_> {
             bodies,
         } = self.world;
         let world = *number;
-        let map = field(self.world).map_err(|error| DynaBarnError::Ground { world, error })?;
+        let map = field(self.world).map_err(|error| WorldError::Ground { world, error })?;
         let moving = bodies.iter().map(|body| {
             // Straight from key to key, and no notice taken of the robot.
             Moving::keyframes(body.radius_m, &body.keys, Some(body.loop_s))
         });
         let moving = moving
             .collect::<Result<_, _>>()
-            .map_err(|error| self.unsound(error))?;
+            .map_err(|error| WorldError::Sim { world, error })?;
         let goal = Goal {
             position: *goal,
             yaw: None,
@@ -65,74 +66,31 @@ impl Task<'_> {
             ..Mission::new(Arc::new(map), *start, goal)
         })
     }
-}
 
-/// Empty ground with room about all that happens on it.
-fn field(world: &DynaBarnWorld) -> Result<OccupancyGrid, MapError> {
-    let ends = [world.start.position(), world.goal];
-    let keys = world.bodies.iter().flat_map(|body| &body.keys);
-    let mut low = Point::new(f64::INFINITY, f64::INFINITY);
-    let mut high = -low;
-    for place in keys.map(|key| key.1).chain(ends) {
-        low = low.inf(&place);
-        high = high.sup(&place);
-    }
-    let cells = |from: f64, to: f64| ((to - from + 2.0 * ROOM_M) / RESOLUTION_M).ceil() as i32;
-    let frame = GridFrame::new(
-        cells(low.x, high.x),
-        cells(low.y, high.y),
-        RESOLUTION_M,
-        [low.x - ROOM_M, low.y - ROOM_M, 0.0].into(),
-    )?;
-    Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))
-}
-
-/// Drives, on one thread; times each decision by `clock`, in seconds. Without a result where the navigator found no way
-/// to begin with.
-///
-/// # Errors
-/// When the world is too large, or the configuration is not sound.
-pub fn drive(
-    task: &Task<'_>,
-    config: &Config,
-    clock: &mut dyn FnMut() -> f64,
-) -> Result<(DynaBarnRow, Option<MissionResult>), DynaBarnError> {
-    let mission = task.mission()?;
-    let engine = Box::new(CpuEngine::single_threaded());
-    let mut observer = Observer {
-        clock,
-        progress: &mut |_| {},
-    };
-    match run_mission(&mission, config, engine, &mut observer) {
-        Ok(result) => Ok((task.row(&result, config), Some(result))),
-        Err(MissionError::Fault(fault)) => Ok((task.refused(&fault.to_string()), None)),
-        Err(MissionError::Sim(error)) => Err(task.unsound(error)),
+    fn row(
+        &self,
+        config: &Config,
+        figures: RunFigures,
+        result: Option<&MissionResult>,
+    ) -> DynaBarnRow {
+        let blame = |result| self.culprit(result, config);
+        DynaBarnRow {
+            world: self.world.number,
+            seed: self.seed,
+            result: figures.verdict,
+            blame: result.map_or(Culprit::Nobody, blame),
+            time_s: figures.time_s,
+            travelled_m: figures.travelled_m,
+            min_clearance_m: figures.min_clearance_m,
+            plans: result.map_or(0, |result| result.plans.len() as u64),
+            fault: figures.fault,
+            decision_p50_ms: figures.decision_p50_ms,
+            decision_p99_ms: figures.decision_p99_ms,
+        }
     }
 }
 
 impl Task<'_> {
-    fn row(&self, result: &MissionResult, config: &Config) -> DynaBarnRow {
-        let mut times = Latencies::default();
-        for &seconds in &result.decision_s {
-            // A clock that ran backwards would give no time.
-            let _ = times.record(seconds);
-        }
-        let times = times.summary();
-        DynaBarnRow {
-            world: self.world.number,
-            seed: self.seed,
-            result: Verdict::of(result),
-            blame: self.culprit(result, config),
-            time_s: result.time_s,
-            travelled_m: result.travelled_m,
-            min_clearance_m: Some(result.min_clearance_m).filter(|gap_m| gap_m.is_finite()),
-            plans: result.plans.len() as u64,
-            fault: result.fault.as_ref().map(ToString::to_string),
-            decision_p50_ms: times.map(|times| times.p50_ms),
-            decision_p99_ms: times.map(|times| times.p99_ms),
-        }
-    }
-
     /// Whose the contact was that ended the run.
     fn culprit(&self, result: &MissionResult, config: &Config) -> Culprit {
         let rows = &result.trace.rows;
@@ -165,29 +123,26 @@ impl Task<'_> {
         let at = |body: &Body| body.at(time_s);
         self.world.bodies.iter().map(at).collect()
     }
+}
 
-    fn refused(&self, fault: &str) -> DynaBarnRow {
-        DynaBarnRow {
-            world: self.world.number,
-            seed: self.seed,
-            result: Verdict::Failed,
-            blame: Culprit::Nobody,
-            time_s: 0.0,
-            travelled_m: 0.0,
-            min_clearance_m: None,
-            plans: 0,
-            fault: Some(fault.to_owned()),
-            decision_p50_ms: None,
-            decision_p99_ms: None,
-        }
+/// Empty ground with room about all that happens on it.
+fn field(world: &DynaBarnWorld) -> Result<OccupancyGrid, MapError> {
+    let ends = [world.start.position(), world.goal];
+    let keys = world.bodies.iter().flat_map(|body| &body.keys);
+    let mut low = Point::new(f64::INFINITY, f64::INFINITY);
+    let mut high = -low;
+    for place in keys.map(|key| key.1).chain(ends) {
+        low = low.inf(&place);
+        high = high.sup(&place);
     }
-
-    const fn unsound(&self, error: SimError) -> DynaBarnError {
-        DynaBarnError::Sim {
-            world: self.world.number,
-            error,
-        }
-    }
+    let cells = |from: f64, to: f64| ((to - from + 2.0 * ROOM_M) / RESOLUTION_M).ceil() as i32;
+    let frame = GridFrame::new(
+        cells(low.x, high.x),
+        cells(low.y, high.y),
+        RESOLUTION_M,
+        [low.x - ROOM_M, low.y - ROOM_M, 0.0].into(),
+    )?;
+    Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))
 }
 
 const fn state(row: &TraceRow) -> State {

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use super::{Culprit, DynaBarnRow};
-use crate::bench::barn::Verdict;
+use crate::bench::missions::mean;
+use crate::bench::worlds::Verdict;
 
 /// What came of runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -59,8 +60,7 @@ impl Summary {
             other,
             timeout: ended(Verdict::Timeout),
             failed: ended(Verdict::Failed),
-            mean_time_s: (succeeded > 0)
-                .then(|| reached.map(|row| row.time_s).sum::<f64>() / succeeded as f64),
+            mean_time_s: mean(reached.map(|row| row.time_s)),
         }
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::DynaBarnError;
+use crate::bench::worlds::keep_asked;
 use crate::geometry::{Point, Pose};
 use crate::map::MovingDisc;
 
@@ -49,9 +50,6 @@ struct BodyFile {
     keyframes_t_x_y: Vec<[f64; 3]>,
 }
 
-/// Numbers that an error names.
-const SOME: usize = 5;
-
 /// The worlds of a folder, `world_*.json`, in the order of their numbers: all, or those asked for.
 ///
 /// # Errors
@@ -80,19 +78,7 @@ pub fn read_worlds(
     let worlds = files.iter().map(|file| read_world(file));
     let mut worlds = worlds.collect::<Result<Vec<_>, _>>()?;
     worlds.sort_by_key(|world| world.number);
-    if let Some(only) = only {
-        let absent = |number: &&u32| worlds.iter().all(|world| world.number != **number);
-        if let Some(&world) = only.iter().find(absent) {
-            let numbers = worlds.iter().map(|world| world.number.to_string());
-            return Err(DynaBarnError::NotAmong {
-                folder: folder.to_owned(),
-                world,
-                count: worlds.len(),
-                some: numbers.take(SOME).collect::<Vec<_>>().join(", "),
-            });
-        }
-        worlds.retain(|world| only.contains(&world.number));
-    }
+    keep_asked(&mut worlds, |world| world.number, only, folder)?;
     Ok(worlds)
 }
 
