@@ -3,7 +3,7 @@
 use inbye::geometry::{Point, Pose, Vector};
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 use inbye::robot::Footprint;
-use inbye::sim::{Appears, Moving, SimError, Walkers, World, YIELD_GAP_M};
+use inbye::sim::{Appears, Moving, Script, SimError, Walkers, World, YIELD_GAP_M};
 
 /// Where the robot is out of everybody's way.
 const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);
@@ -46,9 +46,17 @@ fn two_halves() -> ObstacleGrid {
 
 const KEYS: [(f64, [f64; 2]); 3] = [(1.0, [1.0, 1.0]), (3.0, [5.0, 1.0]), (4.0, [5.0, 2.5])];
 
+fn scripted_by(
+    radius_m: f64,
+    keys: &[(f64, Point)],
+    loop_s: Option<f64>,
+) -> Result<Moving, SimError> {
+    Moving::scripted(radius_m, Script::new(keys, loop_s)?)
+}
+
 fn scripted(loop_s: Option<f64>) -> Moving {
     let keys = KEYS.map(|(time_s, place)| (time_s, Point::from(place)));
-    Moving::keyframes(0.3, &keys, loop_s).expect("a valid script")
+    scripted_by(0.3, &keys, loop_s).expect("a valid script")
 }
 
 #[test]
@@ -306,19 +314,19 @@ fn scripts_walks_and_moments_out_of_range_are_refused_by_name() {
     let nowhere = Point::new(f64::NAN, 1.0);
     for (error, words) in [
         (
-            refusal(Moving::keyframes(0.0, &[(0.0, place)], None)),
+            refusal(scripted_by(0.0, &[(0.0, place)], None)),
             "radius is 0",
         ),
         (
-            refusal(Moving::keyframes(0.3, &[(-1.0, place)], None)),
+            refusal(scripted_by(0.3, &[(-1.0, place)], None)),
             "time of a keyframe is -1",
         ),
         (
-            refusal(Moving::keyframes(0.3, &[(0.0, nowhere)], None)),
+            refusal(scripted_by(0.3, &[(0.0, nowhere)], None)),
             "place of a keyframe is NaN",
         ),
         (
-            refusal(Moving::keyframes(0.3, &[(0.0, place)], Some(0.0))),
+            refusal(scripted_by(0.3, &[(0.0, place)], Some(0.0))),
             "loop_s is 0",
         ),
         (

@@ -19,7 +19,7 @@ use super::{dynabarn_words, output};
     kept it clear; the others are shown apart. Success counts every contact as a failure, attributed success leaves out \
     the runs of those others.\n\
     --record keeps a row for each run as it finishes; the same command goes on where it was cut short. This is no Gazebo, \
-    and the cylinders go straight from keyframe to keyframe, where Gazebo lays a spline through them."
+    but the cylinders go as they do there, on a spline through their keyframes."
 )]
 pub struct DynaBarnArguments {
     #[command(flatten)]

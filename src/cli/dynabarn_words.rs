@@ -8,7 +8,7 @@ use super::worlds::in_one_line;
 
 /// What the figures are worth beside published ones.
 pub const SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics engine, but slip, lag, drift and \
-    noise; contacts are exact, and the cylinders go straight from keyframe to keyframe, where Gazebo lays a spline through them";
+    noise; contacts are exact; the cylinders go as in Gazebo, on a spline through their keyframes";
 
 /// What came of the runs, how both shares are counted, and the runs that did not arrive.
 pub fn tables(summary: &Summary, rows: &[&DynaBarnRow]) -> Vec<String> {

@@ -29,6 +29,7 @@ pub use crowd::Crowd;
 pub use drive::{DriveDynamics, SimBase};
 pub use error::SimError;
 pub use fixes::{FixSource, Fixes};
+pub use keyframes::Script;
 pub use lidar::{Lidar, LidarReturn};
 pub use mission::{Mission, MissionError, MissionResult, Observer, StopError, run_mission};
 pub use moving::{Appears, Moving};

@@ -1,7 +1,7 @@
 //! One moving obstacle: how it moves, whether it minds the robot, and since when it is there.
 
 use super::error::{above_zero, at_least_zero, require};
-use super::keyframes::Keyframes;
+use super::keyframes::{Keyframes, Script};
 use super::to_and_fro::ToAndFro;
 use super::wander::Wander;
 use super::{SimError, YIELD_GAP_M, YIELD_PATIENCE_S};
@@ -65,22 +65,13 @@ impl Moving {
         )
     }
 
-    /// A body that plays a script: at each time, seconds after it appears, at the place beside it, and evenly on its way
-    /// between; it does not yield. It stands at the first place until the first time. Without a period it stays at the
-    /// last place; with one, at least the last time, it is at time zero again after it, wherever that is: the
-    /// cylinders of the `DynaBARN` benchmark jump so from the end of their way to its beginning. A yielding one stops its
-    /// clock while it holds, however long.
+    /// A body that plays a script, and does not yield. One that is made to yield stops its clock while it holds, however
+    /// long.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for a radius that is not above zero, for no key, for times that are below zero or not
-    /// ascending, for a period that is too short, or any of these not finite.
-    pub fn keyframes(
-        radius_m: f64,
-        keys: &[(f64, Point)],
-        loop_s: Option<f64>,
-    ) -> Result<Self, SimError> {
-        let script = Keyframes::new(keys, loop_s)?;
-        Self::new(radius_m, false, Motion::Keyframes(script))
+    /// [`SimError::BadSetting`] for a radius that is not finite and above zero.
+    pub fn scripted(radius_m: f64, script: Script) -> Result<Self, SimError> {
+        Self::new(radius_m, false, Motion::Keyframes(Keyframes::new(script)))
     }
 
     /// Somebody who starts at a place and walks, at a speed in m/s, to one random place after another, round corners, over

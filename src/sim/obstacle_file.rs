@@ -6,7 +6,7 @@ use rand::RngExt;
 use serde::Deserialize;
 
 use super::noise::{Source, generator};
-use super::{Appears, Moving, SimError, Walkers};
+use super::{Appears, Moving, Script, SimError, Walkers};
 use crate::geometry::Point;
 use crate::map::{GridFrame, ObstacleGrid};
 
@@ -59,7 +59,7 @@ impl Walkers {
     /// - at random: from `x`, `y` at `speed` over free ground within `wander_m` of its start, see [`Moving::wanderer`]; the
     ///   seed, and its place in the list, decide where to;
     /// - by script: at the times and places `[t, x, y]` of `keyframes`, again and again with a period of `loop_s` where it
-    ///   is given, see [`Moving::keyframes`].
+    ///   is given, see [`Script`].
     ///
     /// `yields` says whether it minds the robot (left out: it does, unless it plays a script). `appears_at_s`, or
     /// `appears_within_m` of the robot, says when it appears (left out: it is there from the start). All points must lie
@@ -118,7 +118,7 @@ impl Entry {
                 .iter()
                 .map(|&[time_s, x, y]| (time_s, Point::new(x, y)))
                 .collect();
-            let moving = Moving::keyframes(self.radius, &keys, self.loop_s)?;
+            let moving = Moving::scripted(self.radius, Script::new(&keys, self.loop_s)?)?;
             (moving, keys.iter().map(|key| key.1).collect())
         } else {
             let start = Point::new(needed("x", self.x)?, needed("y", self.y)?);

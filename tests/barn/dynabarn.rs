@@ -7,6 +7,7 @@ use inbye::bench::barn::barn_config;
 use inbye::bench::dynabarn::{Blame, Body, Hindsight, State, read_world, read_worlds};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::MovingDisc;
+use inbye::sim::Script;
 use libtest_mimic::{Completion, Failed, Trial};
 
 use crate::Test;
@@ -35,14 +36,14 @@ pub const TESTS: &[Test] = &[
 const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
 
 fn plays() {
+    let keys = [
+        (1.0, Point::new(0.0, 0.0)),
+        (3.0, Point::new(4.0, 0.0)),
+        (4.0, Point::new(4.0, 1.0)),
+    ];
     let body = Body {
         radius_m: 0.5,
-        loop_s: 5.0,
-        keys: vec![
-            (1.0, Point::new(0.0, 0.0)),
-            (3.0, Point::new(4.0, 0.0)),
-            (4.0, Point::new(4.0, 1.0)),
-        ],
+        script: Script::new(&keys, Some(5.0)).expect("a sound script"),
     };
     for (time_s, x, y, vx, vy) in [
         (0.0, 0.0, 0.0, 0.0, 0.0),
@@ -84,7 +85,16 @@ fn reads() {
     };
     let world = read(WORLD).expect("a whole world");
     assert_eq!((world.number, world.goal), (4, Point::new(-9.0, 0.0)));
-    assert_eq!((world.bodies.len(), world.bodies[0].keys.len()), (2, 2));
+    assert_eq!(
+        (world.bodies.len(), world.bodies[0].script.keys().len()),
+        (2, 2)
+    );
+    // On a spline: slower at its ends than straight ahead, faster between.
+    let fastest = world.bodies[0].at(0.75);
+    assert!(
+        (fastest.vy - 1.25 * 12.0 / 1.5).abs() < 1e-12,
+        "{fastest:?}"
+    );
     for (from, to, words) in [
         ("\"goal_x_y\": [-9, 0], ", "", "missing field `goal_x_y`"),
         ("[-9, 0]", "[-9]", "invalid length 1"),

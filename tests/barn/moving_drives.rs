@@ -7,7 +7,7 @@ use inbye::bench::dynabarn::{
 };
 use inbye::bench::worlds::{Verdict, drive};
 use inbye::geometry::{Point, Pose};
-use inbye::sim::Config;
+use inbye::sim::{Config, Script};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use crate::Test;
@@ -36,20 +36,22 @@ fn world(bodies: Vec<Body>) -> DynaBarnWorld {
 
 /// From one place to another and, at once, again.
 fn body(radius_m: f64, from: [f64; 2], to: [f64; 2], loop_s: f64) -> Body {
-    let place = |[x, y]: [f64; 2]| Point::new(x, y);
-    Body {
-        radius_m,
-        loop_s,
-        keys: vec![(0.0, place(from)), (loop_s, place(to))],
-    }
+    scripted(radius_m, &[(0.0, from), (loop_s, to)], loop_s)
+}
+
+fn scripted(radius_m: f64, keys: &[(f64, [f64; 2])], loop_s: f64) -> Body {
+    let keys: Vec<_> = keys
+        .iter()
+        .map(|&(time_s, place)| (time_s, Point::from(place)))
+        .collect();
+    let script = Script::new(&keys, Some(loop_s)).expect("a sound script");
+    Body { radius_m, script }
 }
 
 /// To and fro across the straight way at 0.9 m/s, on it when the robot would be there.
 fn crossing() -> DynaBarnWorld {
-    let mut crossing = body(0.5, [0.0, -2.0], [0.0, 2.0], 9.0);
-    let turned = (4.5, Point::new(0.0, 2.0));
-    crossing.keys = vec![crossing.keys[0], turned, (9.0, Point::new(0.0, -2.0))];
-    world(vec![crossing])
+    let keys = [(0.0, [0.0, -2.0]), (4.5, [0.0, 2.0]), (9.0, [0.0, -2.0])];
+    world(vec![scripted(0.5, &keys, 9.0)])
 }
 
 fn run(world: &DynaBarnWorld, config: &Config) -> DynaBarnRow {

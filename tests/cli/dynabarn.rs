@@ -61,7 +61,7 @@ fn worlds_that_move_are_driven() {
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
     for words in [
         "not Gazebo",
-        "straight from keyframe to keyframe",
+        "on a spline through their keyframes",
         "world 6, seed 0: was run into after",
     ] {
         assert!(run.stdout.contains(words), "{run:?}");

@@ -4,8 +4,9 @@
 //! The cylinders take no notice of the robot, so some contacts are nobody's fault. A plain rate of success counts them
 //! all; [`Blame`] says which count against the robot.
 //!
-//! The simulator is not Gazebo, in which others measure: it has no physics and no delays of messages. And a cylinder goes
-//! straight from keyframe to keyframe, where Gazebo lays a spline through them.
+//! The simulator is not Gazebo, in which others measure: it has no physics and no delays of messages. The cylinders go as
+//! they do there: time runs evenly from keyframe to keyframe, the place on a Catmull-Rom spline (`PoseAnimation` of
+//! `gazebosim/gazebo-classic`, `Spline` of `gazebosim/gz-math`, whose tension is zero unless set).
 
 mod blame;
 mod config;

@@ -48,8 +48,8 @@ impl WorldTask for Task<'_> {
         let world = *number;
         let map = field(self.world).map_err(|error| WorldError::Ground { world, error })?;
         let moving = bodies.iter().map(|body| {
-            // Straight from key to key, and no notice taken of the robot.
-            Moving::keyframes(body.radius_m, &body.keys, Some(body.loop_s))
+            // It takes no notice of the robot.
+            Moving::scripted(body.radius_m, body.script.clone())
         });
         let moving = moving
             .collect::<Result<_, _>>()
@@ -128,7 +128,7 @@ impl Task<'_> {
 /// Empty ground with room about all that happens on it.
 fn field(world: &DynaBarnWorld) -> Result<OccupancyGrid, MapError> {
     let ends = [world.start.position(), world.goal];
-    let keys = world.bodies.iter().flat_map(|body| &body.keys);
+    let keys = world.bodies.iter().flat_map(|body| body.script.keys());
     let mut low = Point::new(f64::INFINITY, f64::INFINITY);
     let mut high = -low;
     for place in keys.map(|key| key.1).chain(ends) {

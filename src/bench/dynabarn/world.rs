@@ -9,16 +9,15 @@ use super::DynaBarnError;
 use crate::bench::worlds::keep_asked;
 use crate::geometry::{Point, Pose};
 use crate::map::MovingDisc;
+use crate::sim::Script;
 
 /// A cylinder that plays its script over and over.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Its radius, metres, above zero.
     pub radius_m: f64,
-    /// Length of the script, seconds, above zero and not before the last key; after it the cylinder is at its first key.
-    pub loop_s: f64,
-    /// Times in ascending order, seconds, the first zero or more, with the place at each; at least one.
-    pub keys: Vec<(f64, Point)>,
+    /// Where it is when, over and over; from its last place it jumps to the first.
+    pub script: Script,
 }
 
 /// A world.
@@ -151,10 +150,15 @@ impl Check<'_> {
         let expected = "above zero, at most 1000 and not before the last keyframe";
         self.number(of("loop_s"), loop_s, lasts, expected)?;
         let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
+        let keys: Vec<_> = keyframes_t_x_y.into_iter().map(key).collect();
+        let script =
+            Script::new(&keys, Some(loop_s)).map_err(|error| DynaBarnError::NotAWorld {
+                file: self.file.to_owned(),
+                reason: format!("obstacle {index}: {error}"),
+            })?;
         Ok(Body {
             radius_m,
-            loop_s,
-            keys: keyframes_t_x_y.into_iter().map(key).collect(),
+            script: script.on_a_spline(),
         })
     }
 
@@ -182,26 +186,10 @@ impl Check<'_> {
 }
 
 impl Body {
-    /// Where the cylinder is at a time, seconds, at least zero, and how fast: straight from key to key, standing before
-    /// the first and after the last.
+    /// Where the cylinder is at a time, seconds, at least zero, and how fast.
     #[must_use]
     pub fn at(&self, time_s: f64) -> MovingDisc {
-        let time_s = libm::fmod(time_s, self.loop_s);
-        let after = self.keys.partition_point(|key| key.0 <= time_s);
-        let leg = after
-            .checked_sub(1)
-            .and_then(|from| Some((self.keys[from], *self.keys.get(after)?)));
-        let (place, velocity) = match leg {
-            Some(((from_s, from), (to_s, to))) => {
-                let velocity = (to - from) / (to_s - from_s);
-                (from + velocity * (time_s - from_s), velocity)
-            }
-            // Before the first key, or after the last.
-            None => (
-                self.keys[after.min(self.keys.len() - 1)].1,
-                crate::geometry::Vector::zeros(),
-            ),
-        };
+        let (place, velocity) = self.script.at(time_s);
         MovingDisc {
             x: place.x,
             y: place.y,
