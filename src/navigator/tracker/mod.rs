@@ -285,12 +285,12 @@ impl Tracker {
     }
 }
 
-/// The track that has moved and whose expected disc covers a point, the nearest if several do.
+/// The track that moves, as far as is known, and whose expected disc covers a point, the nearest if several do.
 fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
     tracks
         .iter()
         .enumerate()
-        .filter(|(_, track)| track.has_moved)
+        .filter(|(_, track)| track.stands_out())
         .map(|(number, track)| {
             let beyond_m = (point - track.center()).norm() - track.radius_m();
             (number, beyond_m)

@@ -206,6 +206,19 @@ impl Track {
         self.is_moving || self.filter.velocity().norm() > STANDING
     }
 
+    /// Whether it moved, or there is some proof that it does: what is seen where it is expected is taken for its own, so that
+    /// two that pass close by each other are not lost in one.
+    pub fn stands_out(&self) -> bool {
+        self.has_moved || self.proof > 0 && self.looks >= LEAST_LOOKS && self.is_sure_to_move()
+    }
+
+    /// Whether its velocity is that of something that moves, and known well enough.
+    fn is_sure_to_move(&self) -> bool {
+        let speed = self.filter.velocity().norm();
+        (WALKING..FASTEST).contains(&speed)
+            && speed > SURE_DEVIATIONS * self.filter.speed_deviation()
+    }
+
     /// Points of it that were seen at the ages that are asked for, and their ages, seconds.
     pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = (Point, f64)> + '_ {
         let mut last = None;
@@ -239,8 +252,7 @@ impl Track {
         }
         let moves = self.proof >= PROOF
             && self.looks >= LEAST_LOOKS
-            && (WALKING..FASTEST).contains(&speed)
-            && speed > SURE_DEVIATIONS * self.filter.speed_deviation()
+            && self.is_sure_to_move()
             && self.surprise < SURPRISE
             && self.has_gone_straight(time_s);
         if !moves {
