@@ -20,8 +20,8 @@ pub struct Abilities {
     pub tracking: bool,
     /// Paths are planned anew. Off: the first one is followed to the end.
     pub replanning: bool,
-    /// It drives such that it stands before anybody ahead reaches it, and counts on nobody to go on as he does. Off for a race
-    /// among things that mind nobody, where standing is no help.
+    /// It moves such that it stands before anybody whom it comes nearer to reaches it, and counts on nobody to go on as he
+    /// does. Off for a race among things that mind nobody, where standing is no help.
     pub caution: bool,
     /// The robot turns in place where it faces away from its way, and backs out of where nothing goes on.
     pub recovery: bool,

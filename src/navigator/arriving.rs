@@ -49,7 +49,7 @@ impl Navigator {
             return Ok(self.arrive(now));
         };
         let kept = KeptClear::new(&self.robot.footprint, settings, field, now);
-        let command = self.towards(now, &wanted);
+        let command = self.minding(now, &wanted);
         if let Some(decision) = self.evade(now, field) {
             return Ok(decision);
         }

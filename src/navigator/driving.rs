@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::caution::cautious_speed;
 use super::hybrid::{Decision, Navigator};
 use super::kept_clear::KeptClear;
 use super::outlook::Outlook;
@@ -111,7 +110,7 @@ impl Navigator {
         self.mode = Mode::Turning;
         self.recovery.turned();
         Decision {
-            command: self.towards(now, &turn(angle, &self.robot.limits)),
+            command: self.minding(now, &turn(angle, &self.robot.limits)),
             mode: self.mode,
             local_target: target,
             counts: None,
@@ -158,9 +157,8 @@ impl Navigator {
         if kept.within_a_margin {
             fastest = fastest.min(self.settings.passing_speed);
         }
-        let delay_s = self.settings.actuation_delay_s + self.planner.settings().control_period_s;
-        if self.settings.abilities.caution {
-            fastest = fastest.min(cautious_speed(now, &self.robot.footprint, limits, delay_s));
+        if let Some(caution) = self.caution(now) {
+            fastest = caution.fastest(fastest);
         }
         if faces_away {
             fastest = fastest.min(TURNS_BELOW / 2.0);

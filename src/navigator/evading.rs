@@ -18,7 +18,7 @@ const LOOKS_AHEAD_S: f64 = 3.0;
 const STEP_S: f64 = 0.1;
 /// Who comes nearer than this, metres, to a robot that stands is evaded; more room than this is not sought.
 const EVADED_GAP_M: f64 = 0.1;
-const ENOUGH_GAP_M: f64 = 0.4;
+const ENOUGH_GAP_M: f64 = 0.7;
 /// Slower than this nobody comes, m/s.
 const COMES_FROM: f64 = 0.15;
 /// A way is worth leaving for if it keeps so much more distance than standing does, metres.
@@ -43,20 +43,19 @@ impl Navigator {
             .copied()
             .collect();
         let limits = &self.robot.limits;
-        let caution = self.settings.abilities.caution;
         let ways = Ways {
             now,
             limits,
             footprint,
             kept: KeptClear::new(footprint, &self.settings, field, now),
             field,
-            caution,
+            caution: self.settings.abilities.caution,
         };
         if ways.least_gap_m(&Twist::STOP, &coming)? >= EVADED_GAP_M {
             return None;
         }
         // Nobody is run into for another's sake, nor because it would hurt less: who cannot get clear stands.
-        let least_m = if caution { 0.0 } else { f64::NEG_INFINITY };
+        let least_m = if ways.caution { 0.0 } else { f64::NEG_INFINITY };
         let standing_m = ways.least_gap_m(&Twist::STOP, &now.moving)?.max(least_m);
         let backward = BACKWARD.map(|share| share * limits.min_vel_x.min(0.0));
         let forward = FORWARD.map(|share| share * limits.max_vel_x);
@@ -68,7 +67,10 @@ impl Navigator {
                     continue;
                 };
                 let gap_m = gap_m.min(ENOUGH_GAP_M);
-                if gap_m > best.0 {
+                if gap_m > best.0
+                    && ways.can_be_broken_off(&wanted)
+                    && self.is_minding(now, &wanted)
+                {
                     best = (gap_m, Some(wanted));
                 }
             }
@@ -94,6 +96,20 @@ struct Ways<'a> {
 }
 
 impl Ways<'_> {
+    /// Whether a robot that begins to make for a velocity, and brakes from the next decision on, keeps off what stands.
+    fn can_be_broken_off(&self, wanted: &Twist) -> bool {
+        let (mut pose, mut twist) =
+            self.limits
+                .driven(&self.now.pose, &self.now.twist, wanted, STEP_S);
+        while twist.linear != 0.0 {
+            if !self.kept.keeps_off_what_stands(self.field, &pose) {
+                return false;
+            }
+            (pose, twist) = self.limits.driven_braking(&pose, &twist, STEP_S);
+        }
+        true
+    }
+
     /// The least distance from people on a way with a velocity that is made for as fast as the limits allow; none where
     /// something that stands is in the way.
     fn least_gap_m(&self, wanted: &Twist, from: &[MovingDisc]) -> Option<f64> {

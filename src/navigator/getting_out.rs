@@ -66,7 +66,13 @@ impl Navigator {
             people: &now.moving,
         };
         let behind = self.recovery.place_behind(&now.pose);
-        let wanted = best_way(now, &surface, &behind, &self.settings, &self.robot.limits);
+        let wanted = best_way(
+            now,
+            &surface,
+            &behind,
+            (&self.settings, &self.robot.limits),
+            |wanted| self.is_minding(now, wanted),
+        );
         self.mode = Mode::BackingUp;
         Decision {
             command: self.towards(now, &wanted),
@@ -80,8 +86,8 @@ fn best_way(
     now: &Outlook,
     surface: &Surface<'_>,
     behind: &Point,
-    settings: &NavigatorSettings,
-    limits: &Limits,
+    (settings, limits): (&NavigatorSettings, &Limits),
+    is_safe: impl Fn(&Twist) -> bool,
 ) -> Twist {
     let mut best = (f64::NEG_INFINITY, Twist::STOP);
     for share in SPEEDS {
@@ -92,7 +98,7 @@ fn best_way(
             };
             let room_m = surface.gap_m(&end).min(ENOUGH_GAP_M);
             let score = room_m - WAY_BACK * (behind - end.position()).norm();
-            if score > best.0 {
+            if score > best.0 && is_safe(&wanted) {
                 best = (score, wanted);
             }
         }

@@ -237,9 +237,10 @@ impl Navigator {
         }
     }
 
-    /// Braking at the limit.
+    /// Braking at the limit, on the arc that it drives.
     pub(super) fn brake(&self, now: &Outlook) -> Twist {
-        self.towards(now, &Twist::STOP)
+        let period_s = self.planner.settings().control_period_s;
+        self.robot.limits.braked(&now.twist, period_s)
     }
 
     /// The nearest to a velocity that is reached by the next tick.

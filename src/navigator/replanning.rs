@@ -142,13 +142,13 @@ impl Navigator {
         off_path_m: f64,
         stuck_s: f64,
     ) -> Option<Reason> {
-        if self.has_strayed(now, field, off_path_m) {
+        // A robot that backs out leaves its path on purpose; where it goes on from is known when it has done so.
+        let backs = self.mode == Mode::BackingUp;
+        if !backs && self.has_strayed(now, field, off_path_m) {
             Some(Reason::Strayed)
         } else if is_blocked {
             Some(Reason::Blocked)
-        } else if self.mode == Mode::BackingUp
-            || stuck_s > STUCK_PATIENCES * self.settings.patience_s
-        {
+        } else if backs || stuck_s > STUCK_PATIENCES * self.settings.patience_s {
             Some(Reason::Waited)
         } else {
             let may_be_shorter = now.time_s >= self.replanning.next_shorter_s

@@ -123,22 +123,73 @@ impl Limits {
         }
     }
 
+    /// The velocity after braking for a time in seconds, as hard as the limits allow with the curvature kept as far as they
+    /// allow that: a robot that brakes goes on along the arc it is on, which was looked over, and not straight into what
+    /// the arc leads round.
+    #[must_use]
+    pub fn braked(&self, twist: &Twist, time_s: f64) -> Twist {
+        let hardest = self.reachable(twist, &Twist::STOP, time_s);
+        if twist.linear == 0.0 {
+            return hardest;
+        }
+        let on_the_arc = twist.angular * (hardest.linear / twist.linear);
+        Twist::new(
+            hardest.linear,
+            on_the_arc
+                .abs()
+                .max(hardest.angular.abs())
+                .copysign(twist.angular),
+        )
+    }
+
     /// Where a base is, and how fast it moves, that makes for a velocity for a time in seconds: its speed changes evenly to
     /// what it can reach, and the pose follows the mean of the two.
     #[must_use]
     pub fn driven(&self, pose: &Pose, twist: &Twist, wanted: &Twist, time_s: f64) -> (Pose, Twist) {
         let then = self.reachable(twist, wanted, time_s);
-        let mean = Twist::new(
-            f64::midpoint(twist.linear, then.linear),
-            f64::midpoint(twist.angular, then.angular),
-        );
-        (pose.after(&mean, time_s), then)
+        (pose.after(&mean(twist, &then), time_s), then)
     }
+
+    /// The same for a base that brakes.
+    #[must_use]
+    pub fn driven_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
+        let then = self.braked(twist, time_s);
+        (pose.after(&mean(twist, &then), time_s), then)
+    }
+}
+
+fn mean(one: &Twist, other: &Twist) -> Twist {
+    Twist::new(
+        f64::midpoint(one.linear, other.linear),
+        f64::midpoint(one.angular, other.angular),
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn braking_keeps_to_the_arc_as_far_as_the_limits_allow() {
+        let limits = Limits::default();
+        let twist = Twist::new(0.8, -0.6);
+        let braked = limits.braked(&twist, 0.1);
+        assert!(
+            (braked.angular / braked.linear + 0.75).abs() < 1e-12,
+            "{braked:?}"
+        );
+        assert_eq!(
+            braked.linear,
+            limits.reachable(&twist, &Twist::STOP, 0.1).linear
+        );
+        // Too sharp an arc for that: it turns on for a moment.
+        let sharp = Twist::new(0.01, 0.9);
+        let expected = limits.reachable(&sharp, &Twist::STOP, 0.1);
+        assert_eq!(limits.braked(&sharp, 0.1), expected);
+        assert_eq!(limits.braked(&Twist::STOP, 0.1), Twist::STOP);
+        let backwards = limits.braked(&Twist::new(-0.3, 0.3), 0.1);
+        assert!((backwards.angular + backwards.linear).abs() < 1e-12);
+    }
 
     #[test]
     fn braking_and_gaining_use_their_own_limits_in_both_directions() {
