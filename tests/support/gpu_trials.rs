@@ -4,7 +4,7 @@ use inbye::bench::compare;
 use inbye::geometry::Pose;
 use inbye::local::gpu::{Adapter, GpuEngine};
 use inbye::local::{
-    Axis, CpuEngine, Detail, Engine, EngineError, Outside, Prepared, Problem, Window,
+    Axis, CpuEngine, Detail, Engine, EngineError, LossKind, Outside, Prepared, Problem, Window,
 };
 use inbye::map::MovingDisc;
 use libtest_mimic::Failed;
@@ -184,7 +184,7 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
     for (what, problem) in extremes() {
         match engine.evaluate(&Prepared::new(&problem)?, Detail::Answer) {
             // llvmpipe leaves off in the middle of so many loops: then a refusal is the right answer, silence is not.
-            Err(EngineError::Setup { what, .. }) if what.contains("turns of loops") => {}
+            Err(EngineError::TooLarge { what, .. }) if what.contains("turns of loops") => {}
             _ => same(engine, what, &problem)?,
         }
     }
@@ -197,7 +197,7 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
         ..plain()
     };
     match engine.evaluate(&Prepared::new(&too_large)?, Detail::Answer) {
-        Err(EngineError::Setup { what, .. }) if what.contains("sample less densely") => {}
+        Err(EngineError::TooLarge { what, .. }) if what.contains("sample less densely") => {}
         other => return Err(format!("too large, yet {other:?}").into()),
     }
     same(engine, "after one that was too large", &plain())?;
@@ -230,6 +230,7 @@ fn lost_device(adapter: &Adapter) -> Result<(), Failed> {
             match engine.evaluate(&problem, detail) {
                 Err(EngineError::Lost {
                     adapter: name,
+                    kind: LossKind::DeviceLost,
                     what,
                 }) if name == adapter.summary.name && !what.is_empty() => {}
                 other => return Err(format!("after {answers_before} answers: {other:?}").into()),
