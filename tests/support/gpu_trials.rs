@@ -14,8 +14,9 @@ use crate::batch_trials;
 use crate::cpu_trials::{agree, golden};
 use crate::extremes::{extremes, field, footprint, plain};
 use crate::kernel::{Kernel, every_difference};
+use crate::loss_trials;
 
-pub const TRIALS: [(&str, GpuTest); 12] = [
+pub const TRIALS: [(&str, GpuTest); 15] = [
     ("operations_return_the_bits_of_rust", operations),
     (
         "random_problems_return_the_bits_of_the_cpu",
@@ -42,6 +43,18 @@ pub const TRIALS: [(&str, GpuTest); 12] = [
     (
         "a_falsified_answer_of_a_batch_is_noticed",
         batch_trials::falsified,
+    ),
+    (
+        "a_late_answer_is_never_taken_for_a_later_one",
+        loss_trials::late_answers,
+    ),
+    (
+        "a_refused_call_is_an_error_of_its_kind",
+        loss_trials::refused_calls,
+    ),
+    (
+        "ten_losses_leave_the_trace_as_it_was",
+        loss_trials::ten_losses,
     ),
 ];
 
@@ -92,7 +105,7 @@ fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Fai
     Ok(())
 }
 
-fn window(speeds: u32, turns: u32) -> Window {
+pub fn window(speeds: u32, turns: u32) -> Window {
     let axis = |low, high, count| Axis { low, high, count };
     Window {
         linear: axis(-0.2, 0.8, speeds),
