@@ -15,7 +15,7 @@ use super::{EngineError, Opened, Preference};
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Opens the engine that a preference asks for, to drive with: as [`open`](super::open()), but whatever happens to a GPU
-/// on the way, the CPU goes on with the same bits and the GPU is tried again, as [`Failover`](super::Failover) has it.
+/// on the way, the CPU goes on with the same bits and the GPU is tried again, as [`super::Failover`] has it.
 /// The GPU has 50 ms for each answer. With [`Preference::Auto`] a GPU that is missing at the start is tried again too,
 /// but not where there is a software adapter: that one is no better than the CPU, and no GPU was lost.
 ///

@@ -16,7 +16,7 @@ use crate::extremes::{extremes, field, footprint, plain};
 use crate::kernel::{Kernel, every_difference};
 use crate::loss_trials;
 
-pub const TRIALS: [(&str, GpuTest); 15] = [
+pub const TRIALS: [(&str, GpuTest); 16] = [
     ("operations_return_the_bits_of_rust", operations),
     (
         "random_problems_return_the_bits_of_the_cpu",
@@ -47,6 +47,10 @@ pub const TRIALS: [(&str, GpuTest); 15] = [
     (
         "a_late_answer_is_never_taken_for_a_later_one",
         loss_trials::late_answers,
+    ),
+    (
+        "a_device_lost_in_the_middle_is_an_error_or_an_answer",
+        loss_trials::lost_in_the_middle,
     ),
     (
         "a_refused_call_is_an_error_of_its_kind",

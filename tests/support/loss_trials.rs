@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex};
+use std::thread;
 use std::time::Duration;
 
 use inbye::geometry::Pose;
@@ -23,7 +24,7 @@ use crate::gpu_trials::window;
 /// A problem that keeps an adapter busy for longer than a millisecond, by much.
 fn heavy(adapter: &Adapter) -> Result<Prepared, Failed> {
     let (side, steps) = if adapter.summary.software {
-        (512, 10)
+        (256, 20)
     } else {
         (2048, 1000)
     };
@@ -73,6 +74,37 @@ pub fn late_answers(adapter: &Adapter) -> Result<(), Failed> {
         let expected = CpuEngine::single_threaded().evaluate(&next, Detail::Samples)?;
         if engine.evaluate(&next, Detail::Samples)? != expected {
             return Err(format!("attempt {attempt}: not the answer to the next problem").into());
+        }
+    }
+    Ok(())
+}
+
+/// Destroyed at several moments of a decision: before, within, perhaps after it. The driver may still finish what it has
+/// begun, and then the answer is right; it is never half an answer, a panic or an endless wait.
+pub fn lost_in_the_middle(adapter: &Adapter) -> Result<(), Failed> {
+    let problem = heavy(adapter)?;
+    let expected = CpuEngine::single_threaded().evaluate(&problem, Detail::Answer)?;
+    for delay_ms in [0, 1, 5, 30] {
+        let mut engine = GpuEngine::new(adapter)?;
+        let destroy = engine.destroyer();
+        let outcome = thread::scope(|scope| {
+            scope.spawn(move || {
+                thread::sleep(Duration::from_millis(delay_ms));
+                destroy();
+            });
+            engine.evaluate(&problem, Detail::Answer)
+        });
+        let found = match outcome {
+            Ok(answer) if answer == expected => None,
+            Ok(_) => return Err(format!("a wrong answer after {delay_ms} ms").into()),
+            Err(error) => Some(error.loss()),
+        };
+        if found.is_some_and(|kind| kind != LossKind::DeviceLost) {
+            return Err(format!("after {delay_ms} ms: {found:?}").into());
+        }
+        let next = kind_of(engine.evaluate(&Prepared::new(&plain())?, Detail::Answer));
+        if next != Some(LossKind::DeviceLost) {
+            return Err(format!("the next one after {delay_ms} ms: {next:?}").into());
         }
     }
     Ok(())

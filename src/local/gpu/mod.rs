@@ -67,6 +67,12 @@ impl GpuEngine {
         self.device.inner.destroy();
     }
 
+    /// As [`Self::destroy_device`], at any time and from any thread: also while an answer is waited for.
+    pub fn destroyer(&self) -> impl FnOnce() + Send + 'static {
+        let device = self.device.inner.clone();
+        move || device.destroy()
+    }
+
     /// How long to wait for the answer to each problem from now on; 20 s unless told. An answer that comes later is an
     /// error of the kind [`LossKind::TimedOut`], and is never taken for that of a later problem.
     pub const fn set_patience(&mut self, patience: Duration) {
