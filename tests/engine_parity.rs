@@ -27,6 +27,9 @@ mod gpu_trials;
 #[cfg(feature = "gpu")]
 #[path = "support/kernel.rs"]
 mod kernel;
+#[cfg(feature = "gpu")]
+#[path = "support/loss_trials.rs"]
+mod loss_trials;
 #[path = "support/operations.rs"]
 mod operations;
 

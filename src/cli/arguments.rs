@@ -133,9 +133,18 @@ pub struct DriveArguments {
     /// Engine: auto, cpu, gpu, or gpu:NAME for an adapter whose name contains NAME.
     #[arg(long, default_value = "auto")]
     pub engine: Preference,
+    /// Refuse to start without a GPU; a software adapter counts when --engine names it. One that is lost on the way is
+    /// survived all the same, and counted.
+    #[arg(long)]
+    pub require_gpu: bool,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub threads: Option<usize>,
+    /// What a decision may take by the wall clock, milliseconds; in place of a later one the last command is sent, fading
+    /// with its age, and sampling is lowered where that repeats. Such a run is not the same at each repetition. Waiting for
+    /// plans counts, unless the settings have `wait_for_plans = false` [default: the configuration's `deadline_s`, none].
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = milliseconds)]
+    pub deadline: Option<f64>,
     /// Simulated time after which the run ends, seconds.
     #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
     pub time_limit: f64,
@@ -393,6 +402,11 @@ fn distance(text: &str) -> Result<f64, String> {
 fn duration(text: &str) -> Result<f64, String> {
     let fits = |seconds: f64| seconds > 0.0 && seconds <= 1e9;
     number(text, fits, "seconds, above zero and at most 1e9")
+}
+
+fn milliseconds(text: &str) -> Result<f64, String> {
+    let fits = |milliseconds: f64| milliseconds > 0.0 && milliseconds <= 1e6;
+    number(text, fits, "milliseconds, above zero and at most 1e6")
 }
 
 pub(super) fn number(

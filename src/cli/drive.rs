@@ -18,11 +18,14 @@ use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
 use super::clock::wall_clock;
-use super::{engines, map_file, output, plan, report_file};
+use super::{engines, hardship_words, map_file, output, plan, report_file};
 
 /// Drives to a goal. False when it is not reached, or something was touched.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
-    let (map, config) = map_file::read(&arguments.map)?;
+    let (map, mut config) = map_file::read(&arguments.map)?;
+    if let Some(deadline_ms) = arguments.deadline {
+        config.navigator.deadline_s = Some(deadline_ms / 1e3);
+    }
     let map_name = format!("{}", arguments.map.map.display());
     let walkers = match walkers(arguments, &map, &config) {
         Ok(walkers) => walkers,
@@ -49,7 +52,8 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         time_limit_s: arguments.time_limit,
         ..Mission::new(Arc::new(map), arguments.start.pose(), goal)
     };
-    let engine = engines::choose(&arguments.engine, arguments.threads)?;
+    let engine =
+        engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
     let result = match simulate(&mission, &config, engine, "driving") {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
@@ -195,7 +199,7 @@ pub fn latencies(result: &MissionResult) -> Latencies {
 /// The result as scripts read it.
 pub fn object(result: &MissionResult) -> Value {
     let (x_m, y_m) = result.final_error_m;
-    json!({
+    let mut object = json!({
         "reached": result.reached,
         "collided": result.collided,
         "time_s": result.time_s,
@@ -209,7 +213,11 @@ pub fn object(result: &MissionResult) -> Value {
         "plans": result.plans.len(),
         "fault": result.fault.as_ref().map(ToString::to_string),
         "trace_digest": result.trace.digest(),
-    })
+    });
+    for (name, value) in hardship_words::fields(result) {
+        object[name] = value;
+    }
+    object
 }
 
 fn stop_error(error: &StopError) -> Value {
@@ -249,6 +257,9 @@ fn print(result: &MissionResult) {
             "decision     p50 {:.2} ms, p99 {:.2} ms, slowest {:.2} ms on {}",
             summary.p50_ms, summary.p99_ms, summary.max_ms, result.engine,
         ));
+    }
+    for (name, fact) in hardship_words::facts(result) {
+        output::line(format!("{name:<12} {fact}"));
     }
     output::line(format!("trace        {}", result.trace.digest()));
 }

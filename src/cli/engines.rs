@@ -2,7 +2,7 @@
 
 use std::thread::available_parallelism;
 
-use inbye::local::{Engine, Opened, Preference, open, open_all, open_to_compare};
+use inbye::local::{Engine, Opened, Preference, open, open_all, open_to_compare, open_to_drive};
 
 use super::output;
 
@@ -27,6 +27,18 @@ pub fn machine() -> String {
 /// Opens the engine asked for and says on standard error which and why.
 pub fn choose(preference: &Preference, threads: Option<usize>) -> anyhow::Result<Box<dyn Engine>> {
     let Opened { engine, why } = open(preference, threads.unwrap_or_else(cores))?;
+    output::note(format!("engine: {why}"));
+    Ok(engine)
+}
+
+/// Opens the engine to drive with, a GPU only with the CPU standing by, and says on standard error which and why.
+pub fn choose_to_drive(
+    preference: &Preference,
+    threads: Option<usize>,
+    gpu_required: bool,
+) -> anyhow::Result<Box<dyn Engine>> {
+    let threads = threads.unwrap_or_else(cores);
+    let Opened { engine, why } = open_to_drive(preference, threads, gpu_required)?;
     output::note(format!("engine: {why}"));
     Ok(engine)
 }

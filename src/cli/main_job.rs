@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use inbye::bench::{Density, DensityPlan, crossovers, verify};
-use inbye::local::{Engine, Opened, Preference, open};
+use inbye::local::{Engine, Opened, Preference, open_to_drive};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, Report, html};
 use inbye::sim::{Config, Mission, MissionResult, Scene, scenes};
@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let config = Config::default();
     let mut drives = Vec::new();
     for scene in scenes() {
-        let Opened { engine, why } = open(&Preference::Auto, engines::cores())?;
+        let Opened { engine, why } = open_to_drive(&Preference::Auto, engines::cores(), false)?;
         if drives.is_empty() {
             output::note(format!("engine: {why}"));
         }

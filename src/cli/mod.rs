@@ -18,6 +18,7 @@ mod dynabarn_words;
 mod engines;
 mod evaluate;
 mod followed;
+mod hardship_words;
 mod main_job;
 mod map_file;
 mod missions;

@@ -9,7 +9,7 @@ use inbye::map::OccupancyGrid;
 use inbye::report::{MissionView, Outcome, Report, html};
 use inbye::sim::{Config, Mission, MissionResult};
 
-use super::output;
+use super::{hardship_words, output};
 
 /// What a mission's page needs beyond the mission: owned here, borrowed by [`MissionView`].
 pub struct MissionPage {
@@ -33,6 +33,8 @@ impl MissionPage {
         if let Some(fault) = &result.fault {
             facts.push(("Fault".to_owned(), fault.to_string()));
         }
+        let survived = hardship_words::facts(result).into_iter();
+        facts.extend(survived.map(|(name, fact)| (name.to_owned(), fact)));
         Self {
             title: title.to_owned(),
             command: command.to_owned(),

@@ -14,7 +14,7 @@
 //!
 //! The winner has the largest score; of equal scores, the lowest index.
 
-use super::{EngineError, Prepared};
+use super::{EngineError, Incidents, Prepared};
 
 /// The four terms of a sample, each below 2^24.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -195,5 +195,10 @@ pub trait Engine: Send {
     ) -> Result<Vec<Evaluation>, EngineError> {
         let one = |problem| self.evaluate(problem, detail);
         problems.iter().map(one).collect()
+    }
+
+    /// What an engine with a stand-in has met so far; none for one without.
+    fn incidents(&self) -> Option<&Incidents> {
+        None
     }
 }

@@ -1,5 +1,6 @@
 //! What can go wrong between a problem and its answer.
 
+use serde::Serialize;
 use thiserror::Error;
 
 /// A problem outside the ranges for which the engines promise exact and close answers.
@@ -87,13 +88,37 @@ pub enum EngineError {
         /// What it said.
         what: String,
     },
+    /// A problem that the adapter cannot hold; its device is none the worse.
+    #[error("GPU adapter {adapter}: {what}")]
+    TooLarge {
+        /// The adapter's name.
+        adapter: String,
+        /// What is too large.
+        what: String,
+    },
     /// The device was lost or reported an error while it worked.
     #[error("GPU {adapter} gave no answer: {what}")]
     Lost {
         /// The adapter's name.
         adapter: String,
+        /// How.
+        kind: LossKind,
         /// What it said.
         what: String,
+    },
+    /// No hardware adapter is there, only a program that does its work on the CPU.
+    #[error("the only GPU adapter, {adapter}, is software on this CPU")]
+    OnlySoftware {
+        /// Its name.
+        adapter: String,
+    },
+    /// A GPU was required, and the best engine to be had has none.
+    #[error(
+        "a GPU is required, and this is all there is ({best}): install a driver, or name a software adapter with --engine gpu:NAME"
+    )]
+    NoGpu {
+        /// The best engine, and why it is that one.
+        best: String,
     },
     /// The processor does not have the vector instructions asked for.
     #[error("this processor does not have {which} instructions")]
@@ -109,4 +134,71 @@ pub enum EngineError {
         /// What the system said.
         what: String,
     },
+}
+
+/// How a GPU fails. The words are those used in JSON.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LossKind {
+    /// No adapter is there.
+    Absent,
+    /// An adapter is there, and gives no device or refuses a pipeline.
+    Unopened,
+    /// The device is gone: destroyed, reset, unplugged.
+    DeviceLost,
+    /// No answer within the patience.
+    TimedOut,
+    /// A call was refused as invalid.
+    Validation,
+    /// The device has no memory left.
+    OutOfMemory,
+    /// The driver failed within.
+    Internal,
+    /// The answer to another problem came back.
+    Stale,
+    /// The problem is more than the adapter can hold.
+    TooLarge,
+    /// The answer does not hold when its winner is judged again.
+    WrongAnswer,
+    /// The code that drives the device panicked.
+    Panicked,
+}
+
+impl LossKind {
+    /// The word used in JSON and text.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Absent => "absent",
+            Self::Unopened => "unopened",
+            Self::DeviceLost => "device_lost",
+            Self::TimedOut => "timed_out",
+            Self::Validation => "validation",
+            Self::OutOfMemory => "out_of_memory",
+            Self::Internal => "internal",
+            Self::Stale => "stale",
+            Self::TooLarge => "too_large",
+            Self::WrongAnswer => "wrong_answer",
+            Self::Panicked => "panicked",
+        }
+    }
+}
+
+impl EngineError {
+    /// What this is as the failure of a GPU.
+    #[must_use]
+    pub const fn loss(&self) -> LossKind {
+        match self {
+            Self::NoAdapter
+            | Self::NoSuchAdapter { .. }
+            | Self::NotBuilt
+            | Self::OnlySoftware { .. }
+            | Self::NoGpu { .. } => LossKind::Absent,
+            Self::Lost { kind, .. } => *kind,
+            Self::TooLarge { .. } => LossKind::TooLarge,
+            Self::Setup { .. } | Self::NoInstructions { .. } | Self::Threads { .. } => {
+                LossKind::Unopened
+            }
+        }
+    }
 }

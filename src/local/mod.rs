@@ -11,11 +11,13 @@ mod contract;
 mod cpu;
 mod error;
 mod explain;
+mod failover;
 mod field;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod inputs;
 mod open;
+mod open_to_drive;
 mod planner;
 mod prepare;
 mod problem;
@@ -30,14 +32,16 @@ pub use contract::{
     Counts, Detail, Engine, Evaluation, Reason, SampleRecord, Terms, Totals, Winner,
 };
 pub use cpu::{CpuEngine, GatherOnly, Instructions};
-pub use error::{EngineError, ProblemError};
+pub use error::{EngineError, LossKind, ProblemError};
 pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
+pub use failover::{Beside, FIRST_RETRY, Failover, GpuSource, Incident, Incidents, LONGEST_RETRY};
 pub use field::ClearanceField;
 pub use inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
 pub use open::{Opened, Preference, open, open_all, open_to_compare};
+pub use open_to_drive::open_to_drive;
 pub use planner::{ChooseError, LocalPlanner, Situation};
 pub use prepare::Prepared;
 pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
 pub use ranges::MAX_DISCS;
-pub use settings::LocalSettings;
+pub use settings::{LocalSettings, Sampling};
 pub use window::{Axis, Window};

@@ -2,6 +2,8 @@
 
 use core::str::FromStr;
 
+#[cfg(feature = "gpu")]
+use super::gpu::{AdapterSummary, GpuEngine, adapters};
 use super::{CpuEngine, Engine, EngineError, Instructions};
 
 /// What the user asked for.
@@ -94,8 +96,8 @@ pub fn open_to_compare(
 
 #[cfg(feature = "gpu")]
 fn add_adapters(engines: &mut Vec<Box<dyn Engine>>, mut left_out: impl FnMut(EngineError)) {
-    for adapter in super::gpu::adapters() {
-        match super::gpu::GpuEngine::new(&adapter) {
+    for adapter in adapters() {
+        match GpuEngine::new(&adapter) {
             Ok(engine) => engines.push(Box::new(engine)),
             Err(error) => left_out(error),
         }
@@ -107,7 +109,7 @@ fn add_adapters(_engines: &mut Vec<Box<dyn Engine>>, mut left_out: impl FnMut(En
     left_out(EngineError::NotBuilt);
 }
 
-fn open_cpu(threads: usize, why: &str) -> Result<Opened, EngineError> {
+pub(super) fn open_cpu(threads: usize, why: &str) -> Result<Opened, EngineError> {
     let engine = CpuEngine::with_threads(threads)?;
     Ok(Opened {
         why: format!("{}: {why}", engine.name()),
@@ -117,15 +119,28 @@ fn open_cpu(threads: usize, why: &str) -> Result<Opened, EngineError> {
 
 #[cfg(feature = "gpu")]
 fn open_gpu(name: Option<&str>) -> Result<Opened, EngineError> {
-    let adapters = super::gpu::adapters();
+    let (engine, why) = wanted_gpu(name)?;
+    Ok(Opened {
+        engine: Box::new(engine),
+        why,
+    })
+}
+
+#[cfg(not(feature = "gpu"))]
+fn open_gpu(_name: Option<&str>) -> Result<Opened, EngineError> {
+    Err(EngineError::NotBuilt)
+}
+
+/// The first adapter, or the first whose name contains this, opened, and why it was taken.
+#[cfg(feature = "gpu")]
+pub(super) fn wanted_gpu(name: Option<&str>) -> Result<(GpuEngine, String), EngineError> {
+    let adapters = adapters();
     let first = adapters.first().ok_or(EngineError::NoAdapter)?;
     let adapter = match name {
         None => first,
         Some(name) => {
             let wanted = name.to_lowercase();
-            let named = |summary: &super::gpu::AdapterSummary| {
-                summary.name.to_lowercase().contains(&wanted)
-            };
+            let named = |summary: &AdapterSummary| summary.name.to_lowercase().contains(&wanted);
             let found = adapters.iter().find(|adapter| named(&adapter.summary));
             found.ok_or_else(|| EngineError::NoSuchAdapter {
                 wanted: name.to_owned(),
@@ -143,40 +158,45 @@ fn open_gpu(name: Option<&str>) -> Result<Opened, EngineError> {
         "hardware adapter"
     };
     let why = format!("GPU, {}: asked for, {kind}", adapter.summary.name);
-    Ok(Opened {
-        engine: Box::new(super::gpu::GpuEngine::new(adapter)?),
-        why,
-    })
+    Ok((GpuEngine::new(adapter)?, why))
 }
 
-#[cfg(not(feature = "gpu"))]
-fn open_gpu(_name: Option<&str>) -> Result<Opened, EngineError> {
-    Err(EngineError::NotBuilt)
-}
-
-#[cfg(feature = "gpu")]
 fn open_best(threads: usize) -> Result<Opened, EngineError> {
-    let adapters = super::gpu::adapters();
-    match adapters.first() {
-        None => open_cpu(threads, "no GPU adapter found"),
-        Some(adapter) if adapter.summary.software => {
-            let name = &adapter.summary.name;
-            open_cpu(
-                threads,
-                &format!("the only GPU adapter, {name}, is software on this CPU"),
-            )
-        }
-        Some(adapter) => match super::gpu::GpuEngine::new(adapter) {
-            Ok(engine) => Ok(Opened {
-                why: format!("GPU, {}: hardware adapter found", adapter.summary.name),
-                engine: Box::new(engine),
-            }),
-            Err(error) => open_cpu(threads, &format!("the GPU could not be opened ({error})")),
-        },
+    match best_gpu() {
+        Ok((engine, why)) => Ok(Opened {
+            engine: Box::new(engine),
+            why,
+        }),
+        Err(error) => open_cpu(threads, &why_no_gpu(&error)),
     }
 }
 
+/// The first hardware adapter, opened, and why it was taken.
+#[cfg(feature = "gpu")]
+pub(super) fn best_gpu() -> Result<(GpuEngine, String), EngineError> {
+    let adapters = adapters();
+    let first = adapters.first().ok_or(EngineError::NoAdapter)?;
+    let name = &first.summary.name;
+    if first.summary.software {
+        return Err(EngineError::OnlySoftware {
+            adapter: name.clone(),
+        });
+    }
+    let why = format!("GPU, {name}: hardware adapter found");
+    Ok((GpuEngine::new(first)?, why))
+}
+
 #[cfg(not(feature = "gpu"))]
-fn open_best(threads: usize) -> Result<Opened, EngineError> {
-    open_cpu(threads, "this build has no GPU engine")
+pub(super) fn best_gpu() -> Result<(CpuEngine, String), EngineError> {
+    Err(EngineError::NotBuilt)
+}
+
+/// Why the CPU is taken where the best GPU cannot be had.
+pub(super) fn why_no_gpu(error: &EngineError) -> String {
+    match error {
+        EngineError::NotBuilt => "this build has no GPU engine".to_owned(),
+        EngineError::NoAdapter => "no GPU adapter found".to_owned(),
+        EngineError::OnlySoftware { .. } => error.to_string(),
+        _ => format!("the GPU could not be opened ({error})"),
+    }
 }

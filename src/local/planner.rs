@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    ClearanceField, Detail, Engine, EngineError, Evaluation, LocalSettings, Prepared, Problem,
-    ProblemError, Weights, Window,
+    ClearanceField, Detail, Engine, EngineError, Evaluation, Incidents, LocalSettings, Prepared,
+    Problem, ProblemError, Sampling, Weights, Window,
 };
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
@@ -121,6 +121,18 @@ impl LocalPlanner {
     #[must_use]
     pub fn engine_name(&self) -> String {
         self.engine.name()
+    }
+
+    /// What an engine with a stand-in has met so far; none for one without.
+    #[must_use]
+    pub fn incidents(&self) -> Option<&Incidents> {
+        self.engine.incidents()
+    }
+
+    /// Samples as densely as this from now on.
+    pub const fn set_sampling(&mut self, sampling: Sampling) {
+        self.settings.vx_samples = sampling.vx_samples;
+        self.settings.vtheta_samples = sampling.vtheta_samples;
     }
 
     /// Sampling, horizon and weights.

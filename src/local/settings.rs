@@ -48,7 +48,25 @@ impl Default for LocalSettings {
     }
 }
 
+/// How densely the window is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Sampling {
+    /// Forward speeds.
+    pub vx_samples: u32,
+    /// Turn rates.
+    pub vtheta_samples: u32,
+}
+
 impl LocalSettings {
+    /// How densely these settings sample.
+    #[must_use]
+    pub const fn sampling(&self) -> Sampling {
+        Sampling {
+            vx_samples: self.vx_samples,
+            vtheta_samples: self.vtheta_samples,
+        }
+    }
+
     /// Steps of the horizon, at least one.
     #[must_use]
     pub fn steps(&self) -> u32 {

@@ -1,5 +1,6 @@
 //! The navigator: one decision for each observation.
 
+use super::deadline::Deadline;
 use super::outlook::Outlook;
 use super::parking::Parking;
 use super::recovery::Recovery;
@@ -56,7 +57,8 @@ pub struct Navigator {
     pub(super) replanning: Replanning,
     /// A robot that turns in place drives on when its target lies within this of its heading, radians.
     pub(super) turns_until: f64,
-    last_command: Twist,
+    pub(super) deadline: Option<Deadline>,
+    pub(super) last_command: Twist,
     fault: Option<Fault>,
 }
 
@@ -87,6 +89,9 @@ impl Navigator {
             },
             replanning: Replanning::new(known, route_planner)?,
             turns_until: settings.turn_in_place_until,
+            deadline: settings
+                .deadline_s
+                .map(|limit_s| Deadline::new(limit_s, planner.settings(), &robot.limits)),
             settings,
             robot,
             planner,

@@ -60,6 +60,9 @@ pub struct NavigatorSettings {
     /// Whether to stop the control loop for a plan that takes longer than that. It keeps a simulated run the same at each
     /// repetition; a robot goes on and takes the plan when it is there.
     pub wait_for_plans: bool,
+    /// What a decision may take, seconds: one that takes longer is not sent. None: no decision is ever late, which keeps a
+    /// simulated run the same at each repetition.
+    pub deadline_s: Option<f64>,
     /// What has blocked the path for so long is taken to stay, however long the way round is, seconds.
     pub detour_patience_s: f64,
     /// A way found that is shorter than the rest of the path by this share is taken, 0 to 1, though nothing blocks the path.
@@ -101,6 +104,7 @@ impl Default for NavigatorSettings {
             replan_period_s: 0.5,
             planning_budget_s: 0.1,
             wait_for_plans: true,
+            deadline_s: None,
             detour_patience_s: 10.0,
             shorter_share: 0.1,
             required_movement_radius: 0.5,
@@ -182,6 +186,15 @@ impl NavigatorSettings {
                 f64::MIN_POSITIVE,
                 PI,
                 "above zero and at most pi",
+            )?;
+        }
+        if let Some(deadline_s) = self.deadline_s {
+            within(
+                "deadline_s",
+                deadline_s,
+                f64::MIN_POSITIVE,
+                10_000.0,
+                above_zero,
             )?;
         }
         within("shorter_share", self.shorter_share, 0.0, 1.0, "0 to 1")?;

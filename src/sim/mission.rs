@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::simulation::Simulation;
 use super::{Config, SimError, Trace, TraceRow, Walkers};
 use crate::geometry::{Pose, wrap_angle};
-use crate::local::Engine;
+use crate::local::{Engine, Incidents};
 use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{Fault, Goal};
+use crate::navigator::{Fault, Goal, Punctuality};
 
 /// What to do, and in which world.
 #[derive(Clone, Debug)]
@@ -84,8 +84,12 @@ pub struct MissionResult {
     pub decision_s: Vec<f64>,
     /// Why the mission was given up, if it was.
     pub fault: Option<Fault>,
-    /// What the decisions were computed on.
+    /// What the decisions were computed on, to begin with.
     pub engine: String,
+    /// What happened to an engine with a stand-in; none for one without.
+    pub incidents: Option<Incidents>,
+    /// Whether decisions came in time; none where there was no deadline.
+    pub punctuality: Option<Punctuality>,
 }
 
 /// How far from a stop the robot truly stood.
@@ -124,7 +128,7 @@ pub enum MissionError {
 
 /// Time and what to tell of it: `clock` in seconds, `progress` after each tick with simulated time and way left.
 pub struct Observer<'a> {
-    /// Wall clock, seconds; only differences are used, and no decision depends on it.
+    /// Wall clock, seconds; only differences are used, and nothing depends on it unless the navigator has a deadline.
     pub clock: &'a mut dyn FnMut() -> f64,
     /// Called after each tick.
     pub progress: &'a mut dyn FnMut(&TraceRow),

@@ -110,9 +110,8 @@ impl<'a> Simulation<'a> {
     /// Look, decide, record, move: in this order.
     fn tick(&mut self, time_s: f64, observer: &mut Observer<'_>) -> TraceRow {
         let observation = self.observe(time_s);
-        let began = (observer.clock)();
-        let decision = self.navigator.step(&observation);
-        self.decision_s.push((observer.clock)() - began);
+        let (decision, took_s) = self.navigator.step_by(&observation, observer.clock);
+        self.decision_s.push(took_s);
         self.note_stop(decision.mode);
         let counts = decision.counts.unwrap_or_default();
         let footprint = &self.config.robot.footprint;
@@ -199,6 +198,8 @@ impl<'a> Simulation<'a> {
             final_yaw_error: error.yaw_rad,
             stop_errors: self.stop_errors,
             fault: self.navigator.fault().cloned(),
+            incidents: self.navigator.planner().incidents().cloned(),
+            punctuality: self.navigator.punctuality(),
             decision_s: self.decision_s,
             engine: self.engine,
             plans,

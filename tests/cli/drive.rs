@@ -41,7 +41,8 @@ fn the_robot_arrives_and_the_object_has_every_field() {
         &object,
         "reached bool, collided bool, time_s real, travelled_m real, min_clearance_m real, \
          final_error.x_m real, final_error.y_m real, final_error.yaw_rad null, engine text, \
-         latency_ms.p50 real, latency_ms.p99 real, latency_ms.max real, ticks whole, trace_digest text",
+         latency_ms.p50 real, latency_ms.p99 real, latency_ms.max real, ticks whole, trace_digest text, \
+         gpu_losses null, gpu_reopened null, gpu_incidents null, cpu_ticks null, deadline null",
     );
     assert_eq!(
         (&object["reached"], &object["collided"]),
@@ -130,6 +131,50 @@ fn people_read_how_it_ended() {
     );
     let auto = place.run(&DRIVE.replace("--engine cpu", "--engine auto --time-limit 0.1"));
     assert!(auto.engine_note.is_some(), "{auto:?}");
+}
+
+#[test]
+fn the_cpu_drives_the_same_way_where_there_is_no_gpu_and_that_is_counted() {
+    let place = room();
+    let cpu = place.json(DRIVE).1;
+    let auto = place.json(&DRIVE.replace("--engine cpu", "")).1;
+    assert_eq!(digest(&auto), digest(&cpu));
+    if cfg!(feature = "gpu") {
+        assert_eq!(auto["gpu_losses"], json!({ "absent": 1 }));
+        assert_eq!(auto["gpu_reopened"], json!(0));
+        assert_eq!(auto["gpu_incidents"][0]["decision"], json!(0));
+        assert!(auto["cpu_ticks"].as_u64() > Some(50), "{auto}");
+    }
+    for engine in ["", "--engine cpu"] {
+        let required = format!("{} --require-gpu", DRIVE.replace("--engine cpu", engine));
+        let refusal = place.refusal(&required);
+        assert!(refusal.contains("a GPU is required"), "{refusal}");
+    }
+}
+
+#[test]
+fn a_deadline_that_is_never_missed_changes_nothing_and_one_always_missed_keeps_it_standing() {
+    let place = room();
+    let free = place.json(DRIVE).1;
+    let kept = place.json(&format!("{DRIVE} --deadline 1e6")).1;
+    assert_eq!(digest(&kept), digest(&free));
+    assert_fields(
+        &kept,
+        "deadline.deadline_s real, deadline.decisions whole, deadline.misses whole, \
+         deadline.lowest.vx_samples whole, deadline.last.vtheta_samples whole",
+    );
+    assert_eq!(kept["deadline"]["misses"], json!(0));
+    let missed = format!("{DRIVE} --deadline 1e-6 --time-limit 3");
+    let (status, object) = place.json(&missed);
+    assert_eq!(status, 1);
+    assert_eq!(object["travelled_m"], json!(0.0));
+    let deadline = &object["deadline"];
+    assert_eq!(deadline["misses"], deadline["decisions"]);
+    assert_eq!(deadline["lowest"]["vtheta_samples"], json!(8));
+    let words = place.run(&missed).stdout;
+    assert!(words.contains("30 of 30 decisions took longer"), "{words}");
+    let refusal = place.refusal(&format!("{DRIVE} --deadline 0"));
+    assert!(refusal.contains("--deadline"), "{refusal}");
 }
 
 #[test]

@@ -198,7 +198,7 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
     };
     let batch = [easy.clone(), Prepared::new(&too_large)?, easy.clone()];
     match engine.evaluate_batch(&batch, Detail::Answer) {
-        Err(EngineError::Setup { what, .. }) if what.contains("sample less densely") => {}
+        Err(EngineError::TooLarge { what, .. }) if what.contains("sample less densely") => {}
         other => return Err(format!("too large, yet {other:?}").into()),
     }
     same(engine, "after refusals", &[easy.clone(), easy])

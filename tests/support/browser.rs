@@ -6,7 +6,7 @@
 use inbye::bench::verify;
 use inbye::local::gpu::batch::Batch;
 use inbye::local::gpu::shaders::source;
-use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Prepared};
+use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, LossKind, Prepared};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use crate::adapters::required;
@@ -80,6 +80,7 @@ impl ChromiumEngine {
     fn lost(&self, what: impl Into<String>) -> EngineError {
         EngineError::Lost {
             adapter: self.name(),
+            kind: LossKind::Internal,
             what: what.into(),
         }
     }

@@ -4,7 +4,7 @@ use inbye::bench::compare;
 use inbye::geometry::Pose;
 use inbye::local::gpu::{Adapter, GpuEngine};
 use inbye::local::{
-    Axis, CpuEngine, Detail, Engine, EngineError, Outside, Prepared, Problem, Window,
+    Axis, CpuEngine, Detail, Engine, EngineError, LossKind, Outside, Prepared, Problem, Window,
 };
 use inbye::map::MovingDisc;
 use libtest_mimic::Failed;
@@ -14,8 +14,9 @@ use crate::batch_trials;
 use crate::cpu_trials::{agree, golden};
 use crate::extremes::{extremes, field, footprint, plain};
 use crate::kernel::{Kernel, every_difference};
+use crate::loss_trials;
 
-pub const TRIALS: [(&str, GpuTest); 12] = [
+pub const TRIALS: [(&str, GpuTest); 16] = [
     ("operations_return_the_bits_of_rust", operations),
     (
         "random_problems_return_the_bits_of_the_cpu",
@@ -42,6 +43,22 @@ pub const TRIALS: [(&str, GpuTest); 12] = [
     (
         "a_falsified_answer_of_a_batch_is_noticed",
         batch_trials::falsified,
+    ),
+    (
+        "a_late_answer_is_never_taken_for_a_later_one",
+        loss_trials::late_answers,
+    ),
+    (
+        "a_device_lost_in_the_middle_is_an_error_or_an_answer",
+        loss_trials::lost_in_the_middle,
+    ),
+    (
+        "a_refused_call_is_an_error_of_its_kind",
+        loss_trials::refused_calls,
+    ),
+    (
+        "ten_losses_leave_the_trace_as_it_was",
+        loss_trials::ten_losses,
     ),
 ];
 
@@ -92,7 +109,7 @@ fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Fai
     Ok(())
 }
 
-fn window(speeds: u32, turns: u32) -> Window {
+pub fn window(speeds: u32, turns: u32) -> Window {
     let axis = |low, high, count| Axis { low, high, count };
     Window {
         linear: axis(-0.2, 0.8, speeds),
@@ -184,7 +201,7 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
     for (what, problem) in extremes() {
         match engine.evaluate(&Prepared::new(&problem)?, Detail::Answer) {
             // llvmpipe leaves off in the middle of so many loops: then a refusal is the right answer, silence is not.
-            Err(EngineError::Setup { what, .. }) if what.contains("turns of loops") => {}
+            Err(EngineError::TooLarge { what, .. }) if what.contains("turns of loops") => {}
             _ => same(engine, what, &problem)?,
         }
     }
@@ -197,7 +214,7 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
         ..plain()
     };
     match engine.evaluate(&Prepared::new(&too_large)?, Detail::Answer) {
-        Err(EngineError::Setup { what, .. }) if what.contains("sample less densely") => {}
+        Err(EngineError::TooLarge { what, .. }) if what.contains("sample less densely") => {}
         other => return Err(format!("too large, yet {other:?}").into()),
     }
     same(engine, "after one that was too large", &plain())?;
@@ -230,6 +247,7 @@ fn lost_device(adapter: &Adapter) -> Result<(), Failed> {
             match engine.evaluate(&problem, detail) {
                 Err(EngineError::Lost {
                     adapter: name,
+                    kind: LossKind::DeviceLost,
                     what,
                 }) if name == adapter.summary.name && !what.is_empty() => {}
                 other => return Err(format!("after {answers_before} answers: {other:?}").into()),

@@ -1,11 +1,11 @@
 //! Graphics adapters and devices, and what they say when something goes wrong.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::local::EngineError;
+use crate::local::{EngineError, LossKind};
 
 /// How often hardware is asked whether it is done before the thread sleeps until it is: for about a millisecond. Many a
 /// decision takes no longer than the system takes to wake a thread.
@@ -82,10 +82,11 @@ impl Adapter {
         let faults = Faults::default();
         let (on_error, on_loss) = (faults.clone(), faults.clone());
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            on_error.report(error.to_string());
+            on_error.report(kind_of(&error), error.to_string());
         }));
         device.set_device_lost_callback(move |reason, message| {
-            on_loss.report(format!("device lost ({reason:?}): {message}"));
+            let what = format!("device lost ({reason:?}): {message}");
+            on_loss.report(LossKind::DeviceLost, what);
         });
         // Mesa's LP_MAX_TGSI_LOOP_ITERATIONS, shared by all loops of an invocation; the rest is left out in silence.
         let loop_turns = self.summary.name.contains("llvmpipe").then_some(65_535);
@@ -115,9 +116,22 @@ pub(super) struct Device {
 impl Device {
     /// The first complaint since the device was opened, as an error.
     pub fn check(&self) -> Result<(), EngineError> {
-        match self.faults.first() {
+        if self.faults.told().is_none() {
+            return Ok(());
+        }
+        // Calls on a lost device are refused as invalid, and only a poll makes it say that it is lost.
+        let _ = self.inner.poll(wgpu::PollType::Poll);
+        match self.faults.told() {
             None => Ok(()),
-            Some(what) => Err(self.lost(what)),
+            Some((kind, what)) => Err(self.lost(kind, what)),
+        }
+    }
+
+    /// What went wrong by the device's own complaint, which says more than that something did not come.
+    pub fn complaint_or(&self, kind: LossKind, what: impl Into<String>) -> EngineError {
+        match self.check() {
+            Err(complaint) => complaint,
+            Ok(()) => self.lost(kind, what),
         }
     }
 
@@ -143,47 +157,103 @@ impl Device {
             timeout: Some(deadline),
         };
         for poll in asks.chain([sleep]) {
-            self.inner
-                .poll(poll)
-                // A complaint of the device says more than that there is nothing to wait for.
-                .map_err(|error| match self.check() {
-                    Err(complaint) => complaint,
-                    Ok(()) => self.lost(error.to_string()),
-                })?;
+            self.inner.poll(poll).map_err(|error| {
+                let kind = match error {
+                    wgpu::PollError::Timeout => LossKind::TimedOut,
+                    // A device takes no more work once it is lost, and says so only later.
+                    wgpu::PollError::WrongSubmissionIndex(..) => LossKind::DeviceLost,
+                };
+                self.complaint_or(kind, error.to_string())
+            })?;
             self.check()?;
             if let Some(outcome) = outcome() {
                 return Ok(outcome);
             }
         }
-        Err(self.lost("the answer could not be mapped in time"))
+        let what = "the answer could not be mapped in time";
+        Err(self.lost(LossKind::TimedOut, what))
     }
 
     /// The error for a device that gave no answer.
-    pub fn lost(&self, what: impl Into<String>) -> EngineError {
+    pub fn lost(&self, kind: LossKind, what: impl Into<String>) -> EngineError {
         EngineError::Lost {
             adapter: self.adapter.clone(),
+            kind,
             what: what.into(),
         }
     }
 }
 
+const fn kind_of(error: &wgpu::Error) -> LossKind {
+    match error {
+        wgpu::Error::OutOfMemory { .. } => LossKind::OutOfMemory,
+        wgpu::Error::Validation { .. } => LossKind::Validation,
+        wgpu::Error::Internal { .. } => LossKind::Internal,
+    }
+}
+
 /// The first complaint of a device, written by its callbacks. wgpu's own answer to an error would be a panic.
 #[derive(Clone, Default)]
-struct Faults(Arc<Mutex<Option<String>>>);
+struct Faults(Arc<Mutex<Option<(LossKind, String)>>>);
 
 impl Faults {
-    fn report(&self, what: String) {
-        let mut first = self
-            .0
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner);
-        first.get_or_insert(what);
+    /// Keeps the first complaint; the loss of the device is the reason of those before it.
+    fn report(&self, kind: LossKind, what: String) {
+        let mut told = self.lock();
+        match told.take() {
+            None => *told = Some((kind, what)),
+            Some((first, before))
+                if kind == LossKind::DeviceLost && first != LossKind::DeviceLost =>
+            {
+                *told = Some((kind, format!("{what}; before that: {before}")));
+            }
+            first => *told = first,
+        }
     }
 
-    fn first(&self) -> Option<String> {
-        self.0
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
-            .clone()
+    fn told(&self) -> Option<(LossKind, String)> {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<(LossKind, String)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use LossKind::{DeviceLost, Internal, OutOfMemory, Validation};
+
+    /// No test can use up the memory of a machine that others share, so what wgpu would say then is said here.
+    #[test]
+    fn what_a_device_complains_of_keeps_its_kind_and_the_first_counts_unless_it_is_lost() {
+        let source = || Box::new(core::fmt::Error);
+        let description = String::new;
+        let errors = [
+            wgpu::Error::OutOfMemory { source: source() },
+            wgpu::Error::Internal {
+                source: source(),
+                description: description(),
+            },
+            wgpu::Error::Validation {
+                source: source(),
+                description: description(),
+            },
+        ];
+        let faults = Faults::default();
+        let mut kinds = Vec::new();
+        for error in &errors {
+            kinds.push(kind_of(error));
+            faults.report(kind_of(error), error.to_string());
+        }
+        assert_eq!(kinds, [OutOfMemory, Internal, Validation]);
+        let told = |faults: &Faults| faults.told().expect("it was told of several");
+        assert_eq!(told(&faults).0, OutOfMemory);
+        faults.report(DeviceLost, "gone".to_owned());
+        faults.report(DeviceLost, "gone again".to_owned());
+        let (kind, what) = told(&faults);
+        assert_eq!(kind, DeviceLost);
+        assert_eq!(what, "gone; before that: Out of Memory");
     }
 }

@@ -9,6 +9,7 @@ mod buffers;
 mod device;
 mod fields;
 pub mod layout;
+mod pipelines;
 pub mod shaders;
 mod warm_up;
 
@@ -22,10 +23,11 @@ use device::Device;
 pub use device::{Adapter, AdapterSummary, adapters};
 
 use super::contract::{Detail, Engine, Evaluation};
-use super::{EngineError, Prepared};
+use super::{EngineError, LossKind, Prepared};
 
-/// A submission that takes longer than this for each of its problems has hung.
-const DEADLINE: Duration = Duration::from_secs(20);
+/// A submission that takes longer than this for each of its problems has hung: far longer than any does, on software
+/// too.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Evaluates on a graphics adapter.
 pub struct GpuEngine {
@@ -35,6 +37,7 @@ pub struct GpuEngine {
     /// Those of the last answer.
     buffers: Option<Buffers>,
     stamp: u32,
+    patience: Duration,
 }
 
 impl GpuEngine {
@@ -46,13 +49,14 @@ impl GpuEngine {
     pub fn new(adapter: &Adapter) -> Result<Self, EngineError> {
         let device = adapter.open()?;
         let layout = buffers::bind_group_layout(&device.inner);
-        let pipelines = make_pipelines(&device, &layout)?;
+        let pipelines = pipelines::make(&device, &layout)?;
         let mut engine = Self {
             device,
             pipelines,
             layout,
             buffers: None,
             stamp: 0,
+            patience: PATIENCE,
         };
         engine.evaluate(&warm_up::problem(), Detail::Samples)?;
         Ok(engine)
@@ -61,6 +65,18 @@ impl GpuEngine {
     /// Drops the device as a driver reset would, for tests of what follows.
     pub fn destroy_device(&self) {
         self.device.inner.destroy();
+    }
+
+    /// As [`Self::destroy_device`], at any time and from any thread: also while an answer is waited for.
+    pub fn destroyer(&self) -> impl FnOnce() + Send + 'static {
+        let device = self.device.inner.clone();
+        move || device.destroy()
+    }
+
+    /// How long to wait for the answer to each problem from now on; 20 s unless told. An answer that comes later is an
+    /// error of the kind [`LossKind::TimedOut`], and is never taken for that of a later problem.
+    pub const fn set_patience(&mut self, patience: Duration) {
+        self.patience = patience;
     }
 
     /// Takes out buffers that hold this batch: those of the last one when they are large enough.
@@ -75,7 +91,7 @@ impl GpuEngine {
         };
         let limit = self.device.largest_buffer();
         match batch.problems {
-            [problem] if sizes.largest() > limit => Err(EngineError::Setup {
+            [problem] if sizes.largest() > limit => Err(EngineError::TooLarge {
                 adapter: self.device.adapter.clone(),
                 what: format!(
                     "{} samples of {} steps need a buffer of {} bytes, the adapter allows {limit}: sample less densely",
@@ -97,7 +113,7 @@ impl GpuEngine {
         // the problem in its batch, for the roots of the terms, and to add up the workgroup.
         let needed = steps * (1 + discs * (1 + 4 * moving)) + 32;
         match self.device.loop_turns {
-            Some(most) if needed > most => Err(EngineError::Setup {
+            Some(most) if needed > most => Err(EngineError::TooLarge {
                 adapter: self.device.adapter.clone(),
                 what: format!(
                     "{steps} steps of {discs} discs among {moving} moving obstacles take up to {needed} turns of loops, the driver allows {most}: use --engine cpu"
@@ -123,12 +139,15 @@ impl GpuEngine {
         self.stamp = first_stamp.wrapping_add(batch.problems.len() as u32);
         buffers.upload(&self.device.queue, batch, first_stamp);
         let (submission, bytes) = self.submit(&buffers, batch, detail);
-        let deadline = DEADLINE * batch.problems.len() as u32;
+        let deadline = self.patience.saturating_mul(batch.problems.len() as u32);
         let evaluations = self
             .read_back(&buffers, bytes, submission, deadline, |bytes| {
                 batch.read(bytes, first_stamp, detail)
             })?
-            .ok_or_else(|| self.device.lost("a stale answer came back"))?;
+            .ok_or_else(|| {
+                let what = "a stale answer came back";
+                self.device.lost(LossKind::Stale, what)
+            })?;
         self.buffers = Some(buffers);
         Ok(evaluations)
     }
@@ -165,6 +184,8 @@ impl GpuEngine {
         deadline: Duration,
         read: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, EngineError> {
+        // Only a lost device keeps an answer from being mapped.
+        let unmapped = |what| self.device.complaint_or(LossKind::DeviceLost, what);
         let (sender, receiver) = mpsc::channel();
         let slice = buffers.readback().slice(..bytes);
         slice.map_async(wgpu::MapMode::Read, move |outcome| {
@@ -173,11 +194,11 @@ impl GpuEngine {
         });
         self.device
             .wait(submission, deadline, || receiver.try_recv().ok())?
-            .map_err(|error| self.device.lost(error.to_string()))?;
+            .map_err(|error| unmapped(error.to_string()))?;
         let result = {
             let view = slice
                 .get_mapped_range()
-                .map_err(|error| self.device.lost(error.to_string()))?;
+                .map_err(|error| unmapped(error.to_string()))?;
             read(&view)
         };
         buffers.readback().unmap();
@@ -214,44 +235,5 @@ impl Engine for GpuEngine {
             evaluations.extend(self.answer(&batch, detail)?);
         }
         Ok(evaluations)
-    }
-}
-
-fn make_pipelines(
-    device: &Device,
-    layout: &wgpu::BindGroupLayout,
-) -> Result<[wgpu::ComputePipeline; 5], EngineError> {
-    let scope = device.inner.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = device
-        .inner
-        .create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("inbye"),
-            source: wgpu::ShaderSource::Wgsl(shaders::source().into()),
-        });
-    let pipeline_layout = device
-        .inner
-        .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("inbye"),
-            bind_group_layouts: &[Some(layout)],
-            immediate_size: 0,
-        });
-    let pipelines = shaders::ENTRY_POINTS.map(|entry_point| {
-        device
-            .inner
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry_point),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some(entry_point),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-    });
-    match pollster::block_on(scope.pop()) {
-        None => Ok(pipelines),
-        Some(error) => Err(EngineError::Setup {
-            adapter: device.adapter.clone(),
-            what: error.to_string(),
-        }),
     }
 }

@@ -1,0 +1,67 @@
+//! What a drive survived: a lost GPU, late decisions.
+
+use inbye::local::{Incidents, LossKind, Sampling};
+use inbye::navigator::Punctuality;
+use inbye::sim::MissionResult;
+use serde_json::{Value, json};
+
+/// As scripts read it: always the same names, null where no GPU was wanted, or no deadline.
+pub fn fields(result: &MissionResult) -> [(&'static str, Value); 5] {
+    let incidents = result.incidents.as_ref();
+    [
+        ("gpu_losses", json!(incidents.map(|one| &one.losses))),
+        ("gpu_reopened", json!(incidents.map(|one| one.reopened))),
+        ("gpu_incidents", json!(incidents.map(|one| &one.told))),
+        ("cpu_ticks", json!(incidents.map(|one| one.on_cpu))),
+        ("deadline", json!(result.punctuality)),
+    ]
+}
+
+/// As people read it: a name and a sentence for each thing, nothing of what did not happen.
+pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
+    let mut facts = Vec::new();
+    // That there is none is said where the engine is named.
+    let lost = |kind: &LossKind| *kind != LossKind::Absent;
+    if let Some(incidents) = &result.incidents
+        && (incidents.losses.keys().any(lost) || incidents.reopened > 0)
+    {
+        facts.push(("GPU", losses(incidents)));
+        let first = incidents.told.first().map(|first| first.what.clone());
+        facts.extend(first.map(|what| ("GPU, first", what)));
+    }
+    facts.extend(
+        result
+            .punctuality
+            .iter()
+            .map(|one| ("deadline", misses(one))),
+    );
+    facts
+}
+
+fn losses(incidents: &Incidents) -> String {
+    let kinds: Vec<String> = incidents
+        .losses
+        .iter()
+        .map(|(kind, count)| format!("{count} {}", kind.word()))
+        .collect();
+    format!(
+        "lost: {}; opened anew: {}; decided by the CPU meanwhile: {} of {}",
+        kinds.join(", "),
+        incidents.reopened,
+        incidents.on_cpu,
+        incidents.decisions,
+    )
+}
+
+fn misses(punctuality: &Punctuality) -> String {
+    let Sampling {
+        vx_samples,
+        vtheta_samples,
+    } = punctuality.lowest;
+    format!(
+        "{} of {} decisions took longer than {} ms; fewest samples {vx_samples} x {vtheta_samples}",
+        punctuality.misses,
+        punctuality.decisions,
+        punctuality.deadline_s * 1e3,
+    )
+}

@@ -1,0 +1,86 @@
+//! Where the next GPU comes from when one was lost.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread;
+
+use super::closing::WAIT_AT_END;
+use crate::local::{Engine, EngineError};
+
+/// Opens GPU engines for a [`Failover`](super::Failover). A closure that opens one and returns is a source, too: one
+/// that keeps the decision waiting.
+pub trait GpuSource: Send {
+    /// Called at each decision from the one at which a new engine is due until there is an outcome; none where it is
+    /// still to come.
+    fn poll(&mut self) -> Option<Result<Box<dyn Engine>, EngineError>>;
+}
+
+impl<F> GpuSource for F
+where
+    F: FnMut() -> Result<Box<dyn Engine>, EngineError> + Send,
+{
+    fn poll(&mut self) -> Option<Result<Box<dyn Engine>, EngineError>> {
+        Some(self())
+    }
+}
+
+type Outcome = Result<Box<dyn Engine>, EngineError>;
+
+/// Opens engines on a thread beside the control loop: to find an adapter, compile the shaders and take a first decision
+/// takes longer than a tick has, and a driver that hangs must not hang the robot. One attempt at a time.
+pub struct Beside {
+    open: Arc<dyn Fn() -> Outcome + Send + Sync>,
+    pending: Option<Receiver<Outcome>>,
+}
+
+impl Beside {
+    /// A source that opens engines in this way.
+    #[must_use]
+    pub fn new(open: impl Fn() -> Outcome + Send + Sync + 'static) -> Self {
+        Self {
+            open: Arc::new(open),
+            pending: None,
+        }
+    }
+
+    fn start(&mut self) -> Result<(), EngineError> {
+        let (done, outcome) = channel();
+        let open = Arc::clone(&self.open);
+        thread::Builder::new()
+            .name("inbye-opening".to_owned())
+            // The receiver is gone only when the engine is no longer wanted.
+            .spawn(move || done.send(open()))
+            .map_err(|error| EngineError::Threads {
+                threads: 1,
+                what: error.to_string(),
+            })?;
+        self.pending = Some(outcome);
+        Ok(())
+    }
+}
+
+impl GpuSource for Beside {
+    fn poll(&mut self) -> Option<Outcome> {
+        let Some(pending) = &self.pending else {
+            return self.start().err().map(Err);
+        };
+        let outcome = match pending.try_recv() {
+            Err(TryRecvError::Empty) => return None,
+            Ok(outcome) => outcome,
+            Err(TryRecvError::Disconnected) => Err(EngineError::Setup {
+                adapter: "unknown".to_owned(),
+                what: "the thread that opened it panicked".to_owned(),
+            }),
+        };
+        self.pending = None;
+        Some(outcome)
+    }
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        if let Some(pending) = &self.pending {
+            let _ = pending.recv_timeout(WAIT_AT_END);
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! Decisions that come too late, by a clock that was written beforehand: what is sent, how densely the next ones sample,
+//! what is counted.
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use inbye::geometry::Twist;
+use inbye::local::{CpuEngine, Sampling};
+use inbye::navigator::{Goal, PLAN_LIVES_S};
+use inbye::sim::{Config, Mission, MissionResult, Observer, TraceRow, dead_end, run_mission};
+
+const DEADLINE_S: f64 = 0.05;
+const LATE_S: f64 = 0.08;
+const QUICK_S: f64 = 0.01;
+
+/// Drives out of a blind heading for 20 s. `took_s` says what the decision of each tick takes.
+fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResult {
+    let scene = dead_end();
+    let goal = Goal {
+        position: scene.goal,
+        yaw: None,
+    };
+    let mission = Mission {
+        seed: 4,
+        time_limit_s: 20.0,
+        ..Mission::new(Arc::new(scene.map), scene.start, goal)
+    };
+    let mut config = Config::default();
+    config.navigator.deadline_s = deadline_s;
+    let (tick, now_s) = (Cell::new(0), Cell::new(0.0));
+    // Between the two readings of a tick lies what it takes.
+    let mut clock = || {
+        now_s.set(now_s.get() + took_s(tick.get()));
+        now_s.get()
+    };
+    let mut progress = |_: &TraceRow| tick.set(tick.get() + 1);
+    let mut observer = Observer {
+        clock: &mut clock,
+        progress: &mut progress,
+    };
+    let engine = Box::new(CpuEngine::single_threaded());
+    run_mission(&mission, &config, engine, &mut observer).expect("a mission that can start")
+}
+
+/// Bursts of slow ticks: one alone, two apart, a long one.
+fn bursts(tick: usize) -> f64 {
+    if matches!(tick, 20 | 40 | 45 | 60..=66) {
+        LATE_S
+    } else {
+        QUICK_S
+    }
+}
+
+fn is_late(tick: usize) -> bool {
+    bursts(tick) > DEADLINE_S
+}
+
+/// What is wrong with the commands of a drive, by what [`inbye::navigator::Fading`] promises.
+fn faults(rows: &[TraceRow]) -> Vec<String> {
+    let limits = Config::default().robot.limits;
+    let period_s = Config::default().local.control_period_s;
+    let mut faults = Vec::new();
+    let (mut last, mut share) = ((0.0, Twist::STOP), 0.0);
+    for (tick, row) in rows.iter().enumerate() {
+        if !is_late(tick) {
+            (last, share) = ((row.time_s, row.command), 1.0);
+            continue;
+        }
+        let (decided_s, Twist { linear, angular }) = last;
+        let (v, w) = (row.command.linear, row.command.angular);
+        let size = libm::hypot(linear, angular);
+        let sent = libm::hypot(v, w) / size.max(1e-9);
+        let by_age = (1.0 - (row.time_s - decided_s) / PLAN_LIVES_S).max(0.0);
+        let fallen = |speed: f64, brake: f64| (share - sent) * speed.abs() / (-brake * period_s);
+        let hardest =
+            fallen(linear, limits.decel_lim_x).max(fallen(angular, limits.decel_lim_theta));
+        let mut check = |good: bool, what: &str| {
+            if !good {
+                faults.push(format!(
+                    "tick {tick}: {what}, {sent} of {last:?} after {share}"
+                ));
+            }
+        };
+        check((v * angular - w * linear).abs() < 1e-9, "another arc");
+        check(hardest < 1.0 + 1e-9, "braked too hard");
+        check(sent >= by_age - 1e-9, "less than its age is worth");
+        check(sent <= share + 1e-9, "grows");
+        let is_at_limit = hardest > 1.0 - 1e-9;
+        check(
+            is_at_limit || sent < by_age.min(share) + 1e-9,
+            "more than its age is worth",
+        );
+        share = sent;
+    }
+    faults
+}
+
+#[test]
+fn late_ticks_send_the_last_command_fading_and_lower_the_density() {
+    let result = drive(Some(DEADLINE_S), bursts);
+    let rows = &result.trace.rows;
+    assert!(rows.len() == 200 && !result.collided);
+    assert_eq!(faults(rows), Vec::<String>::new());
+    let punctuality = result.punctuality.expect("there is a deadline");
+    let sampling = |vx_samples, vtheta_samples| Sampling {
+        vx_samples,
+        vtheta_samples,
+    };
+    assert_eq!((punctuality.decisions, punctuality.misses), (200, 10));
+    assert_eq!(punctuality.lowest, sampling(8, 8));
+    // From the last miss at tick 66, two levels up at 116 and 166.
+    assert_eq!(punctuality.last, sampling(10, 20));
+    let expected = |tick| match tick {
+        // The second miss within ten ticks is that of tick 45.
+        0..=45 => 800,
+        64..=116 => 64,
+        62..=63 | 117..=166 => 80,
+        46..=61 | 167.. => 200,
+    };
+    let mut sampled = 0;
+    for (tick, row) in rows.iter().enumerate().filter(|(_, row)| row.samples > 0) {
+        assert_eq!(row.samples, expected(tick), "tick {tick}");
+        sampled += 1;
+    }
+    assert!(sampled > 150, "{sampled}");
+}
+
+/// The check of the commands must be able to fail.
+#[test]
+fn a_late_command_that_does_not_fade_is_noticed() {
+    let rows = drive(Some(DEADLINE_S), bursts).trace.rows;
+    let plant = |tick: usize, change: fn(&mut Twist)| {
+        let mut rows = rows.clone();
+        change(&mut rows[tick].command);
+        faults(&rows)
+    };
+    let held = rows[59].command;
+    assert!(held.linear > 0.3, "{held:?}");
+    for tick in [20, 61, 63] {
+        assert!(!plant(tick, |command| command.linear += 0.11).is_empty());
+        assert!(!plant(tick, |command| command.angular += 0.01).is_empty());
+        assert!(!plant(tick, |command| *command = Twist::STOP).is_empty());
+    }
+    let late_sent = drive(None, bursts).trace.rows;
+    assert!(!faults(&late_sent).is_empty());
+}
+
+#[test]
+fn without_a_deadline_or_without_a_miss_the_clock_changes_no_bit() {
+    let plain = drive(None, |_| 0.0);
+    assert_eq!(plain.punctuality, None);
+    let digest = plain.trace.digest();
+    assert_eq!(drive(None, bursts).trace.digest(), digest);
+    let on_time = drive(Some(DEADLINE_S), |_| DEADLINE_S / 2.0);
+    assert_eq!(on_time.trace.digest(), digest);
+    assert_eq!(on_time.punctuality.map(|one| one.misses), Some(0));
+    assert_ne!(drive(Some(DEADLINE_S), bursts).trace.digest(), digest);
+}
+
+#[test]
+fn a_robot_whose_decisions_are_all_late_stands() {
+    let result = drive(Some(DEADLINE_S), |_| LATE_S);
+    let rows = &result.trace.rows;
+    assert!(rows.iter().all(|row| row.command == Twist::STOP));
+    assert!(rows.last().is_some_and(|row| row.pose == dead_end().start));
+    let punctuality = result.punctuality.expect("there is a deadline");
+    assert_eq!(punctuality.misses, punctuality.decisions);
+}

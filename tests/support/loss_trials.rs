@@ -1,0 +1,312 @@
+//! What becomes of answers and of a drive when a real device is lost.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use inbye::geometry::Pose;
+use inbye::local::gpu::layout::TURNS_PER_GROUP;
+use inbye::local::gpu::{Adapter, GpuEngine, adapters};
+use inbye::local::{
+    CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, Incidents, LossKind, Prepared,
+    Problem,
+};
+use inbye::navigator::Goal;
+use inbye::sim::{Config, Crowd, Mission, MissionResult, Observer, Walkers, crossing, run_mission};
+use libtest_mimic::Failed;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use crate::extremes::plain;
+use crate::gpu_trials::window;
+
+/// A problem that keeps an adapter busy for longer than a millisecond, by much.
+fn heavy(adapter: &Adapter) -> Result<Prepared, Failed> {
+    let (side, steps) = if adapter.summary.software {
+        (256, 20)
+    } else {
+        (2048, 1000)
+    };
+    let problem = Problem {
+        window: window(side, side),
+        steps,
+        step_s: 0.01,
+        ..plain()
+    };
+    Ok(Prepared::new(&problem)?)
+}
+
+/// More turn rates than may be dispatched, for no speed at all, so that no buffer is too large: no problem that was
+/// checked is like it.
+fn refused() -> Result<Prepared, Failed> {
+    let mut problem = Prepared::new(&Problem {
+        window: window(1, 1),
+        steps: 1,
+        ..plain()
+    })?;
+    problem.speeds.clear();
+    problem.turns = vec![problem.turns[0]; TURNS_PER_GROUP as usize * 65_536];
+    problem.header.steps = 0;
+    Ok(problem)
+}
+
+fn kind_of(outcome: Result<Evaluation, EngineError>) -> Option<LossKind> {
+    outcome.err().map(|error| error.loss())
+}
+
+/// Neither the answer that was not waited for nor its buffers may turn up later.
+pub fn late_answers(adapter: &Adapter) -> Result<(), Failed> {
+    let mut engine = GpuEngine::new(adapter)?;
+    let late = heavy(adapter)?;
+    let patience = Duration::from_secs(60);
+    for attempt in 0..2 {
+        engine.set_patience(Duration::from_millis(1));
+        let kind = kind_of(engine.evaluate(&late, Detail::Answer));
+        if kind != Some(LossKind::TimedOut) {
+            return Err(format!("attempt {attempt}: {kind:?}").into());
+        }
+        engine.set_patience(patience);
+        let next = Prepared::new(&Problem {
+            pose: Pose::new(2.5, 2.5, f64::from(attempt)),
+            ..plain()
+        })?;
+        let expected = CpuEngine::single_threaded().evaluate(&next, Detail::Samples)?;
+        if engine.evaluate(&next, Detail::Samples)? != expected {
+            return Err(format!("attempt {attempt}: not the answer to the next problem").into());
+        }
+    }
+    Ok(())
+}
+
+/// Destroyed at several moments of a decision: before, within, perhaps after it. The driver may still finish what it has
+/// begun, and then the answer is right; it is never half an answer, a panic or an endless wait.
+pub fn lost_in_the_middle(adapter: &Adapter) -> Result<(), Failed> {
+    let problem = heavy(adapter)?;
+    let expected = CpuEngine::single_threaded().evaluate(&problem, Detail::Answer)?;
+    for delay_ms in [0, 1, 5, 30] {
+        let mut engine = GpuEngine::new(adapter)?;
+        let destroy = engine.destroyer();
+        let outcome = thread::scope(|scope| {
+            scope.spawn(move || {
+                thread::sleep(Duration::from_millis(delay_ms));
+                destroy();
+            });
+            engine.evaluate(&problem, Detail::Answer)
+        });
+        let found = match outcome {
+            Ok(answer) if answer == expected => None,
+            Ok(_) => return Err(format!("a wrong answer after {delay_ms} ms").into()),
+            Err(error) => Some(error.loss()),
+        };
+        if found.is_some_and(|kind| kind != LossKind::DeviceLost) {
+            return Err(format!("after {delay_ms} ms: {found:?}").into());
+        }
+        let next = kind_of(engine.evaluate(&Prepared::new(&plain())?, Detail::Answer));
+        if next != Some(LossKind::DeviceLost) {
+            return Err(format!("the next one after {delay_ms} ms: {next:?}").into());
+        }
+    }
+    Ok(())
+}
+
+/// A call that wgpu refuses would be a panic by its own default.
+pub fn refused_calls(adapter: &Adapter) -> Result<(), Failed> {
+    let mut engine = GpuEngine::new(adapter)?;
+    match kind_of(engine.evaluate(&refused()?, Detail::Answer)) {
+        Some(LossKind::Validation) => Ok(()),
+        other => Err(format!("{other:?}").into()),
+    }
+}
+
+/// What happens to a device at a decision.
+#[derive(Clone, Copy, Debug)]
+enum Blow {
+    Destroyed,
+    Slow,
+    Refused,
+    /// Told, and not brought about: other programs need the memory.
+    OutOfMemory,
+    Corrupted,
+    /// The answer to the problem before.
+    Stale,
+}
+
+const BLOWS: [Blow; 10] = [
+    Blow::Destroyed,
+    Blow::Slow,
+    Blow::Corrupted,
+    Blow::Refused,
+    Blow::Stale,
+    Blow::Destroyed,
+    Blow::OutOfMemory,
+    Blow::Corrupted,
+    Blow::Slow,
+    Blow::Destroyed,
+];
+
+/// Blows to come, each after so many more answers.
+type Plan = Arc<Mutex<VecDeque<(u32, Blow)>>>;
+
+/// A real device that is dealt blows.
+struct Battered {
+    gpu: GpuEngine,
+    plan: Plan,
+    heavy: Prepared,
+    last: Option<Evaluation>,
+}
+
+impl Battered {
+    fn boxed(adapter: &Adapter, plan: &Plan) -> Result<Box<dyn Engine>, Failed> {
+        Ok(Box::new(Self {
+            gpu: GpuEngine::new(adapter)?,
+            plan: Arc::clone(plan),
+            heavy: heavy(adapter)?,
+            last: None,
+        }))
+    }
+
+    /// The blow that is due.
+    fn blow(&self) -> Option<Blow> {
+        let mut plan = self.plan.lock().expect("nobody panics");
+        let (left, _) = plan.front_mut()?;
+        if *left > 0 {
+            *left -= 1;
+            return None;
+        }
+        plan.pop_front().map(|(_, blow)| blow)
+    }
+}
+
+impl Engine for Battered {
+    fn name(&self) -> String {
+        self.gpu.name()
+    }
+
+    fn kind(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn threads(&self) -> usize {
+        0
+    }
+
+    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+        match self.blow() {
+            None => {}
+            Some(Blow::Destroyed) => self.gpu.destroy_device(),
+            Some(Blow::Slow) => {
+                self.gpu.set_patience(Duration::from_millis(1));
+                return self.gpu.evaluate(&self.heavy, detail);
+            }
+            Some(Blow::Refused) => {
+                let refused = refused().expect("a problem to be refused");
+                return self.gpu.evaluate(&refused, detail);
+            }
+            Some(Blow::OutOfMemory) => {
+                return Err(EngineError::Lost {
+                    adapter: self.name(),
+                    kind: LossKind::OutOfMemory,
+                    what: "as told".to_owned(),
+                });
+            }
+            Some(Blow::Corrupted) => {
+                let mut answer = self.gpu.evaluate(problem, detail)?;
+                match &mut answer.winner {
+                    Some(winner) => winner.index ^= 1,
+                    None => answer.counts.admissible += 1,
+                }
+                return Ok(answer);
+            }
+            Some(Blow::Stale) => return Ok(self.last.take().unwrap_or_default()),
+        }
+        let answer = self.gpu.evaluate(problem, detail)?;
+        self.last = Some(answer.clone());
+        Ok(answer)
+    }
+}
+
+/// Around the pillars among people, there and back: long enough for ten losses and the waits after them.
+fn mission(config: &Config) -> Result<Mission, Failed> {
+    let scene = crossing();
+    let goal = |position| Goal {
+        position,
+        yaw: None,
+    };
+    let ground = scene.map.obstacles(config.unknown);
+    let (start, end) = (scene.start.position(), scene.goal);
+    let crowd = Crowd::new(3, scene.seed);
+    let walkers = Walkers::seeded(&crowd, &ground, &[start, end], &[start, end])?;
+    Ok(Mission {
+        via: [end, start].map(goal).to_vec(),
+        walkers,
+        seed: 5,
+        time_limit_s: 400.0,
+        ..Mission::new(Arc::new(scene.map), scene.start, goal(end))
+    })
+}
+
+fn drive(engine: Box<dyn Engine>) -> Result<MissionResult, Failed> {
+    let mut config = Config::default();
+    // Software adapters drive it as well, on the cores that the tests share.
+    config.local.vx_samples = 8;
+    config.local.vtheta_samples = 16;
+    config.local.sim_time_s = 2.0;
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        progress: &mut |_| {},
+    };
+    let result = run_mission(&mission(&config)?, &config, engine, &mut observer)?;
+    if result.reached && !result.collided {
+        Ok(result)
+    } else {
+        Err(format!("{}, {:?}", result.time_s, result.fault).into())
+    }
+}
+
+/// Ten blows at decisions drawn by a seed, and two attempts to open the device anew that fail: the trace is as it was.
+pub fn ten_losses(adapter: &Adapter) -> Result<(), Failed> {
+    let rng = &mut Pcg64Mcg::seed_from_u64(10);
+    // After a hundred good answers the wait for the next device is the shortest again.
+    let mut later = || rng.random_range(100..=110);
+    let plan: VecDeque<(u32, Blow)> = BLOWS.map(|blow| (later(), blow)).into();
+    let plan: Plan = Arc::new(Mutex::new(plan));
+    let expected = drive(Box::new(CpuEngine::single_threaded()))?
+        .trace
+        .digest();
+    let first = Battered::boxed(adapter, &plan)?;
+    let mut attempts = 0;
+    let (wanted, its_plan) = (adapter.summary.clone(), Arc::clone(&plan));
+    let source = move || {
+        attempts += 1;
+        if matches!(attempts, 2 | 5) {
+            return Err(EngineError::NoAdapter);
+        }
+        let adapters = adapters();
+        let found = adapters.iter().find(|one| one.summary == wanted);
+        let again = found.ok_or(EngineError::NoAdapter)?;
+        Ok(Battered::boxed(again, &its_plan).expect("the adapter opens again"))
+    };
+    let cpu = CpuEngine::single_threaded();
+    let result = drive(Box::new(Failover::new(Ok(first), source, cpu)))?;
+    if result.trace.digest() != expected {
+        return Err("the trace is another one".into());
+    }
+    let met = result.incidents.ok_or("a failover keeps count")?;
+    check_counts(&met)
+}
+
+fn check_counts(met: &Incidents) -> Result<(), Failed> {
+    let expected = BTreeMap::from([
+        (LossKind::DeviceLost, 3),
+        (LossKind::TimedOut, 2),
+        (LossKind::Validation, 1),
+        (LossKind::OutOfMemory, 1),
+        (LossKind::WrongAnswer, 3),
+    ]);
+    // Ten waits of 10 decisions, and one more of 20 after each attempt in vain.
+    if met.losses != expected || (met.reopened, met.not_reopened, met.on_cpu) != (10, 2, 140) {
+        return Err(format!("{met:#?}").into());
+    }
+    Ok(())
+}
