@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::Doubt;
 use crate::global::PlanError;
 use crate::local::ChooseError;
 
@@ -53,11 +54,14 @@ pub enum Fault {
         /// What would be accepted.
         expected: &'static str,
     },
-    /// Senses with numbers that are not finite.
-    #[error(
-        "INVALID_OBSERVATION: time, pose, speed, a tracked obstacle or the scan's angles are not finite; the robot stops"
-    )]
-    BadObservation,
+    /// Senses that could not be believed for longer than the patience allows.
+    #[error("INVALID_OBSERVATION: {doubt}, {times} times in a row; the robot stops")]
+    BadObservation {
+        /// Why the last of them was not believed.
+        doubt: Doubt,
+        /// How many.
+        times: u32,
+    },
 }
 
 impl Fault {
@@ -76,7 +80,7 @@ impl Fault {
             | Self::Choose(_)
             | Self::NoThread { .. }
             | Self::BadSetting { .. }
-            | Self::BadObservation => None,
+            | Self::BadObservation { .. } => None,
         }
     }
 }

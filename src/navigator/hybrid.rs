@@ -1,14 +1,18 @@
 //! The navigator: one decision for each observation.
 
+use std::collections::BTreeMap;
+
 use super::deadline::Deadline;
 use super::outlook::Outlook;
 use super::parking::Parking;
 use super::recovery::Recovery;
 use super::replanning::Replanning;
+use super::senses::Senses;
 use super::tour::Tour;
 use super::watch::ProgressWatch;
 use super::{
-    Fault, Goal, Journey, Mode, NavigatorSettings, Observation, Route, RoutePlanner, Surroundings,
+    Doubt, Fault, Goal, Journey, Mode, NavigatorSettings, Observation, Route, RoutePlanner,
+    Surroundings,
 };
 use crate::geometry::{Point, Twist};
 use crate::global::Plan;
@@ -59,6 +63,7 @@ pub struct Navigator {
     pub(super) turns_until: f64,
     pub(super) deadline: Option<Deadline>,
     pub(super) last_command: Twist,
+    senses: Senses,
     fault: Option<Fault>,
 }
 
@@ -100,6 +105,7 @@ impl Navigator {
             watch: ProgressWatch::default(),
             recovery: Recovery::default(),
             parking: Parking::default(),
+            senses: Senses::default(),
             last_command: Twist::STOP,
             fault: None,
         })
@@ -129,6 +135,12 @@ impl Navigator {
         &self.surroundings
     }
 
+    /// How many observations were not believed, by why.
+    #[must_use]
+    pub const fn doubts(&self) -> &BTreeMap<Doubt, u64> {
+        self.senses.counts()
+    }
+
     /// The local planner.
     #[must_use]
     pub const fn planner(&self) -> &LocalPlanner {
@@ -145,23 +157,22 @@ impl Navigator {
     }
 
     fn decide(&mut self, observation: &Observation) -> Decision {
-        if !observation.is_sound() {
-            if !self.is_over() {
-                self.fault = Some(Fault::BadObservation);
-                self.mode = Mode::Failed;
-            }
-            return Decision {
-                command: Twist::STOP,
-                ..self.standing(self.mode)
-            };
-        }
+        let limits = &self.robot.limits;
+        let judged = self
+            .senses
+            .judge(observation, &self.last_command, limits, &self.settings);
+        let has_new_scan = match judged {
+            Ok(has_new_scan) => has_new_scan,
+            Err(doubt) => return self.doubt(doubt),
+        };
         let Observation {
             time_s,
             pose,
             twist,
             scan,
+            scan_s: _,
         } = observation;
-        if !self.is_over() {
+        if has_new_scan && !self.is_over() {
             self.surroundings.update(*time_s, pose, scan);
         }
         let now = Outlook::new(
@@ -181,6 +192,25 @@ impl Navigator {
                 self.mode = Mode::Failed;
                 self.stand(&now, Mode::Failed)
             }
+        }
+    }
+
+    /// Brakes, from what it was told last: where it is and how fast it moves are not known. Gives up when that lasts.
+    fn doubt(&mut self, doubt: Doubt) -> Decision {
+        let period_s = self.planner.settings().control_period_s;
+        let times = self.senses.doubted_in_a_row();
+        let mut mode = self.mode;
+        if !self.is_over() {
+            // What it was doing it goes on with when this is over.
+            mode = Mode::Doubting;
+            if f64::from(times) * period_s > self.settings.senses_patience_s {
+                self.fault = Some(Fault::BadObservation { doubt, times });
+                (self.mode, mode) = (Mode::Failed, Mode::Failed);
+            }
+        }
+        Decision {
+            command: self.robot.limits.braked(&self.last_command, period_s),
+            ..self.standing(mode)
         }
     }
 

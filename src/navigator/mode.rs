@@ -24,4 +24,6 @@ pub enum Mode {
     Stopped,
     /// Getting out of somebody's way.
     Evading,
+    /// Stopped: what it senses cannot be believed.
+    Doubting,
 }

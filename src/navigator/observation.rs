@@ -12,8 +12,10 @@ pub struct Observation {
     pub pose: Pose,
     /// How fast it moves, as its odometry has it.
     pub twist: Twist,
-    /// The latest revolution of the lidar.
+    /// The latest revolution of the lidar. The navigator stops when it has had none with a measurement for too long.
     pub scan: Scan,
+    /// When it was measured, seconds by the clock of `time_s`; the same again where no newer has come.
+    pub scan_s: f64,
 }
 
 impl Observation {
@@ -22,6 +24,7 @@ impl Observation {
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.time_s.is_finite()
+            && self.scan_s.is_finite()
             && self.pose.is_finite()
             && self.twist.is_finite()
             && self.scan.is_sound()

@@ -55,6 +55,10 @@ pub struct NavigatorSettings {
     pub patience_s: f64,
     /// Seconds between two attempts to plan anew.
     pub replan_period_s: f64,
+    /// Age of a scan, seconds, from which the robot stops: Nav2's `costmap_update_timeout`.
+    pub senses_timeout_s: f64,
+    /// It gives up when its senses could not be believed for so many seconds' worth of ticks.
+    pub senses_patience_s: f64,
     /// A new plan is followed so long after it was asked for, seconds; planning runs beside the control loop.
     pub planning_budget_s: f64,
     /// Whether to stop the control loop for a plan that takes longer than that. It keeps a simulated run the same at each
@@ -102,6 +106,8 @@ impl Default for NavigatorSettings {
             turn_in_place_until: 0.3,
             patience_s: 3.0,
             replan_period_s: 0.5,
+            senses_timeout_s: 0.3,
+            senses_patience_s: 3.0,
             planning_budget_s: 0.1,
             wait_for_plans: true,
             deadline_s: None,
@@ -146,6 +152,8 @@ impl NavigatorSettings {
             ("check_ahead_m", self.check_ahead_m, at_least_zero),
             ("patience_s", self.patience_s, at_least_zero),
             ("replan_period_s", self.replan_period_s, at_least_zero),
+            ("senses_timeout_s", self.senses_timeout_s, above_zero),
+            ("senses_patience_s", self.senses_patience_s, at_least_zero),
             (
                 "required_movement_radius",
                 self.required_movement_radius,

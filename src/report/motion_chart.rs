@@ -91,7 +91,7 @@ fn lines(panel: &Panel, rows: &[TraceRow], value: impl Fn(&Twist) -> f64) -> Mar
 }
 
 /// All modes, in the order of the legend.
-const MODES: [Mode; 9] = [
+const MODES: [Mode; 10] = [
     Mode::Driving,
     Mode::Turning,
     Mode::Blocked,
@@ -99,6 +99,7 @@ const MODES: [Mode; 9] = [
     Mode::Evading,
     Mode::Parking,
     Mode::Stopped,
+    Mode::Doubting,
     Mode::Arrived,
     Mode::Failed,
 ];
@@ -110,6 +111,7 @@ fn name(mode: Mode) -> &'static str {
         Mode::Blocked => "blocked",
         Mode::BackingUp => "backing up",
         Mode::Evading => "evading",
+        Mode::Doubting => "senses in doubt",
         Mode::Parking => "parking",
         Mode::Stopped => "at a stop",
         Mode::Arrived => "arrived",
@@ -121,7 +123,7 @@ fn class(mode: Mode) -> &'static str {
     match mode {
         Mode::Driving => "mode driving",
         Mode::Turning => "mode turning",
-        Mode::Blocked => "mode blocked",
+        Mode::Blocked | Mode::Doubting => "mode blocked",
         Mode::BackingUp => "mode backing",
         Mode::Evading => "mode evading",
         Mode::Parking => "mode parking",

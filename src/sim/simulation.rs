@@ -159,6 +159,7 @@ impl<'a> Simulation<'a> {
             pose: *self.belief.pose(),
             twist: odometry.twist,
             scan: seen.scan,
+            scan_s: time_s,
         }
     }
 

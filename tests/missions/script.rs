@@ -80,6 +80,7 @@ impl Script {
                 pose: start,
                 twist: Twist::STOP,
                 scan: empty_scan(),
+                scan_s: 0.0,
             },
             config,
         }
@@ -87,8 +88,15 @@ impl Script {
 
     /// Decides, checks the command, and moves by it for one period.
     pub fn step(&mut self) -> Decision {
-        let decision = self.navigator.step(&self.observation);
-        self.assert_lawful(&decision.command);
+        let before = self.observation.clone();
+        let decision = self.step_on(&before);
+        self.assert_lawful(&before.twist, &decision.command);
+        decision
+    }
+
+    /// The same, but it decides on something else than what is.
+    pub fn step_on(&mut self, seen: &Observation) -> Decision {
+        let decision = self.navigator.step(seen);
         let period_s = self.config.local.control_period_s;
         let Observation { pose, twist, .. } = &mut self.observation;
         *twist = decision.command;
@@ -97,12 +105,12 @@ impl Script {
         pose.y += twist.linear * period_s * libm::sin(heading);
         pose.yaw = wrap_angle(pose.yaw + twist.angular * period_s);
         self.observation.time_s += period_s;
+        self.observation.scan_s = self.observation.time_s;
         decision
     }
 
-    fn assert_lawful(&self, command: &Twist) {
+    fn assert_lawful(&self, now: &Twist, command: &Twist) {
         let limits = &self.config.robot.limits;
-        let now = &self.observation.twist;
         let reached = limits.reachable(now, command, reach_s(&self.config));
         assert!(
             (reached.linear - command.linear).abs() < 1e-9,
