@@ -62,7 +62,7 @@ pub struct Counters {
     pub repeated: u64,
     /// Those given up after the last try.
     pub unanswered: u64,
-    /// Encoder readings refused because no track runs so fast.
+    /// Encoder readings and speeds refused because no track runs so fast.
     pub refused_readings: u64,
 }
 

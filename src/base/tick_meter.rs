@@ -10,23 +10,27 @@ use crate::robot::{Sides, TrackSpeeds, travel_m};
 const WINDOW_S: f64 = 0.1;
 
 /// A track may be so many times faster than its highest speed: downhill, or by a setting that is somewhat off.
-const MARGIN: f64 = 1.5;
+pub(super) const MARGIN: f64 = 1.5;
 
 /// Readings may be early or late by so much, seconds: a USB adapter holds bytes back for up to 16 ms, and a busy host
 /// longer.
 const JITTER_S: f64 = 0.05;
 
-/// So many refused readings one after another are no damaged bytes but a counter that is elsewhere now.
-const REFUSED_IN_A_ROW: u32 = 3;
+/// So many refused readings that agree with one another are no damaged bytes but a counter that is elsewhere now.
+const ALIKE_IN_A_ROW: u32 = 3;
+
+/// A reading of both counters and its time, seconds.
+type Reading = (f64, Sides<u32>);
 
 /// The readings of the last moments.
 #[derive(Clone, Debug)]
 pub(super) struct TickMeter {
     ticks_per_m: Sides<f64>,
     most_m_s: f64,
-    readings: VecDeque<(f64, Sides<u32>)>,
-    refused_in_a_row: u32,
-    refused: u64,
+    readings: VecDeque<Reading>,
+    /// The last reading, if it was refused, and how many before it agree with it, itself counted.
+    refused: Option<(Reading, u32)>,
+    refusals: u64,
     faulty: bool,
 }
 
@@ -36,33 +40,36 @@ impl TickMeter {
             ticks_per_m: settings.ticks_per_m,
             most_m_s: MARGIN * settings.tracks.max_track_speed,
             readings: VecDeque::new(),
-            refused_in_a_row: 0,
-            refused: 0,
+            refused: None,
+            refusals: 0,
             faulty: false,
         }
     }
 
     /// Takes a reading of the tracks at a time in seconds, and returns their speeds, or none where no track can have run
-    /// so far since the last, or time ran backwards. The third such reading in a row is believed, as a fresh start and
-    /// a fault.
+    /// so far since the last, or time ran backwards. The third in a row of such readings that agree with one another is
+    /// believed, as a fresh start and a fault.
     pub(super) fn read(&mut self, ticks: Sides<u32>, time_s: f64) -> Option<TrackSpeeds> {
-        if let Some((last_s, last)) = self.readings.back() {
-            let elapsed_s = time_s - last_s;
-            let most_m = self.most_m_s * (elapsed_s + JITTER_S);
-            let ran_m = travel_m(last, &ticks, &self.ticks_per_m);
-            let far = ran_m.left.abs().max(ran_m.right.abs()) > most_m;
-            if far || elapsed_s < 0.0 {
-                self.refused += 1;
-                self.refused_in_a_row += 1;
-                if self.refused_in_a_row < REFUSED_IN_A_ROW {
-                    return None;
-                }
-                self.faulty = true;
-                self.readings.clear();
+        let reading = (time_s, ticks);
+        if self
+            .readings
+            .back()
+            .is_some_and(|last| !self.can_follow(last, &reading))
+        {
+            self.refusals += 1;
+            let alike = match &self.refused {
+                Some((last, alike)) if self.can_follow(last, &reading) => alike + 1,
+                _ => 1,
+            };
+            if alike < ALIKE_IN_A_ROW {
+                self.refused = Some((reading, alike));
+                return None;
             }
+            self.faulty = true;
+            self.readings.clear();
         }
-        self.refused_in_a_row = 0;
-        self.readings.push_back((time_s, ticks));
+        self.refused = None;
+        self.readings.push_back(reading);
         while self.readings.len() > 2 && time_s - self.readings[1].0 >= WINDOW_S {
             self.readings.pop_front();
         }
@@ -75,9 +82,17 @@ impl TickMeter {
         Some(ran_m.map(|ran_m| ran_m / elapsed_s).into())
     }
 
+    /// Whether tracks can run from one reading to another.
+    fn can_follow(&self, before: &Reading, now: &Reading) -> bool {
+        let elapsed_s = now.0 - before.0;
+        let ran_m = travel_m(&before.1, &now.1, &self.ticks_per_m);
+        let farthest_m = ran_m.left.abs().max(ran_m.right.abs());
+        elapsed_s >= 0.0 && farthest_m <= self.most_m_s * (elapsed_s + JITTER_S)
+    }
+
     /// Readings refused so far.
     pub(super) const fn refused(&self) -> u64 {
-        self.refused
+        self.refusals
     }
 
     /// The fault of a counter that jumped, until it is forgotten.
@@ -141,6 +156,17 @@ mod tests {
         assert_eq!(meter.faults(), Faults::ENCODER);
         meter.release();
         assert_eq!((meter.refused(), meter.faults()), (3, Faults::NONE));
+    }
+
+    #[test]
+    fn readings_that_agree_with_nothing_are_never_believed() {
+        let mut meter = meter();
+        meter.read(Sides::both(0), 0.0);
+        for look in 1..50_u32 {
+            let wild = Sides::new(look.wrapping_mul(0x9E37_79B9), 0);
+            assert_eq!(meter.read(wild, 0.02 * f64::from(look)), None);
+        }
+        assert_eq!((meter.refused(), meter.faults()), (49, Faults::NONE));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::BAUD;
 use super::frames::{Command, Decoder, Report};
+use crate::base::tick_meter::MARGIN;
 use crate::base::{BaseError, BaseSettings, Counters, Feedback, Heard, Session};
 use crate::geometry::Twist;
 
@@ -16,6 +17,7 @@ pub struct WheeltecSession {
     due: Option<Command>,
     decoder: Decoder<Report>,
     newest: Option<Heard>,
+    refused: u64,
 }
 
 impl WheeltecSession {
@@ -30,7 +32,17 @@ impl WheeltecSession {
             due: None,
             decoder: Decoder::default(),
             newest: None,
+            refused: 0,
         })
+    }
+
+    /// What a report says, or none where no track runs so fast: its check lets one of 256 damaged frames through.
+    fn feedback(&self, report: Report) -> Option<Feedback> {
+        let mut feedback = Feedback::from(report);
+        feedback.twist.angular /= self.settings.effective_width_ratio;
+        let tracks = self.settings.drive().tracks(&feedback.twist);
+        let most = MARGIN * self.settings.tracks.max_track_speed;
+        (tracks.left.abs().max(tracks.right.abs()) <= most).then_some(feedback)
     }
 }
 
@@ -50,15 +62,17 @@ impl Session for WheeltecSession {
 
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
         self.decoder.push(bytes);
-        let Some(report) = self.decoder.by_ref().last() else {
-            return;
-        };
-        let mut feedback = Feedback::from(report);
-        feedback.twist.angular /= self.settings.effective_width_ratio;
-        self.newest = Some(Heard {
-            at_s: now_s,
-            feedback,
-        });
+        while let Some(report) = self.decoder.next() {
+            match self.feedback(report) {
+                Some(feedback) => {
+                    self.newest = Some(Heard {
+                        at_s: now_s,
+                        feedback,
+                    });
+                }
+                None => self.refused += 1,
+            }
+        }
     }
 
     fn transmit(&mut self, _now_s: f64, line: &mut Vec<u8>) {
@@ -79,6 +93,7 @@ impl Session for WheeltecSession {
     fn counters(&self) -> Counters {
         Counters {
             dropped_bytes: self.decoder.dropped_bytes(),
+            refused_readings: self.refused,
             ..Counters::default()
         }
     }

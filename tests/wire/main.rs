@@ -1,0 +1,11 @@
+//! The wire to a base, without a wire: frames in damaged streams, conversations in memory, track speeds, and the judge of
+//! what a base does.
+
+mod conversations;
+mod goldens;
+mod line;
+mod mixing;
+mod plausibility;
+mod stops;
+mod streams;
+mod sure;
