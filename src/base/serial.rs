@@ -220,12 +220,11 @@ impl<S: Session> Base for SerialBase<S> {
 
     fn feedback(&mut self) -> Result<Feedback, BaseError> {
         let deadline = Instant::now() + self.settings.ask_within;
-        loop {
-            self.write_due()?;
+        self.write_due()?;
+        self.look()?;
+        // An answer may make room for the next question.
+        while (self.write_due()? || self.session.is_waiting()) && Instant::now() < deadline {
             self.look()?;
-            if !self.session.is_waiting() || Instant::now() >= deadline {
-                break;
-            }
         }
         let bound_s = self.settings.feedback_within.as_secs_f64();
         let newest = self.session.newest();

@@ -6,6 +6,8 @@ mod goldens;
 mod line;
 mod mixing;
 mod plausibility;
+#[cfg(all(unix, feature = "serial"))]
+mod port;
 mod stops;
 mod streams;
 mod sure;

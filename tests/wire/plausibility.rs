@@ -27,7 +27,8 @@ impl Drive {
             ..BaseSettings::default()
         };
         Self {
-            judge: Plausibility::new(&settings, PlausibilitySettings::default()).unwrap(),
+            judge: Plausibility::new(&settings, PlausibilitySettings::default())
+                .expect("valid settings"),
             mixer: Mixer::new(settings.drive(), settings.tracks),
             settings,
             speeds: Sides::both(0.0),
