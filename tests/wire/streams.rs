@@ -6,8 +6,9 @@ use std::fmt::Debug;
 
 use inbye::base::arduino::{Answer, read_answer};
 use inbye::base::roboclaw::Request;
-use inbye::base::{Faults, native, wheeltec};
+use inbye::base::{BaseSettings, Faults, Machine, Protocol, native, wheeltec};
 use inbye::geometry::Twist;
+use inbye::robot::TrackSpeeds;
 use proptest::collection::vec;
 use proptest::prelude::{
     BoxedStrategy, Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof,
@@ -348,6 +349,32 @@ fn arduino_lines_are_read_only_as_they_are_written() {
         if let Some(Answer::Counts(counts)) = read_answer(&line) {
             let [first, second] = counts.map(|count| count as i32);
             prop_assert_eq!(format!("{first} {second}").into_bytes(), line);
+        }
+        Ok(())
+    });
+}
+
+/// Bytes from anywhere, at any times: nothing panics, no motion is believed, and no base moves by them that has a check of
+/// 16 bits.
+#[test]
+fn noise_moves_nothing() {
+    let noise = vec((vec(any::<u8>(), 0..40), 0.0..0.1_f64), 0..40);
+    for_all(500, noise, |noise| {
+        for protocol in Protocol::ALL {
+            let settings = BaseSettings::default();
+            let mut session = protocol.session(settings).expect("valid settings");
+            let mut peer = protocol.peer(settings).expect("valid settings");
+            let mut now_s = 0.0;
+            for (bytes, pause_s) in &noise {
+                now_s += pause_s;
+                session.receive(bytes, now_s);
+                session.transmit(now_s, &mut Vec::new());
+                peer.receive(bytes, now_s);
+                let set = peer.step(now_s, &Machine::default(), &mut Vec::new());
+                let guarded = matches!(protocol, Protocol::Native | Protocol::Roboclaw);
+                prop_assert!(!guarded || set == TrackSpeeds::default(), "{set:?}");
+            }
+            prop_assert!(session.newest().is_none());
         }
         Ok(())
     });
