@@ -7,6 +7,7 @@
 //! caller sends at a fixed rate, and [`Twist::STOP`] when in doubt.
 
 pub mod arduino;
+mod emulator;
 mod error;
 mod exchange;
 mod faults;
@@ -22,9 +23,10 @@ mod settings;
 mod tick_meter;
 pub mod wheeltec;
 
+pub use emulator::{Emulator, PlannedTrouble, Trouble};
 pub use error::BaseError;
 pub use faults::Faults;
-pub use peer::{Machine, Peer};
+pub use peer::{Machine, Orders, Peer};
 pub use plausibility::{Observation, Plausibility, PlausibilitySettings, Verdict};
 pub use protocol::Protocol;
 #[cfg(feature = "serial")]

@@ -283,7 +283,7 @@ impl Plausibility {
         let moves = told.abs() >= settings.sure_to_move;
         let along = measured * told.signum();
         let standing = moves && along.abs() < STANDING_SHARE * told.abs();
-        let reversed = moves && along <= -REVERSED_SHARE * told.abs();
+        let against = moves && along <= -REVERSED_SHARE * told.abs();
         let too_fast = measured > fastest + settings.runaway_speed
             || measured < slowest - settings.runaway_speed;
         let watched = match side {
@@ -291,9 +291,10 @@ impl Plausibility {
             Side::Right => &mut self.tracks.right,
         };
         let standing = watched.standing.holds(standing, now_s, settings.stuck_s);
-        let reversed = watched.reversed.holds(reversed, now_s, settings.reversed_s);
+        let reversed = watched.reversed.holds(against, now_s, settings.reversed_s);
         let too_fast = watched.too_fast.holds(too_fast, now_s, settings.runaway_s);
-        if reversed {
+        // Under a speed control swapped leads make a track ever faster: that is no runaway.
+        if reversed || too_fast && against {
             Some(Verdict::Reversed {
                 side,
                 told,

@@ -2,6 +2,7 @@
 //! what a base does.
 
 mod conversations;
+mod emulator;
 mod goldens;
 mod line;
 mod mixing;

@@ -1,6 +1,7 @@
 //! The base's side: what the firmware makes of lines, its weaknesses included.
 
 use super::WATCHDOG_S;
+use crate::base::peer::{OrderBook, Orders};
 use crate::base::{BaseError, BaseSettings, Machine, Peer};
 use crate::robot::TrackSpeeds;
 
@@ -21,6 +22,7 @@ pub struct ArduinoPeer {
     lines: Vec<Line>,
     set: [i32; 2],
     last_run_s: f64,
+    orders: OrderBook,
 }
 
 /// A line that is to be answered.
@@ -46,6 +48,7 @@ impl ArduinoPeer {
             lines: Vec::new(),
             set: [0, 0],
             last_run_s: f64::NEG_INFINITY,
+            orders: OrderBook::default(),
         })
     }
 
@@ -54,6 +57,7 @@ impl ArduinoPeer {
             b'm' => {
                 self.set = [0, 1].map(|index: usize| leading_integer(&self.arguments[index]));
                 self.last_run_s = now_s;
+                self.orders.command(self.set == [0, 0]);
                 Line::Run
             }
             b'e' => Line::Read,
@@ -109,12 +113,18 @@ impl Peer for ArduinoPeer {
                 Line::Invalid => line.extend(*b"Invalid Command\r\n"),
             }
         }
-        if now_s - self.last_run_s > WATCHDOG_S || machine.button_pressed {
+        let is_silent = now_s - self.last_run_s > WATCHDOG_S;
+        self.orders.starved(is_silent && self.set != [0, 0]);
+        if is_silent || machine.button_pressed {
             return TrackSpeeds::default();
         }
         let interval_s = self.settings.arduino.pid_interval_s;
         let rates = self.set.map(|ticks| f64::from(ticks) / interval_s);
         self.settings.track_speeds(rates)
+    }
+
+    fn orders(&self) -> Orders {
+        self.orders.orders()
     }
 }
 

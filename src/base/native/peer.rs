@@ -2,6 +2,7 @@
 
 use super::frames::{Command, Decoder, Report};
 use super::{REPORT_EVERY_S, WATCHDOG_S};
+use crate::base::peer::{OrderBook, Orders};
 use crate::base::{BaseError, BaseSettings, Faults, Machine, Peer};
 use crate::robot::TrackSpeeds;
 
@@ -18,6 +19,7 @@ pub struct NativePeer {
     release: bool,
     next_report_s: f64,
     sequence: u16,
+    orders: OrderBook,
 }
 
 impl NativePeer {
@@ -36,6 +38,7 @@ impl NativePeer {
             release: false,
             next_report_s: f64::NEG_INFINITY,
             sequence: 0,
+            orders: OrderBook::default(),
         })
     }
 
@@ -47,6 +50,7 @@ impl NativePeer {
             return;
         }
         self.accepted = Some((command.sequence, now_s));
+        self.orders.command(command.speeds == [0, 0]);
         let rates = command.speeds.map(f64::from);
         self.set = self.settings.track_speeds(rates);
         if command.stop {
@@ -75,6 +79,8 @@ impl Peer for NativePeer {
         let silent = self
             .accepted
             .is_none_or(|(_, at_s)| now_s - at_s >= WATCHDOG_S);
+        self.orders
+            .starved(silent && !self.stopped && self.set != TrackSpeeds::default());
         if now_s >= self.next_report_s {
             let next_s = self.next_report_s + REPORT_EVERY_S;
             // No burst of reports after a pause.
@@ -102,5 +108,9 @@ impl Peer for NativePeer {
         } else {
             self.set
         }
+    }
+
+    fn orders(&self) -> Orders {
+        self.orders.orders()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::frames::Request;
 use super::{PACKET_PAUSE_S, status};
+use crate::base::peer::{OrderBook, Orders};
 use crate::base::{BaseError, BaseSettings, Machine, Peer};
 use crate::robot::TrackSpeeds;
 
@@ -14,6 +15,7 @@ pub struct RoboClawPeer {
     last_byte_s: f64,
     watchdog_tenths: u8,
     set: [i32; 2],
+    orders: OrderBook,
 }
 
 impl RoboClawPeer {
@@ -30,6 +32,7 @@ impl RoboClawPeer {
             last_byte_s: f64::NEG_INFINITY,
             watchdog_tenths: 0,
             set: [0, 0],
+            orders: OrderBook::default(),
         })
     }
 
@@ -43,6 +46,7 @@ impl RoboClawPeer {
             }
             Request::Drive(speeds) => {
                 self.set = speeds;
+                self.orders.command(speeds == [0, 0]);
                 return vec![0xFF];
             }
             Request::GetTimeout => vec![self.watchdog_tenths],
@@ -98,7 +102,9 @@ impl Peer for RoboClawPeer {
             line.extend(self.answer(request, machine));
         }
         let watchdog_s = f64::from(self.watchdog_tenths) / 10.0;
-        if self.watchdog_tenths > 0 && now_s - self.last_byte_s >= watchdog_s {
+        let is_silent = self.watchdog_tenths > 0 && now_s - self.last_byte_s >= watchdog_s;
+        self.orders.starved(is_silent && self.set != [0, 0]);
+        if is_silent {
             // The set speeds are gone, not only held back: questions that come later do not start the motors again.
             self.set = [0, 0];
         }
@@ -107,5 +113,9 @@ impl Peer for RoboClawPeer {
         } else {
             self.settings.track_speeds(self.set.map(f64::from))
         }
+    }
+
+    fn orders(&self) -> Orders {
+        self.orders.orders()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::REPORT_EVERY_S;
 use super::frames::{Command, Decoder, Report};
+use crate::base::peer::{OrderBook, Orders};
 use crate::base::{BaseError, BaseSettings, Machine, Peer};
 use crate::geometry::Twist;
 use crate::robot::{TrackSpeeds, TrackedDrive};
@@ -15,6 +16,7 @@ pub struct WheeltecPeer {
     decoder: Decoder<Command>,
     set: Twist,
     next_report_s: f64,
+    orders: OrderBook,
 }
 
 impl WheeltecPeer {
@@ -31,6 +33,7 @@ impl WheeltecPeer {
             decoder: Decoder::default(),
             set: Twist::STOP,
             next_report_s: f64::NEG_INFINITY,
+            orders: OrderBook::default(),
         })
     }
 }
@@ -38,7 +41,8 @@ impl WheeltecPeer {
 impl Peer for WheeltecPeer {
     fn receive(&mut self, bytes: &[u8], _now_s: f64) {
         self.decoder.push(bytes);
-        if let Some(command) = self.decoder.by_ref().last() {
+        for command in self.decoder.by_ref() {
+            self.orders.command(command.twist == Twist::STOP);
             self.set = command.twist;
         }
     }
@@ -67,5 +71,9 @@ impl Peer for WheeltecPeer {
         } else {
             self.drive.tracks(&self.set)
         }
+    }
+
+    fn orders(&self) -> Orders {
+        self.orders.orders()
     }
 }
