@@ -11,6 +11,7 @@ mod emulator;
 mod error;
 mod exchange;
 mod faults;
+mod keeper;
 pub mod native;
 mod peer;
 mod plausibility;
@@ -26,6 +27,10 @@ pub mod wheeltec;
 pub use emulator::{Emulator, PlannedTrouble, Trouble};
 pub use error::BaseError;
 pub use faults::Faults;
+pub use keeper::{
+    Condition, Guard, Keeper, KeeperCounters, KeeperSettings, Odometer, Open, Order, Refusal,
+    Status, StopReason,
+};
 pub use peer::{Machine, Orders, Peer};
 pub use plausibility::{Observation, Plausibility, PlausibilitySettings, Verdict};
 pub use protocol::Protocol;
@@ -71,6 +76,23 @@ pub trait Base {
     /// # Errors
     /// Where the base cannot be reached or has been silent for too long.
     fn feedback(&mut self) -> Result<Feedback, BaseError>;
+
+    /// Stops the base for good: until [`Base::release`] where it can latch a stop, else by a command of zero, and then it is
+    /// the caller who must keep to it. Returns as [`Base::send`] does.
+    ///
+    /// # Errors
+    /// Where the base cannot be reached.
+    fn engage_stop(&mut self) -> Result<(), BaseError> {
+        self.send(&Twist::STOP)
+    }
+
+    /// Ends a stop that is latched, as an operator's explicit wish; the base is told to stand. Returns as [`Base::send`] does.
+    ///
+    /// # Errors
+    /// Where the base cannot be reached.
+    fn release(&mut self) -> Result<(), BaseError> {
+        self.send(&Twist::STOP)
+    }
 }
 
 /// The command itself, or the error that every base answers a command with that is not finite.

@@ -1,4 +1,4 @@
-//! A real base on a serial port. The only file that opens one, and, with it, that reads a clock.
+//! A real base on a serial port. The only file that opens one; it reads a clock with it.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -65,6 +65,8 @@ impl<S: Session> SerialBase<S> {
                 port: name.to_owned(),
                 reason: error.to_string(),
             })?;
+        // What came before is no answer to this session. A line that cannot be cleared is told by its first use.
+        let _ = port.clear(ClearBuffer::All);
         Ok(Self::on(port, name, session, settings))
     }
 
@@ -89,24 +91,6 @@ impl<S: Session> SerialBase<S> {
     /// The conversation.
     pub const fn session(&self) -> &S {
         &self.session
-    }
-
-    /// Stops the base for good, as [`Session::engage_stop`] says. Returns as [`Base::send`] does.
-    ///
-    /// # Errors
-    /// Where the base cannot be reached.
-    pub fn engage_stop(&mut self) -> Result<(), BaseError> {
-        self.session.engage_stop();
-        self.hand_over()
-    }
-
-    /// Ends a stop, as [`Session::release`] says. Returns as [`Base::send`] does.
-    ///
-    /// # Errors
-    /// Where the base cannot be reached.
-    pub fn release(&mut self) -> Result<(), BaseError> {
-        self.session.release();
-        self.hand_over()
     }
 
     fn now_s(&self) -> f64 {
@@ -240,6 +224,16 @@ impl<S: Session> Base for SerialBase<S> {
         newest.ok_or_else(|| BaseError::NoFeedbackYet {
             port: self.name.clone(),
         })
+    }
+
+    fn engage_stop(&mut self) -> Result<(), BaseError> {
+        self.session.engage_stop();
+        self.hand_over()
+    }
+
+    fn release(&mut self) -> Result<(), BaseError> {
+        self.session.release();
+        self.hand_over()
     }
 }
 

@@ -4,6 +4,8 @@
 mod conversations;
 mod emulator;
 mod goldens;
+mod guard;
+mod keeper;
 mod line;
 mod mixing;
 mod plausibility;
