@@ -1,5 +1,8 @@
 //! The protocols by name.
 
+use core::fmt;
+use core::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use super::arduino::{ArduinoPeer, ArduinoSession};
@@ -27,6 +30,17 @@ impl Protocol {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Native, Self::Wheeltec, Self::Roboclaw, Self::Arduino];
 
+    /// Its name, as typed.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Wheeltec => "wheeltec",
+            Self::Roboclaw => "roboclaw",
+            Self::Arduino => "arduino",
+        }
+    }
+
     /// A conversation with a base, as its host.
     ///
     /// # Errors
@@ -50,6 +64,24 @@ impl Protocol {
             Self::Wheeltec => Box::new(WheeltecPeer::new(&settings)?),
             Self::Roboclaw => Box::new(RoboClawPeer::new(settings)?),
             Self::Arduino => Box::new(ArduinoPeer::new(settings)?),
+        })
+    }
+}
+
+impl fmt::Display for Protocol {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name())
+    }
+}
+
+impl FromStr for Protocol {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let named = Self::ALL.into_iter().find(|known| known.name() == text);
+        named.ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("`{text}` is no protocol: it is one of {names}")
         })
     }
 }

@@ -12,17 +12,18 @@ use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::sim::{
     Config, Mission, MissionError, MissionResult, Observer, StopError, TraceRow, Walkers,
-    run_mission,
+    run_mission, run_mission_with,
 };
 use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
 use super::clock::wall_clock;
-use super::{engines, map_file, output, plan, report_file};
+use super::{engines, map_file, output, plan, report_file, wired_drive};
 
 /// Drives to a goal. False when it is not reached, or something was touched.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let (map, config) = map_file::read(&arguments.map)?;
+    let mut wired = wired_drive::connect(&arguments.wired, arguments.start.pose())?;
     let map_name = format!("{}", arguments.map.map.display());
     let walkers = match walkers(arguments, &map, &config) {
         Ok(walkers) => walkers,
@@ -50,7 +51,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         ..Mission::new(Arc::new(map), arguments.start.pose(), goal)
     };
     let engine = engines::choose(&arguments.engine, arguments.threads)?;
-    let result = match simulate(&mission, &config, engine, "driving") {
+    let driven = simulate(&mission, &config, engine, "driving", wired.as_mut());
+    // Before anything is written: the base is stopped by now.
+    let base = wired.map(wired_drive::Wired::end);
+    let result = match driven {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
     };
@@ -66,19 +70,27 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         report_file::write(folder, &page)?;
     }
     if json {
-        output::json(&object(&result))?;
+        let mut object = object(&result);
+        if let Some(base) = &base {
+            object["base"] = base.object();
+        }
+        output::json(&object)?;
     } else {
         print(&result);
+        for line in base.iter().flat_map(wired_drive::Ending::lines) {
+            output::line(line);
+        }
     }
     Ok(result.reached && !result.collided)
 }
 
-/// Runs a mission by the wall clock, with a bar that shows the way covered.
+/// Runs a mission by the wall clock, with a bar that shows the way covered, with a base on a line where there is one.
 pub fn simulate(
     mission: &Mission,
     config: &Config,
     engine: Box<dyn inbye::local::Engine>,
     what: &str,
+    wired: Option<&mut wired_drive::Wired>,
 ) -> Result<MissionResult, MissionError> {
     let goal = mission.goal.position;
     let whole_cm = |metres: f64| (metres * 100.0) as u64;
@@ -94,7 +106,10 @@ pub fn simulate(
         clock: &mut clock,
         progress: &mut progress,
     };
-    let result = run_mission(mission, config, engine, &mut observer);
+    let result = match wired {
+        Some(wired) => run_mission_with(mission, config, engine, wired, &mut observer),
+        None => run_mission(mission, config, engine, &mut observer),
+    };
     bar.finish_and_clear();
     result
 }
