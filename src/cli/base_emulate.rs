@@ -86,9 +86,18 @@ mod on_pseudo_terminal {
         fn read(&mut self, bytes: &mut [u8]) -> anyhow::Result<usize> {
             self.ours.set_timeout(TURN)?;
             match self.ours.read(bytes) {
-                Err(error) if is_silence(error.kind()) => Ok(0),
+                Err(error) if is_silence(error.kind()) => {
+                    self.admit_hosts();
+                    Ok(0)
+                }
                 read => read.context("the pseudo-terminal"),
             }
+        }
+
+        /// Takes back the claim that a host which was killed has left on the line: it would keep all others out until both ends
+        /// are closed. A port does so when it is dropped, and a copy of ours is a port; a living host has a lock as well.
+        fn admit_hosts(&self) {
+            drop(self.hosts.try_clone_native());
         }
 
         /// One byte at a time, since there may be room for one only. Where nobody reads, what lies there is old by now.

@@ -28,11 +28,14 @@ pub fn status(status: &Status) -> Value {
     })
 }
 
-/// Why the base does not do what was planned, if so: a stop that is latched, or a line that is lost.
+/// Why the base does not do what was planned, if so: a stop that is latched, a line that is lost, or silence.
 pub fn stopped(status: &Status) -> Option<String> {
     match (&status.stopped, &status.condition) {
         (Some(reason), _) => Some(reason.to_string()),
         (None, Condition::NoLine(why)) => Some(why.to_string()),
+        (None, Condition::NotHeard) if status.feedback.is_none() => {
+            Some("the base does not answer".to_owned())
+        }
         _ => None,
     }
 }

@@ -4,7 +4,7 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Args;
-use inbye::base::{Condition, Keeper, Status};
+use inbye::base::{Keeper, Status};
 use inbye::geometry::{Pose, Twist, wrap_angle};
 use inbye::sim::{OdometryReading, Vehicle};
 use serde_json::{Value, json};
@@ -13,8 +13,8 @@ use super::base_arguments::KindArguments;
 use super::base_line::BaseLine;
 use super::{base_words, interrupt};
 
-/// How long a mission waits for a line that is lost, seconds.
-const LINE_WITHIN_S: f64 = 10.0;
+/// How long a mission waits for a base that does not answer, seconds.
+const ANSWER_WITHIN_S: f64 = 10.0;
 
 /// The base of a drive.
 #[derive(Debug, Args)]
@@ -80,13 +80,13 @@ impl Wired {
         feedback.map_or(Twist::STOP, |feedback| feedback.twist)
     }
 
-    /// Whether a line that is lost may still come back.
+    /// Whether the base is heard, or may be again.
     fn may_go_on(&mut self) -> bool {
         let (status, now_s) = (self.keeper.status(), self.keeper.now_s());
-        if !matches!(status.condition, Condition::NoLine(_)) {
+        if status.feedback.is_some() {
             self.heard_s = now_s;
         }
-        status.stopped.is_none() && status.is_running && now_s - self.heard_s < LINE_WITHIN_S
+        status.stopped.is_none() && status.is_running && now_s - self.heard_s < ANSWER_WITHIN_S
     }
 }
 

@@ -98,7 +98,10 @@ fn the_monitor_tells_and_does_not_move_the_base() {
         for line in ended.stdout.lines() {
             let row: Value = serde_json::from_str(line).expect("each line is JSON");
             assert_eq!(row["feedback"]["linear"], json!(0.0), "{row}");
-            assert_eq!(row["feedback"]["faults"], json!("none"), "{row}");
+            // The first report may be of before the first command.
+            let faults = row["feedback"]["faults"].as_str().expect("words");
+            let idle = ["none", "stopped for want of commands"];
+            assert!(idle.contains(&faults), "{row}");
             lines += 1;
         }
         assert!(lines >= 1, "{ended:?}");

@@ -7,17 +7,17 @@ use tempfile::TempDir;
 
 use crate::processes::Emulated;
 
-/// A room of 6 by 4 m at 0.2 m a cell, with a block in the way.
+/// A room of 7.2 by 4.4 m at 0.2 m a cell, with a block in the way.
 fn room() -> TempDir {
     let folder = tempfile::tempdir().expect("a place for temporary files");
-    let wall = "#".repeat(30) + "\n";
-    let open = format!("#{}#\n", ".".repeat(28));
-    let block = format!("#{}###{}#\n", ".".repeat(12), ".".repeat(13));
+    let wall = "#".repeat(36) + "\n";
+    let open = format!("#{}#\n", ".".repeat(34));
+    let block = format!("#{}###{}#\n", ".".repeat(15), ".".repeat(16));
     let rows = [
         wall.clone(),
         open.repeat(9),
         block.repeat(4),
-        open.repeat(5),
+        open.repeat(7),
         wall,
     ];
     fs::write(folder.path().join("room.txt"), rows.concat()).expect("written");
@@ -26,7 +26,7 @@ fn room() -> TempDir {
 
 fn drive(room: &TempDir, more: &str) -> String {
     format!(
-        "drive --map {} --resolution 0.2 --start 1,1.6,0 --goal 5,1.6 --engine cpu --threads 1 {more}",
+        "drive --map {} --resolution 0.2 --start 1.2,2,0 --goal 6,2 --engine cpu --threads 1 {more}",
         room.path().join("room.txt").display()
     )
 }
@@ -53,7 +53,7 @@ fn completes(protocol: &'static str) {
         number(&driven, "travelled_m"),
         number(&summary, "distance_m"),
     );
-    assert!(way_m > 3.7, "{summary}");
+    assert!(way_m > 4.5, "{summary}");
     assert!(
         (believed_m - way_m).abs() < 0.03 * way_m + 0.05,
         "{driven} {summary}"
@@ -62,10 +62,10 @@ fn completes(protocol: &'static str) {
     assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
     // So is the place it came to, of where it started.
     let pose = summary["pose"].as_array().expect("a pose");
-    let x_m = 1.0 + pose[0].as_f64().expect("a number");
-    let y_m = 1.6 + pose[1].as_f64().expect("a number");
+    let x_m = 1.2 + pose[0].as_f64().expect("a number");
+    let y_m = 2.0 + pose[1].as_f64().expect("a number");
     assert!(
-        libm::hypot(x_m - 5.0, y_m - 1.6) < 0.5,
+        libm::hypot(x_m - 6.0, y_m - 2.0) < 0.5,
         "{driven} {summary}"
     );
 }
