@@ -68,7 +68,7 @@ impl BaseLine {
     /// Opens the port and keeps the base still until something is planned, or until the flag is set.
     pub fn keeper(&self, end: Arc<AtomicBool>) -> anyhow::Result<Keeper> {
         let BaseFile { base, keeper } = self.settings;
-        Ok(Keeper::start(self.opener()?, &base, keeper, end).context("--port")?)
+        Keeper::start(self.opener(), &base, keeper, end).context("--port")
     }
 
     /// Waits for the first report, or for the end of the keeper.
@@ -90,7 +90,7 @@ impl BaseLine {
     }
 
     #[cfg(feature = "serial")]
-    fn opener(&self) -> anyhow::Result<Open> {
+    fn opener(&self) -> Open {
         use inbye::base::{SerialBase, SerialSettings};
         let Self {
             port,
@@ -102,16 +102,20 @@ impl BaseLine {
             ask_within: Duration::from_millis(10),
             ..SerialSettings::default()
         };
-        Ok(Box::new(move || {
+        Box::new(move || {
             let session = protocol.session(settings.base)?;
             Ok(Box::new(SerialBase::open(&port, session, within)?))
-        }))
+        })
     }
 
     #[cfg(not(feature = "serial"))]
-    fn opener(&self) -> anyhow::Result<Open> {
-        bail!(
-            "--port: this program was built without serial ports: build it with its feature `serial`"
-        )
+    fn opener(&self) -> Open {
+        let port = self.port.clone();
+        Box::new(move || {
+            Err(inbye::base::BaseError::CannotOpen {
+                port: port.clone(),
+                reason: "this program was built without its feature `serial`".to_owned(),
+            })
+        })
     }
 }

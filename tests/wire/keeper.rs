@@ -46,7 +46,7 @@ impl Base for Obedient {
         self.unplugged()?;
         assert!(command.is_finite());
         self.now = *command;
-        let mut told = self.told.lock().unwrap();
+        let mut told = self.told.lock().expect("no test fails with it");
         told.last_mut().expect("a line").push(*command);
         Ok(())
     }
@@ -81,7 +81,7 @@ impl Place {
             if cut.load(Ordering::Relaxed) {
                 return Err(unplugged());
             }
-            told.lock().unwrap().push(Vec::new());
+            told.lock().expect("no test fails with it").push(Vec::new());
             Ok(Box::new(Obedient {
                 told: Arc::clone(&told),
                 cut: Arc::clone(&cut),
@@ -102,7 +102,7 @@ impl Place {
 
     /// The last commands on the newest line.
     fn last(&self, count: usize) -> Vec<Twist> {
-        let told = self.told.lock().unwrap();
+        let told = self.told.lock().expect("no test fails with it");
         let line = told.last().expect("a line");
         line[line.len().saturating_sub(count)..].to_vec()
     }
@@ -193,7 +193,7 @@ fn a_lost_line_is_opened_anew_and_begins_with_zero() {
     assert_eq!(status.sent, Twist::STOP);
     place.cut.store(false, Ordering::Relaxed);
     drive_until(&keeper, is_fast);
-    let told = place.told.lock().unwrap();
+    let told = place.told.lock().expect("no test fails with it");
     assert_eq!(told.len(), 2);
     assert_eq!(told[1][0], Twist::STOP);
     drop(told);
@@ -225,7 +225,7 @@ fn a_panic_of_the_sender_itself_leaves_zeros() {
     let place = Place::new();
     let told = Arc::clone(&place.told);
     let open: Open = Box::new(move || {
-        told.lock().unwrap().push(Vec::new());
+        told.lock().expect("no test fails with it").push(Vec::new());
         let base = Obedient {
             told: Arc::clone(&told),
             cut: Arc::default(),
