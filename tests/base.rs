@@ -190,8 +190,8 @@ mod serial {
     use std::io::{Read, Write};
     use std::time::Duration;
 
-    use inbye::base::wheeltec::{Command, Decoder, Report};
-    use inbye::base::{Base, BaseError, Feedback, SerialBase, SerialSettings};
+    use inbye::base::wheeltec::{Command, Decoder, Report, WheeltecSession};
+    use inbye::base::{Base, BaseError, BaseSettings, Feedback, SerialBase, SerialSettings};
     use inbye::geometry::Twist;
     use serialport::{SerialPort, TTYPort};
 
@@ -200,18 +200,28 @@ mod serial {
     /// Bounds so generous that a busy machine does not trip them.
     const PATIENT: SerialSettings = SerialSettings {
         send_within: Duration::from_secs(20),
+        ask_within: Duration::from_secs(20),
         feedback_within: Duration::from_secs(60),
     };
 
-    fn connect(settings: SerialSettings) -> (TTYPort, SerialBase) {
+    type Wheeltec = SerialBase<WheeltecSession>;
+
+    fn session() -> WheeltecSession {
+        WheeltecSession::new(BaseSettings::default()).expect("valid settings")
+    }
+
+    fn connect(settings: SerialSettings) -> (TTYPort, Wheeltec) {
         let (mut peer, port) = TTYPort::pair().expect("pseudo-terminals");
         peer.set_timeout(Duration::from_secs(20))
             .expect("a timeout");
-        (peer, SerialBase::on(Box::new(port), "pty", settings))
+        (
+            peer,
+            SerialBase::on(Box::new(port), "pty", session(), settings),
+        )
     }
 
     /// The first answer that is not "nothing yet": bytes take a moment through the terminal.
-    fn await_feedback(base: &mut SerialBase) -> Result<Feedback, BaseError> {
+    fn await_feedback(base: &mut Wheeltec) -> Result<Feedback, BaseError> {
         loop {
             match base.feedback() {
                 Err(BaseError::NoFeedbackYet { .. }) => {}
@@ -259,6 +269,8 @@ mod serial {
             twist: Twist::new(0.5, -0.1),
             emergency_stop: false,
             battery_v: Some(24.0),
+            yaw_rate: Some(-375.0 * 0.000_266_44),
+            ..Feedback::default()
         };
         assert_eq!(feedback, golden);
         assert_eq!(base.feedback(), Ok(golden), "until a newer one comes");
@@ -272,7 +284,7 @@ mod serial {
             .find(|feedback| *feedback != golden)
             .unwrap();
         assert!(newer.emergency_stop);
-        assert_eq!(base.dropped_bytes(), 0);
+        assert_eq!(base.counters().dropped_bytes, 0);
     }
 
     #[test]
@@ -340,7 +352,7 @@ mod serial {
 
     #[test]
     fn a_port_that_is_not_there_is_named() {
-        let error = SerialBase::open("no-such-port", SerialSettings::default())
+        let error = SerialBase::open("no-such-port", session(), SerialSettings::default())
             .err()
             .unwrap();
         assert!(

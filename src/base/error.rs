@@ -2,9 +2,24 @@
 
 use thiserror::Error;
 
+use crate::robot::RobotError;
+
 /// What went wrong on the way to or from a base.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum BaseError {
+    /// Limits that no robot can have.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A setting out of range.
+    #[error("{name} is {value}: it must be {expected}")]
+    BadSetting {
+        /// Name as in the configuration.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
     /// A command that no base can follow. Nothing was sent.
     #[error(
         "the command is linear {linear} m/s, angular {angular} rad/s: both must be finite; nothing was sent"

@@ -1,18 +1,46 @@
 //! The machine's wire: what every base, real or simulated, owes the caller, and the bytes that a real one speaks.
 //!
+//! Each protocol is a folder with its frames, a [`Session`] for the host's side and a [`Peer`] for the base's, all
+//! without I/O. Only [`SerialBase`] opens a port.
+//!
 //! Do not rely on the base to stop by itself when commands cease: some published firmware has that disabled. The
 //! caller sends at a fixed rate, and [`Twist::STOP`] when in doubt.
 
+pub mod arduino;
+mod emulator;
 mod error;
+mod exchange;
+mod faults;
+mod keeper;
+pub mod native;
+mod peer;
+mod plausibility;
+mod protocol;
+pub mod roboclaw;
 #[cfg(feature = "serial")]
 mod serial;
+mod session;
+mod settings;
+mod tick_meter;
 pub mod wheeltec;
 
+pub use emulator::{Emulator, PlannedTrouble, Trouble};
 pub use error::BaseError;
+pub use faults::Faults;
+pub use keeper::{
+    Condition, Guard, Keeper, KeeperCounters, KeeperSettings, Odometer, Open, Order, Refusal,
+    Status, StopReason,
+};
+pub use peer::{Machine, Orders, Peer};
+pub use plausibility::{Observation, Plausibility, PlausibilitySettings, Verdict};
+pub use protocol::Protocol;
 #[cfg(feature = "serial")]
 pub use serial::{SerialBase, SerialSettings};
+pub use session::{Counters, Heard, Session};
+pub use settings::BaseSettings;
 
 use crate::geometry::Twist;
+use crate::robot::Sides;
 
 /// What a base reports of itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,6 +51,12 @@ pub struct Feedback {
     pub emergency_stop: bool,
     /// Battery voltage, for a base that measures it.
     pub battery_v: Option<f64>,
+    /// Encoder counts of the tracks, forward positive, for a base that reports them: they wrap around at 2^32.
+    pub ticks: Option<Sides<u32>>,
+    /// Turn rate by a gyro, rad/s, for a base that has one.
+    pub yaw_rate: Option<f64>,
+    /// What is wrong with the base, as it or its driver found.
+    pub faults: Faults,
 }
 
 /// A base that takes velocity commands and reports its motion.
@@ -42,6 +76,23 @@ pub trait Base {
     /// # Errors
     /// Where the base cannot be reached or has been silent for too long.
     fn feedback(&mut self) -> Result<Feedback, BaseError>;
+
+    /// Stops the base for good: until [`Base::release`] where it can latch a stop, else by a command of zero, and then it is
+    /// the caller who must keep to it. Returns as [`Base::send`] does.
+    ///
+    /// # Errors
+    /// Where the base cannot be reached.
+    fn engage_stop(&mut self) -> Result<(), BaseError> {
+        self.send(&Twist::STOP)
+    }
+
+    /// Ends a stop that is latched, as an operator's explicit wish; the base is told to stand. Returns as [`Base::send`] does.
+    ///
+    /// # Errors
+    /// Where the base cannot be reached.
+    fn release(&mut self) -> Result<(), BaseError> {
+        self.send(&Twist::STOP)
+    }
 }
 
 /// The command itself, or the error that every base answers a command with that is not finite.

@@ -36,7 +36,7 @@ pub struct Arguments {
 pub enum Command {
     /// Find a global path on a map.
     Plan(PlanArguments),
-    /// Drive to a goal in a closed loop, simulated.
+    /// Drive to a goal in a closed loop, simulated; with --port on a real base.
     Drive(DriveArguments),
     /// Take one decision of the dynamic window approach and explain it.
     Evaluate(EvaluateArguments),
@@ -47,6 +47,8 @@ pub enum Command {
     Devices,
     /// Measure.
     Bench(BenchArguments),
+    /// A base on a serial line: emulate one, tell one, watch one.
+    Base(super::base_arguments::BaseArguments),
 }
 
 /// Which map, and how to read it.
@@ -105,7 +107,10 @@ pub struct PlanArguments {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
-    --seed 7 --report out"
+    --seed 7 --report out\n\n\
+    With --port the base is a real or an emulated one on a serial line, and time is real: world and lidar are simulated, and \
+    the robot is where the base reports to have come. It is stopped when no plan comes for 0.3 s, when it does not do what it \
+    is told, and at the end however that comes: `inbye base send --help`."
 )]
 pub struct DriveArguments {
     #[command(flatten)]
@@ -154,6 +159,8 @@ pub struct DriveArguments {
     /// Write every tick as a line of JSON into this file.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    #[command(flatten)]
+    pub wired: super::wired_drive::WiredArguments,
 }
 
 /// `inbye evaluate`.
@@ -399,7 +406,7 @@ fn distance(text: &str) -> Result<f64, String> {
     number(text, fits, "metres, 0 to 1e9")
 }
 
-fn duration(text: &str) -> Result<f64, String> {
+pub(super) fn duration(text: &str) -> Result<f64, String> {
     let fits = |seconds: f64| seconds > 0.0 && seconds <= 1e9;
     number(text, fits, "seconds, above zero and at most 1e9")
 }

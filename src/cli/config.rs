@@ -5,6 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use inbye::sim::Config;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::plain_words::plain_words;
 
@@ -13,32 +15,41 @@ const SHOWN: usize = 60;
 
 /// Settings from a TOML file, or the defaults. Unknown keys and numbers out of range are errors.
 pub fn load(file: Option<&Path>) -> anyhow::Result<Config> {
+    read("--config", file, |config: &Config| Ok(config.validate()?))
+}
+
+/// Settings of any kind from the TOML file of a flag, checked, or the defaults.
+pub fn read<T: Default + Serialize + DeserializeOwned>(
+    flag: &str,
+    file: Option<&Path>,
+    validate: impl Fn(&T) -> anyhow::Result<()>,
+) -> anyhow::Result<T> {
     let Some(file) = file else {
-        return Ok(Config::default());
+        return Ok(T::default());
     };
     let place = || format!("{}", file.display());
     let text = fs::read_to_string(file)
-        .with_context(|| format!("--config {}: cannot be read as text", file.display()))?;
-    let config: Config = toml::from_str(&text)
-        .map_err(|error| anyhow!(one_line(&error, &text)))
+        .with_context(|| format!("{flag} {}: cannot be read as text", file.display()))?;
+    let settings: T = toml::from_str(&text)
+        .map_err(|error| anyhow!(one_line::<T>(&error, &text)))
         .with_context(place)?;
-    config.validate().with_context(place)?;
-    Ok(config)
+    validate(&settings).with_context(place)?;
+    Ok(settings)
 }
 
-fn one_line(error: &toml::de::Error, text: &str) -> String {
+fn one_line<T: Default + Serialize>(error: &toml::de::Error, text: &str) -> String {
     let number = error
         .span()
         .map_or(1, |span| text[..span.start].matches('\n').count() + 1);
     let line = text.lines().nth(number - 1).unwrap_or_default().trim();
     let shown: String = line.chars().take(SHOWN).collect();
-    let message = plain_words(error.message(), home);
+    let message = plain_words(error.message(), home::<T>);
     format!("line {number}, `{shown}`: {message}")
 }
 
 /// The table that has a key of this name, as in `[robot.limits]`.
-fn home(key: &str) -> Option<String> {
-    let defaults = toml::Table::try_from(Config::default()).ok()?;
+fn home<T: Default + Serialize>(key: &str) -> Option<String> {
+    let defaults = toml::Table::try_from(T::default()).ok()?;
     find(&defaults, key, "")
 }
 

@@ -12,13 +12,13 @@ use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::sim::{
     Config, Mission, MissionError, MissionResult, Observer, StopError, TraceRow, Walkers,
-    run_mission,
+    run_mission, run_mission_with,
 };
 use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
 use super::clock::wall_clock;
-use super::{engines, hardship_words, map_file, output, plan, report_file};
+use super::{engines, hardship_words, map_file, output, plan, report_file, wired_drive};
 
 /// Drives to a goal. False when it is not reached, or something was touched.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
@@ -26,6 +26,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(deadline_ms) = arguments.deadline {
         config.navigator.deadline_s = Some(deadline_ms / 1e3);
     }
+    let mut wired = wired_drive::connect(&arguments.wired, arguments.start.pose())?;
     let map_name = format!("{}", arguments.map.map.display());
     let walkers = match walkers(arguments, &map, &config) {
         Ok(walkers) => walkers,
@@ -54,7 +55,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
-    let result = match simulate(&mission, &config, engine, "driving") {
+    let driven = simulate(&mission, &config, engine, "driving", wired.as_mut());
+    // Before anything is written: the base is stopped by now.
+    let base = wired.map(wired_drive::Wired::end);
+    let result = match driven {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
     };
@@ -70,19 +74,27 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         report_file::write(folder, &page)?;
     }
     if json {
-        output::json(&object(&result))?;
+        let mut object = object(&result);
+        if let Some(base) = &base {
+            object["base"] = base.object();
+        }
+        output::json(&object)?;
     } else {
         print(&result);
+        for line in base.iter().flat_map(wired_drive::Ending::lines) {
+            output::line(line);
+        }
     }
     Ok(result.reached && !result.collided)
 }
 
-/// Runs a mission by the wall clock, with a bar that shows the way covered.
+/// Runs a mission by the wall clock, with a bar that shows the way covered, with a base on a line where there is one.
 pub fn simulate(
     mission: &Mission,
     config: &Config,
     engine: Box<dyn inbye::local::Engine>,
     what: &str,
+    wired: Option<&mut wired_drive::Wired>,
 ) -> Result<MissionResult, MissionError> {
     let goal = mission.goal.position;
     let whole_cm = |metres: f64| (metres * 100.0) as u64;
@@ -98,7 +110,10 @@ pub fn simulate(
         clock: &mut clock,
         progress: &mut progress,
     };
-    let result = run_mission(mission, config, engine, &mut observer);
+    let result = match wired {
+        Some(wired) => run_mission_with(mission, config, engine, wired, &mut observer),
+        None => run_mission(mission, config, engine, &mut observer),
+    };
     bar.finish_and_clear();
     result
 }

@@ -4,6 +4,12 @@ mod ablation;
 mod arguments;
 mod barn;
 mod barn_words;
+mod base_arguments;
+mod base_emulate;
+mod base_line;
+mod base_monitor;
+mod base_send;
+mod base_words;
 mod bench;
 mod campaign;
 mod changes;
@@ -19,6 +25,7 @@ mod engines;
 mod evaluate;
 mod followed;
 mod hardship_words;
+mod interrupt;
 mod main_job;
 mod map_file;
 mod missions;
@@ -41,10 +48,12 @@ mod soak;
 mod soak_words;
 mod tour;
 mod verify;
+mod wired_drive;
 mod worlds;
 
 pub use arguments::Arguments;
 use arguments::{BenchCommand, Command};
+use base_arguments::BaseCommand;
 
 /// Runs a command. True: done; false: it ran and the answer is no.
 ///
@@ -63,6 +72,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Evaluate(command)) => evaluate::run(command, json),
         Some(Command::Verify(command)) => verify::run(command, json),
         Some(Command::Devices) => devices::run(json),
+        Some(Command::Base(base)) => match &base.command {
+            BaseCommand::Emulate(command) => base_emulate::run(command, json),
+            BaseCommand::Send(command) => base_send::run(command, json),
+            BaseCommand::Monitor(command) => base_monitor::run(command, json),
+        },
         Some(Command::Bench(bench)) => match &bench.command {
             BenchCommand::Ablation(command) => ablation::run(command, json),
             BenchCommand::Barn(command) => barn::run(command, json),

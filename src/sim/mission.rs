@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::simulation::Simulation;
-use super::{Config, SimError, Trace, TraceRow, Walkers};
+use super::{Config, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers};
 use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Incidents};
 use crate::map::{ObstacleGrid, OccupancyGrid};
@@ -144,5 +144,28 @@ pub fn run_mission(
     engine: Box<dyn Engine>,
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
-    Ok(Simulation::new(mission, config, engine, observer)?.run(observer))
+    config.validate()?;
+    let mut base = SimBase::new(
+        config.robot.drive(),
+        config.robot.limits,
+        config.dynamics,
+        config.odometry,
+        mission.start,
+        mission.seed,
+    )?;
+    run_mission_with(mission, config, engine, &mut base, observer)
+}
+
+/// Runs a mission with a base of the caller's, which stands at the mission's start; also to the end that it sets itself.
+///
+/// # Errors
+/// As [`run_mission`].
+pub fn run_mission_with(
+    mission: &Mission,
+    config: &Config,
+    engine: Box<dyn Engine>,
+    vehicle: &mut dyn Vehicle,
+    observer: &mut Observer<'_>,
+) -> Result<MissionResult, MissionError> {
+    Ok(Simulation::new(mission, config, engine, vehicle, observer)?.run(observer))
 }

@@ -20,6 +20,7 @@ mod simulation;
 mod slip;
 mod to_and_fro;
 mod trace;
+mod vehicle;
 mod walk;
 mod wander;
 mod world;
@@ -31,11 +32,14 @@ pub use error::SimError;
 pub use fixes::{FixSource, Fixes};
 pub use keyframes::Script;
 pub use lidar::{Lidar, LidarReturn};
-pub use mission::{Mission, MissionError, MissionResult, Observer, StopError, run_mission};
+pub use mission::{
+    Mission, MissionError, MissionResult, Observer, StopError, run_mission, run_mission_with,
+};
 pub use moving::{Appears, Moving};
 pub use obstacles::{Walkers, YIELD_GAP_M, YIELD_PATIENCE_S};
 pub use odometry::{OdometryNoise, OdometryReading};
 pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
 pub use slip::Slip;
 pub use trace::{Trace, TraceRow};
+pub use vehicle::Vehicle;
 pub use world::World;

@@ -5,8 +5,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::fixes::FixSource;
 use super::mission::{Mission, MissionError, MissionResult, Observer, StopError};
-use super::{Config, SimBase, Trace, TraceRow, Walkers, World};
-use crate::base::Base;
+use super::{Config, Trace, TraceRow, Vehicle, Walkers, World};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
 use crate::map::MovingDisc;
@@ -20,7 +19,9 @@ pub(super) struct Simulation<'a> {
     config: &'a Config,
     world: World,
     walkers: Walkers,
-    base: SimBase,
+    vehicle: &'a mut dyn Vehicle,
+    /// Whether the vehicle can go on.
+    goes_on: bool,
     fixes: FixSource,
     belief: PoseFilter,
     navigator: Navigator,
@@ -36,6 +37,7 @@ impl<'a> Simulation<'a> {
         mission: &'a Mission,
         config: &'a Config,
         engine: Box<dyn Engine>,
+        vehicle: &'a mut dyn Vehicle,
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
         config.validate()?;
@@ -56,20 +58,13 @@ impl<'a> Simulation<'a> {
             config.navigator.clone(),
             observer.clock,
         )?;
-        let base = SimBase::new(
-            config.robot.drive(),
-            config.robot.limits,
-            config.dynamics,
-            config.odometry,
-            mission.start,
-            mission.seed,
-        )?;
         Ok(Self {
             mission,
             config,
             world: World::new(truth),
             walkers: mission.walkers.clone(),
-            base,
+            vehicle,
+            goes_on: true,
             fixes: FixSource::new(config.fixes, mission.seed)?,
             belief: PoseFilter::new(&fix(config, mission.start)),
             navigator,
@@ -92,6 +87,7 @@ impl<'a> Simulation<'a> {
             (observer.progress)(&row);
             let over = matches!(row.mode, Mode::Arrived | Mode::Failed)
                 || row.gap_m <= 0.0
+                || !self.goes_on
                 || self.is_done(&row.pose);
             self.trace.rows.push(row);
             if over {
@@ -117,12 +113,12 @@ impl<'a> Simulation<'a> {
         let footprint = &self.config.robot.footprint;
         let row = TraceRow {
             time_s,
-            pose: *self.base.pose(),
+            pose: self.vehicle.pose(),
             belief: observation.pose,
-            twist: self.base.twist(),
+            twist: self.vehicle.twist(),
             command: decision.command,
             local_target: decision.local_target,
-            gap_m: self.world.gap_m(footprint, self.base.pose()),
+            gap_m: self.world.gap_m(footprint, &self.vehicle.pose()),
             admissible: counts.admissible,
             samples: counts.to_array().iter().sum(),
             mode: decision.mode,
@@ -134,20 +130,17 @@ impl<'a> Simulation<'a> {
                 .map(|place| place.as_ref().map(MovingDisc::center))
                 .collect(),
         };
-        // The simulated base refuses only commands that are not finite, and the navigator sends none.
-        let sent = self.base.send(&decision.command);
-        debug_assert!(sent.is_ok());
         let period_s = self.config.local.control_period_s;
-        self.base.step(period_s);
-        self.walkers.step(period_s, self.base.pose(), footprint);
+        self.goes_on = self.vehicle.drive(&decision.command, period_s);
+        self.walkers.step(period_s, &self.vehicle.pose(), footprint);
         row
     }
 
     /// What the robot can know: its odometry held to the map by fixes, and what its lidar sees.
     fn observe(&mut self, time_s: f64) -> Observation {
         self.world.moving = self.walkers.discs();
-        let truth = *self.base.pose();
-        let odometry = self.base.odometry();
+        let truth = self.vehicle.pose();
+        let odometry = self.vehicle.odometry();
         self.belief.moved(&odometry.pose);
         if let Some(pose) = self.fixes.fix(time_s, &truth) {
             self.belief.fixed(&fix(self.config, pose));
@@ -167,7 +160,7 @@ impl<'a> Simulation<'a> {
     fn note_stop(&mut self, mode: Mode) {
         let (stop, number) = self.navigator.stop();
         if mode == Mode::Stopped && self.stop_errors.len() == number {
-            let error = StopError::of(self.base.pose(), stop);
+            let error = StopError::of(&self.vehicle.pose(), stop);
             self.stop_errors.push(error);
         }
     }

@@ -2,13 +2,15 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 16] = [
     "",
     "plan",
     "drive",
     "evaluate",
     "verify",
     "devices",
+    "base",
+    "base emulate",
     "bench",
     "bench ablation",
     "bench barn",

@@ -1,20 +1,13 @@
-//! The frames of the WHEELTEC STM32 lower controller: bytes and numbers, no I/O.
-//!
-//! 115200 baud, 8N1. A frame starts with `7B` and ends with `7D`; the byte before the end is the exclusive or of all
-//! before it. Numbers are big-endian signed 16-bit in mm/s and mrad/s. Both marks also occur inside frames, so a
-//! frame is one only when its length, both marks and the check byte agree.
+//! Bytes and numbers of the two frames, and the finding of frames in a stream.
 
 use std::collections::VecDeque;
 use std::marker::PhantomData;
 
-use super::{BaseError, Feedback, finite};
+use crate::base::{BaseError, Feedback, finite};
 use crate::geometry::Twist;
 
 const HEAD: u8 = 0x7B;
 const TAIL: u8 = 0x7D;
-
-/// Speed of the line.
-pub const BAUD: u32 = 115_200;
 
 /// Length of a command frame, bytes.
 pub const COMMAND_LENGTH: usize = 11;
@@ -135,6 +128,8 @@ impl From<Report> for Feedback {
             twist: report.twist,
             emergency_stop: report.motors_disabled,
             battery_v: Some(report.battery_v),
+            yaw_rate: Some(report.gyro[2]),
+            ..Self::default()
         }
     }
 }

@@ -1,0 +1,84 @@
+//! The bits of the status, command 90.
+
+use crate::base::{BaseSettings, Faults};
+
+/// Whether the emergency stop acts, and what is wrong. Warnings are none of our business.
+///
+/// Four bytes as in the vendor's list of units from firmware 4.1.34 on, two bytes as before.
+pub(super) fn read(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
+    let any = |mask: u32| bits & mask != 0;
+    let wide = settings.roboclaw.status_bytes == 4;
+    let drivers = if wide { [0x40, 0x80] } else { [0x100, 0x200] };
+    let [stop, hot, supply, current, stalled, other] = if wide {
+        [0x01, 0x06, 0x38, 0x3000, 0x0300, 0xCC00]
+    } else {
+        [0x04, 0x18, 0xE0, 0x03, 0, 0]
+    };
+    let faults = [
+        (any(drivers[0]), settings.motor_fault(false)),
+        (any(drivers[1]), settings.motor_fault(true)),
+        (any(hot), Faults::OVERHEATED),
+        (any(supply), Faults::SUPPLY),
+        (any(current), Faults::OVERCURRENT),
+        (any(stalled), Faults::STALLED),
+        (any(other), Faults::OTHER),
+    ];
+    let all = faults.into_iter().fold(Faults::NONE, |all, (set, fault)| {
+        all.and(fault.only_if(set))
+    });
+    (any(stop), all)
+}
+
+/// The bits that say so.
+pub(super) fn write(settings: &BaseSettings, stopped: bool, faults: Faults) -> u32 {
+    // Sixteen bits are little enough to try them all, and the two tables cannot then disagree.
+    (0..16)
+        .map(|bit| 1 << bit)
+        .filter(|bit| {
+            let (stops, fault) = read(settings, *bit);
+            stops && stopped || !fault.is_none() && faults.contain(fault)
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::roboclaw::RoboClawSettings;
+
+    #[test]
+    fn what_is_written_is_read_in_both_widths() {
+        for status_bytes in [2, 4] {
+            let settings = BaseSettings {
+                swap_tracks: true,
+                roboclaw: RoboClawSettings {
+                    status_bytes,
+                    ..RoboClawSettings::default()
+                },
+                ..BaseSettings::default()
+            };
+            for faults in [
+                Faults::NONE,
+                Faults::MOTOR_LEFT,
+                Faults::SUPPLY.and(Faults::OVERHEATED),
+            ] {
+                for stopped in [false, true] {
+                    let bits = write(&settings, stopped, faults);
+                    assert_eq!(
+                        read(&settings, bits),
+                        (stopped, faults),
+                        "{status_bytes} {bits:X}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn warnings_are_no_faults() {
+        let settings = BaseSettings::default();
+        assert_eq!(read(&settings, 0xFFFF_0000), (false, Faults::NONE));
+        assert_eq!(read(&settings, 0x0001), (true, Faults::NONE));
+        assert_eq!(read(&settings, 0x0040), (false, Faults::MOTOR_LEFT));
+    }
+}

@@ -1,0 +1,121 @@
+//! A base on a port, and the keeper that has it.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use inbye::base::{BaseSettings, Keeper, KeeperSettings, Open, Protocol};
+use serde::{Deserialize, Serialize};
+
+use super::base_arguments::{KindArguments, LineArguments};
+use super::config;
+
+/// How long a base may take to answer, seconds.
+const ANSWER_WITHIN_S: f64 = 3.0;
+
+/// Time between two looks at a keeper.
+pub const LOOK: Duration = Duration::from_millis(20);
+
+/// The file of `--base-config`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BaseFile {
+    /// What the driver must know of the base.
+    pub base: BaseSettings,
+    /// How it is kept.
+    pub keeper: KeeperSettings,
+}
+
+impl BaseFile {
+    /// Reads the file, or takes the defaults.
+    pub fn read(file: Option<&Path>) -> anyhow::Result<Self> {
+        config::read("--base-config", file, |read: &Self| {
+            read.base.validate().context("base")?;
+            read.keeper.validate().context("keeper")
+        })
+    }
+}
+
+/// Which base, on which port.
+#[derive(Clone, Debug)]
+pub struct BaseLine {
+    /// Name of the port.
+    pub port: String,
+    /// What the base speaks.
+    pub protocol: Protocol,
+    /// What it is, and how it is kept.
+    pub settings: BaseFile,
+}
+
+impl BaseLine {
+    /// As typed.
+    pub fn of(arguments: &LineArguments) -> anyhow::Result<Self> {
+        Self::new(&arguments.port, &arguments.kind)
+    }
+
+    /// A base of a kind on a port.
+    pub fn new(port: &str, kind: &KindArguments) -> anyhow::Result<Self> {
+        Ok(Self {
+            port: port.to_owned(),
+            protocol: kind.protocol,
+            settings: BaseFile::read(kind.base_config.as_deref())?,
+        })
+    }
+
+    /// Opens the port and keeps the base still until something is planned, or until the flag is set.
+    pub fn keeper(&self, end: Arc<AtomicBool>) -> anyhow::Result<Keeper> {
+        let BaseFile { base, keeper } = self.settings;
+        Keeper::start(self.opener(), &base, keeper, end).context("--port")
+    }
+
+    /// Waits for the first report, or for the end of the keeper.
+    pub fn await_answer(&self, keeper: &Keeper) -> anyhow::Result<()> {
+        loop {
+            let status = keeper.status();
+            if status.feedback.is_some() || !status.is_running {
+                return Ok(());
+            }
+            if keeper.now_s() > ANSWER_WITHIN_S {
+                bail!(
+                    "--port {}: no answer within {ANSWER_WITHIN_S} s: is the base switched on, and does it speak --protocol {}?",
+                    self.port,
+                    self.protocol,
+                );
+            }
+            thread::sleep(LOOK);
+        }
+    }
+
+    #[cfg(feature = "serial")]
+    fn opener(&self) -> Open {
+        use inbye::base::{SerialBase, SerialSettings};
+        let Self {
+            port,
+            protocol,
+            settings,
+        } = self.clone();
+        // A round of commands must fit into its period.
+        let within = SerialSettings {
+            ask_within: Duration::from_millis(10),
+            ..SerialSettings::default()
+        };
+        Box::new(move || {
+            let session = protocol.session(settings.base)?;
+            Ok(Box::new(SerialBase::open(&port, session, within)?))
+        })
+    }
+
+    #[cfg(not(feature = "serial"))]
+    fn opener(&self) -> Open {
+        let port = self.port.clone();
+        Box::new(move || {
+            Err(inbye::base::BaseError::CannotOpen {
+                port: port.clone(),
+                reason: "this program was built without its feature `serial`".to_owned(),
+            })
+        })
+    }
+}

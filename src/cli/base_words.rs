@@ -1,0 +1,80 @@
+//! A kept base as people and scripts read it.
+
+use inbye::base::{Condition, Feedback, Status};
+use serde_json::{Value, json};
+
+/// What a base reports, for scripts.
+pub fn feedback(feedback: &Feedback) -> Value {
+    json!({
+        "linear": feedback.twist.linear,
+        "angular": feedback.twist.angular,
+        "ticks": feedback.ticks,
+        "yaw_rate": feedback.yaw_rate,
+        "battery_v": feedback.battery_v,
+        "emergency_stop": feedback.emergency_stop,
+        "faults": feedback.faults.to_string(),
+    })
+}
+
+/// How a base is kept, for scripts.
+pub fn status(status: &Status) -> Value {
+    json!({
+        "condition": condition(status),
+        "stopped": stopped(status),
+        "feedback": status.feedback.as_ref().map(feedback),
+        "pose": status.pose,
+        "travelled_m": status.travelled_m,
+        "counters": status.counters,
+    })
+}
+
+/// Why the base does not do what was planned, if so: a stop that is latched, a line that is lost, or silence.
+pub fn stopped(status: &Status) -> Option<String> {
+    match (&status.stopped, &status.condition) {
+        (Some(reason), _) => Some(reason.to_string()),
+        (None, Condition::NoLine(why)) => Some(why.to_string()),
+        (None, Condition::NotHeard) if status.feedback.is_none() => {
+            Some("the base does not answer".to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// What the base is told, and why.
+pub fn condition(status: &Status) -> String {
+    match &status.condition {
+        Condition::NoPlan => "told to stand".to_owned(),
+        Condition::Driving => format!(
+            "told {:.2} m/s, {:.2} rad/s",
+            status.sent.linear, status.sent.angular
+        ),
+        Condition::PlanTooOld { age_s } => format!("told to stand: the plan is {age_s:.2} s old"),
+        Condition::NotHeard => "told to stand: it has not answered yet".to_owned(),
+        Condition::NoLine(why) => why.to_string(),
+        Condition::Stopped(reason) => format!("stopped: {reason}"),
+    }
+}
+
+/// What a base reports, in a line.
+pub fn line(feedback: &Feedback) -> String {
+    let mut parts = vec![format!(
+        "{:6.3} m/s  {:6.3} rad/s",
+        feedback.twist.linear, feedback.twist.angular
+    )];
+    if let Some(ticks) = feedback.ticks {
+        parts.push(format!("ticks {} {}", ticks.left, ticks.right));
+    }
+    if let Some(rate) = feedback.yaw_rate {
+        parts.push(format!("gyro {rate:6.3} rad/s"));
+    }
+    if let Some(volts) = feedback.battery_v {
+        parts.push(format!("{volts:.1} V"));
+    }
+    if feedback.emergency_stop {
+        parts.push("EMERGENCY STOP".to_owned());
+    }
+    if !feedback.faults.is_none() {
+        parts.push(format!("faults: {}", feedback.faults));
+    }
+    parts.join("  ")
+}

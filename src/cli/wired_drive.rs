@@ -1,0 +1,163 @@
+//! `inbye drive --port`: a simulated world for a base on a line, in real time.
+
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+use inbye::base::{Keeper, Status};
+use inbye::geometry::{Pose, Twist, wrap_angle};
+use inbye::sim::{OdometryReading, Vehicle};
+use serde_json::{Value, json};
+
+use super::base_arguments::KindArguments;
+use super::base_line::BaseLine;
+use super::{base_words, interrupt};
+
+/// How long a mission waits for a base that does not answer, seconds.
+const ANSWER_WITHIN_S: f64 = 10.0;
+
+/// The base of a drive.
+#[derive(Debug, Args)]
+pub struct WiredArguments {
+    /// Drive the base on this port, in real time; world and lidar stay simulated.
+    #[arg(long, value_name = "P")]
+    pub port: Option<String>,
+    #[command(flatten)]
+    pub kind: KindArguments,
+}
+
+/// A base on a line that drives a mission.
+pub struct Wired {
+    line: BaseLine,
+    keeper: Keeper,
+    /// Where the mission starts, and what the odometer says there; none before the first command.
+    origin: Option<(Pose, Pose)>,
+    start: Pose,
+    /// When the next tick is due, and how many were late by more than one.
+    due_s: f64,
+    late: u64,
+    heard_s: f64,
+}
+
+/// How a base came out of a mission.
+pub struct Ending {
+    line: BaseLine,
+    status: Status,
+    late: u64,
+}
+
+/// Opens the port of a drive and waits for the base, if one was named.
+pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option<Wired>> {
+    let Some(port) = &arguments.port else {
+        return Ok(None);
+    };
+    let line = BaseLine::new(port, &arguments.kind)?;
+    let keeper = line.keeper(interrupt::flag()?)?;
+    line.await_answer(&keeper)?;
+    Ok(Some(Wired {
+        line,
+        keeper,
+        origin: None,
+        start,
+        due_s: 0.0,
+        late: 0,
+        heard_s: 0.0,
+    }))
+}
+
+impl Wired {
+    /// Stops the base and leaves it.
+    pub fn end(self) -> Ending {
+        Ending {
+            status: self.keeper.status(),
+            line: self.line,
+            late: self.late,
+        }
+    }
+
+    fn motion(&self) -> Twist {
+        let feedback = self.keeper.status().feedback;
+        feedback.map_or(Twist::STOP, |feedback| feedback.twist)
+    }
+
+    /// Whether the base is heard, or may be again.
+    fn may_go_on(&mut self) -> bool {
+        let (status, now_s) = (self.keeper.status(), self.keeper.now_s());
+        if status.feedback.is_some() {
+            self.heard_s = now_s;
+        }
+        status.stopped.is_none() && status.is_running && now_s - self.heard_s < ANSWER_WITHIN_S
+    }
+}
+
+impl Vehicle for Wired {
+    fn pose(&self) -> Pose {
+        let Some((start, origin)) = &self.origin else {
+            return self.start;
+        };
+        let now = self.keeper.status().pose;
+        let place = start.transform(&origin.inverse_transform(&now.position()));
+        let yaw = wrap_angle(start.yaw + now.yaw - origin.yaw);
+        Pose::new(place.x, place.y, yaw)
+    }
+
+    fn twist(&self) -> Twist {
+        self.motion()
+    }
+
+    fn odometry(&self) -> OdometryReading {
+        OdometryReading {
+            pose: self.pose(),
+            twist: self.motion(),
+        }
+    }
+
+    fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
+        let now_s = self.keeper.now_s();
+        if self.origin.is_none() {
+            self.origin = Some((self.start, self.keeper.status().pose));
+            (self.due_s, self.heard_s) = (now_s, now_s);
+        }
+        // A refusal is a stop, which ends the mission below.
+        let _ = self.keeper.want(command, now_s);
+        self.due_s += period_s;
+        if self.due_s + period_s < now_s {
+            self.late += 1;
+            self.due_s = now_s;
+        }
+        thread::sleep(Duration::from_secs_f64((self.due_s - now_s).max(0.0)));
+        self.may_go_on()
+    }
+}
+
+impl Ending {
+    /// As scripts read it.
+    pub fn object(&self) -> Value {
+        let mut object = base_words::status(&self.status);
+        object["port"] = json!(self.line.port);
+        object["protocol"] = json!(self.line.protocol.name());
+        object["interrupted"] = json!(!self.status.is_running);
+        object["late_ticks"] = json!(self.late);
+        object
+    }
+
+    /// As people read it.
+    pub fn lines(&self) -> Vec<String> {
+        let counters = self.status.counters;
+        let mut lines = vec![format!(
+            "base         {} on {}: {} commands, {} late; {} ticks late; {} line failures",
+            self.line.protocol,
+            self.line.port,
+            counters.commands,
+            counters.late,
+            self.late,
+            counters.line_failures,
+        )];
+        if let Some(why) = base_words::stopped(&self.status) {
+            lines.push(format!("stopped      {why}"));
+        } else if !self.status.is_running {
+            lines.push("stopped      by a signal".to_owned());
+        }
+        lines
+    }
+}

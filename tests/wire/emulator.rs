@@ -1,0 +1,317 @@
+//! The emulated base against every session: it drives as it is told, and each trouble is found and named.
+
+use inbye::base::{
+    BaseSettings, Emulator, Faults, Observation, Orders, PlannedTrouble, Plausibility,
+    PlausibilitySettings, Protocol, Session, Trouble, Verdict,
+};
+use inbye::geometry::Twist;
+use inbye::robot::{Mixer, Side};
+
+/// One turn of both loops, seconds.
+const TURN_S: f64 = 0.002;
+/// Turns from one command to the next: 50 a second.
+const TURNS_PER_COMMAND: usize = 10;
+
+const CURVE: Twist = Twist::new(0.4, 0.3);
+
+/// A session with its ramp and its judge, and an emulated base, without a line between them.
+struct Pair {
+    emulator: Emulator,
+    session: Box<dyn Session>,
+    mixer: Mixer,
+    judge: Plausibility,
+    turns: usize,
+    verdict: Option<(f64, Verdict)>,
+    bytes: Vec<u8>,
+}
+
+impl Pair {
+    fn new(protocol: Protocol, seed: u64) -> Self {
+        let settings = BaseSettings::default();
+        Self {
+            emulator: Emulator::new(protocol, settings, seed).expect("valid settings"),
+            session: protocol.session(settings).expect("valid settings"),
+            mixer: Mixer::new(settings.drive(), settings.tracks),
+            judge: Plausibility::new(&settings, PlausibilitySettings::default())
+                .expect("valid settings"),
+            turns: 0,
+            verdict: None,
+            bytes: Vec::new(),
+        }
+    }
+
+    fn with(protocol: Protocol, troubles: &[PlannedTrouble]) -> Self {
+        let mut pair = Self::new(protocol, 1);
+        for trouble in troubles {
+            pair.emulator.plan(*trouble);
+        }
+        pair
+    }
+
+    fn now_s(&self) -> f64 {
+        TURN_S * self.turns as f64
+    }
+
+    /// Commands a motion for a time, unless the judge has spoken.
+    fn keep_on(&mut self, wanted: Twist, time_s: f64) {
+        for _ in 0..(time_s / TURN_S).round() as usize {
+            if self.turns.is_multiple_of(TURNS_PER_COMMAND) {
+                let wanted = self.verdict.map_or(wanted, |_| Twist::STOP);
+                let told = self.mixer.mix(&wanted, TURN_S * TURNS_PER_COMMAND as f64);
+                let told = self.mixer.twist(&told);
+                self.session.command(&told).expect("a finite command");
+                self.judge(told);
+            }
+            self.turn();
+        }
+    }
+
+    fn judge(&mut self, sent: Twist) {
+        let now_s = self.now_s();
+        let Some(heard) = self.session.newest() else {
+            return;
+        };
+        let look = Observation {
+            now_s,
+            sent,
+            feedback: heard.feedback,
+        };
+        if let (None, Some(verdict)) = (self.verdict, self.judge.judge(&look)) {
+            self.verdict = Some((now_s, *verdict));
+        }
+    }
+
+    fn wait(&mut self, time_s: f64) {
+        for _ in 0..(time_s / TURN_S).round() as usize {
+            self.turns += 1;
+            self.emulator.step(self.now_s(), &mut Vec::new());
+        }
+    }
+
+    fn turn(&mut self) {
+        self.turns += 1;
+        let now_s = self.now_s();
+        let mut line = Vec::new();
+        self.session.transmit(now_s, &mut line);
+        self.emulator.receive(&line, now_s);
+        line.clear();
+        self.emulator.step(now_s, &mut line);
+        self.bytes.extend(&line);
+        self.session.receive(&line, now_s);
+    }
+}
+
+#[test]
+fn every_protocol_drives_the_machine_and_reports_its_way() {
+    for protocol in Protocol::ALL {
+        let mut pair = Pair::new(protocol, 1);
+        pair.keep_on(CURVE, 4.0);
+        let (truth, reported) = (
+            pair.emulator.twist(),
+            pair.session.newest().expect("feedback").feedback.twist,
+        );
+        for twist in [truth, reported] {
+            assert!((twist.linear - 0.4).abs() < 0.03, "{protocol:?}: {twist:?}");
+            assert!(
+                (twist.angular - 0.3).abs() < 0.06,
+                "{protocol:?}: {twist:?}"
+            );
+        }
+        let way_m = pair.emulator.travelled_m();
+        // 4 s at 0.4 m/s, less a ramp of 0.3 s, a lag and the connecting.
+        assert!((1.4..1.6).contains(&way_m), "{protocol:?}: {way_m}");
+        assert_eq!(pair.verdict, None);
+        pair.keep_on(Twist::STOP, 1.5);
+        assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
+        let orders = pair.emulator.orders();
+        assert!(orders.commands > 200 && orders.zeros_at_end > 40);
+        assert_eq!(orders.watchdog_stops, 0);
+    }
+}
+
+#[test]
+fn a_base_whose_host_is_gone_stops_by_its_watchdog_where_it_has_one() {
+    for (protocol, stops) in [
+        (Protocol::Native, 1),
+        (Protocol::Roboclaw, 1),
+        (Protocol::Arduino, 1),
+        (Protocol::Wheeltec, 0),
+    ] {
+        let mut pair = Pair::new(protocol, 1);
+        pair.keep_on(CURVE, 2.0);
+        pair.wait(4.0);
+        let Orders {
+            watchdog_stops,
+            zeros_at_end,
+            ..
+        } = pair.emulator.orders();
+        assert_eq!((watchdog_stops, zeros_at_end), (stops, 0), "{protocol:?}");
+        let stands = pair.emulator.twist() == Twist::STOP;
+        assert_eq!(stands, stops == 1, "{protocol:?}");
+    }
+}
+
+#[test]
+fn the_battery_sags_under_load_and_runs_down() {
+    let mut pair = Pair::new(Protocol::Native, 1);
+    pair.keep_on(Twist::STOP, 0.1);
+    let full_v = pair.emulator.machine().battery_v;
+    pair.keep_on(Twist::new(1.2, 0.0), 0.5);
+    let starting_v = pair.emulator.machine().battery_v;
+    pair.keep_on(Twist::new(1.2, 0.0), 10.0);
+    pair.keep_on(Twist::STOP, 3.0);
+    let rested_v = pair.emulator.machine().battery_v;
+    assert!(starting_v < full_v - 0.15, "{starting_v} of {full_v}");
+    assert!(
+        rested_v > starting_v && rested_v < full_v,
+        "{rested_v} of {full_v}"
+    );
+}
+
+/// What a healthy machine is told, and when a trouble begins.
+fn judged(protocol: Protocol, trouble: Trouble) -> Option<(f64, Verdict)> {
+    let mut pair = Pair::with(protocol, &[PlannedTrouble::from(trouble, 2.0)]);
+    pair.keep_on(Twist::new(0.5, 0.0), 6.0);
+    let (at_s, verdict) = pair.verdict?;
+    Some((at_s - 2.0, verdict))
+}
+
+#[test]
+fn each_trouble_of_the_machine_is_found_by_every_host() {
+    for protocol in Protocol::ALL {
+        let side = |verdict: &Verdict| match verdict {
+            Verdict::Stuck { side, .. } => Some(*side),
+            _ => None,
+        };
+        for (trouble, at) in [
+            (Trouble::StuckLeft, Side::Left),
+            (Trouble::StuckRight, Side::Right),
+        ] {
+            let (after_s, verdict) = judged(protocol, trouble).expect("a verdict");
+            assert_eq!(side(&verdict), Some(at), "{protocol:?}: {verdict}");
+            assert!(after_s < 1.5, "{protocol:?}: {after_s}");
+        }
+        let (after_s, verdict) = judged(protocol, Trouble::Runaway).expect("a verdict");
+        assert!(matches!(
+            verdict,
+            Verdict::Runaway {
+                side: Side::Left,
+                ..
+            }
+        ));
+        assert!(after_s < 1.0, "{protocol:?}: {after_s}");
+        let (after_s, verdict) = judged(protocol, Trouble::Reversed).expect("a verdict");
+        assert!(matches!(
+            verdict,
+            Verdict::Reversed {
+                side: Side::Left,
+                ..
+            }
+        ));
+        assert!(after_s < 1.5, "{protocol:?}: {after_s}");
+    }
+}
+
+#[test]
+fn the_button_stops_the_motors_and_is_told_where_the_protocol_can() {
+    for protocol in Protocol::ALL {
+        let button = PlannedTrouble::from(Trouble::Button, 2.0);
+        let mut pair = Pair::with(protocol, &[button]);
+        pair.keep_on(Twist::new(0.5, 0.0), 3.0);
+        assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
+        match protocol {
+            // It has no word for it: the tracks stand though they are told to run.
+            Protocol::Arduino => assert_eq!(pair.verdict, None),
+            _ => assert_eq!(
+                pair.verdict.map(|(_, verdict)| verdict),
+                Some(Verdict::EmergencyStop),
+                "{protocol:?}"
+            ),
+        }
+    }
+}
+
+/// Two troubles at once, of which the button is the stronger.
+#[test]
+fn the_button_stops_even_a_runaway() {
+    let mut pair = Pair::with(
+        Protocol::Native,
+        &[
+            PlannedTrouble::from(Trouble::Runaway, 0.5),
+            "button@2..3".parse().expect("a name and times"),
+        ],
+    );
+    pair.keep_on(Twist::STOP, 1.9);
+    assert!(pair.emulator.twist().linear > 0.7);
+    pair.keep_on(Twist::STOP, 1.0);
+    assert_eq!(pair.emulator.twist(), Twist::STOP);
+    pair.keep_on(Twist::STOP, 1.0);
+    assert!(pair.emulator.twist().linear > 0.5);
+}
+
+#[test]
+fn a_damaged_line_costs_commands_and_never_invents_motion() {
+    for protocol in [Protocol::Native, Protocol::Wheeltec, Protocol::Roboclaw] {
+        for trouble in [Trouble::Garbage, Trouble::BitFlips] {
+            let mut pair = Pair::with(protocol, &[PlannedTrouble::from(trouble, 1.0)]);
+            for _ in 0..50 {
+                pair.keep_on(Twist::new(0.4, 0.0), 0.2);
+                let speed = pair.emulator.twist().linear;
+                assert!(speed < 0.55, "{protocol:?} {trouble}: {speed}");
+            }
+            let counters = pair.session.counters();
+            assert!(
+                counters.dropped_bytes + counters.repeated > 0,
+                "{protocol:?} {trouble}: {counters:?}"
+            );
+            assert!(pair.emulator.twist().linear > 0.3, "{protocol:?} {trouble}");
+        }
+    }
+}
+
+#[test]
+fn silence_ends_the_feedback_and_slow_reads_delay_the_commands() {
+    let silence = PlannedTrouble::from(Trouble::Silence, 1.0);
+    let mut pair = Pair::with(Protocol::Native, &[silence]);
+    pair.keep_on(CURVE, 2.0);
+    let heard_s = pair.session.newest().expect("feedback before").at_s;
+    assert!(heard_s < 1.01, "{heard_s}");
+    // It still hears: the host's zeros stop it.
+    pair.keep_on(Twist::STOP, 1.5);
+    assert_eq!(pair.emulator.twist(), Twist::STOP);
+
+    let slow = PlannedTrouble::from(Trouble::SlowReads, 0.0);
+    let mut pair = Pair::with(Protocol::Native, &[slow]);
+    pair.keep_on(CURVE, 0.29);
+    assert_eq!(pair.emulator.orders().commands, 0);
+    pair.keep_on(CURVE, 0.1);
+    assert!(pair.emulator.orders().commands > 0);
+}
+
+#[test]
+fn the_same_seed_is_the_same_base_and_another_is_not() {
+    let run = |seed| {
+        let mut pair = Pair::new(Protocol::Native, seed);
+        for trouble in [Trouble::Garbage, Trouble::BitFlips] {
+            pair.emulator.plan(PlannedTrouble::from(trouble, 0.5));
+        }
+        pair.keep_on(CURVE, 3.0);
+        pair.bytes
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1), run(2));
+}
+
+#[test]
+fn a_healthy_base_reports_no_fault() {
+    let mut pair = Pair::new(Protocol::Native, 1);
+    pair.keep_on(CURVE, 1.0);
+    let feedback = pair.session.newest().expect("feedback").feedback;
+    assert_eq!(feedback.faults, Faults::NONE);
+    assert!(feedback.battery_v.is_some_and(|volts| volts > 24.0));
+    assert!(
+        feedback
+            .yaw_rate
+            .is_some_and(|rate| (rate - 0.3).abs() < 0.05)
+    );
+}

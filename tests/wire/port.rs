@@ -1,0 +1,106 @@
+//! Every protocol over a pair of pseudo-terminals: the port in one thread, the controller in another.
+
+use std::io::{Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use inbye::base::{
+    Base, BaseError, BaseSettings, Machine, Peer, Protocol, SerialBase, SerialSettings,
+};
+use inbye::geometry::Twist;
+use inbye::robot::Sides;
+use serialport::{SerialPort, TTYPort};
+
+/// A bound so generous that a busy machine does not trip it.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Runs a controller whose motors are at once where they are told to be, until it is told to end.
+fn control(mut port: TTYPort, mut peer: Box<dyn Peer>, settings: &BaseSettings, end: &AtomicBool) {
+    port.set_timeout(Duration::from_millis(1))
+        .expect("a timeout");
+    let start = Instant::now();
+    let (mut machine, mut travel_m, mut last_s) = (Machine::default(), Sides::both(0.0), 0.0);
+    let mut bytes = [0; 256];
+    while !end.load(Ordering::Relaxed) {
+        let now_s = start.elapsed().as_secs_f64();
+        if let Ok(count) = port.read(&mut bytes) {
+            peer.receive(&bytes[..count], now_s);
+        }
+        let mut line = Vec::new();
+        machine.speeds = peer.step(now_s, &machine, &mut line);
+        let _ = port.write_all(&line);
+        let speeds = Sides::from(machine.speeds);
+        travel_m = travel_m.zip(speeds, |travel_m, speed| {
+            travel_m + speed * (now_s - last_s)
+        });
+        machine.ticks = travel_m.zip(settings.ticks_per_m, |travel_m, per_m| {
+            (travel_m * per_m).floor() as i64 as u32
+        });
+        last_s = now_s;
+    }
+}
+
+/// Sends a command again and again until the base reports about that motion.
+fn drive_until_reported(base: &mut SerialBase, wanted: Twist) -> Result<(), BaseError> {
+    loop {
+        base.send(&wanted)?;
+        match base.feedback() {
+            Ok(feedback) if (feedback.twist.linear - wanted.linear).abs() < 0.05 => return Ok(()),
+            Ok(_) | Err(BaseError::NoFeedbackYet { .. }) => {}
+            Err(error) => return Err(error),
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn every_protocol_drives_over_a_port() {
+    for protocol in Protocol::ALL {
+        let settings = BaseSettings::default();
+        let (peer_port, port) = TTYPort::pair().expect("pseudo-terminals");
+        let peer = protocol.peer(settings).expect("valid settings");
+        let end = AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| control(peer_port, peer, &settings, &end));
+            let patient = SerialSettings {
+                send_within: PATIENCE,
+                feedback_within: PATIENCE,
+                ..SerialSettings::default()
+            };
+            let session = protocol.session(settings).expect("valid settings");
+            let mut base = SerialBase::on(Box::new(port), "pty", session, patient);
+            let drove = drive_until_reported(&mut base, Twist::new(0.5, 0.0));
+            let stopped = drive_until_reported(&mut base, Twist::STOP);
+            end.store(true, Ordering::Relaxed);
+            let counters = base.counters();
+            assert_eq!(
+                (drove, stopped),
+                (Ok(()), Ok(())),
+                "{protocol:?}: {counters:?}"
+            );
+        });
+    }
+}
+
+/// A base that must be asked and never answers costs no more than the bounds, and is told.
+#[test]
+fn a_base_that_never_answers_is_told_and_does_not_hang() {
+    for protocol in [Protocol::Roboclaw, Protocol::Arduino] {
+        let (_silent, port) = TTYPort::pair().expect("pseudo-terminals");
+        let session = protocol
+            .session(BaseSettings::default())
+            .expect("valid settings");
+        let mut base = SerialBase::on(Box::new(port), "pty", session, SerialSettings::default());
+        let told = std::iter::repeat_with(|| {
+            base.send(&Twist::new(0.3, 0.0)).expect("an open line");
+            base.feedback()
+        })
+        .find(|answer| !matches!(answer, Err(BaseError::NoFeedbackYet { .. })));
+        assert!(
+            matches!(told, Some(Err(BaseError::TimedOut { .. }))),
+            "{told:?}"
+        );
+        assert!(base.counters().repeated > 0);
+    }
+}
