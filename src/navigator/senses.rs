@@ -197,11 +197,11 @@ impl Senses {
         let is_same = self.last.is_some_and(|last| last.pose == seen.pose);
         let drives = commanded.linear.abs() >= DRIVES || commanded.angular.abs() >= TURNS;
         self.is_frozen &= is_same;
-        if !(is_same && drives) {
-            self.frozen_since_s = None;
-        } else {
+        if is_same && drives {
             let since_s = *self.frozen_since_s.get_or_insert(seen.time_s);
             self.is_frozen |= seen.time_s - since_s > FROZEN_S;
+        } else {
+            self.frozen_since_s = None;
         }
         // A robot that brakes does not drive: the doubt stays until the pose changes.
         if self.is_frozen {
