@@ -13,7 +13,7 @@ const FASTEST: f64 = 100.0;
 /// `inbye base`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye base emulate --protocol native --for 1\n\n\
+    after_help = "Example:\n  inbye base emulate --protocol native --for 1 --json\n\n\
     In one terminal `inbye base emulate`, which prints the path of a port; in another `inbye base monitor --port PATH`, \
     `inbye base send --port PATH` or `inbye drive --port PATH`."
 )]

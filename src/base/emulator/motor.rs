@@ -46,7 +46,13 @@ impl SpeedControl {
             self.integral_v = 0.0;
             return 0.0;
         }
-        let wanted_v = set / SPEED_PER_V + PROPORTIONAL * missing + self.integral_v;
+        let friction = if set == 0.0 {
+            0.0
+        } else {
+            FRICTION * set.signum()
+        };
+        let known_v = (set + friction) / SPEED_PER_V;
+        let wanted_v = known_v + PROPORTIONAL * missing + self.integral_v;
         let voltage = wanted_v.clamp(-battery_v, battery_v);
         // No winding up while the battery gives no more.
         if voltage == wanted_v {

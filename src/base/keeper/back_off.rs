@@ -45,21 +45,20 @@ mod tests {
 
     #[test]
     fn pauses_double_to_a_bound_and_begin_anew() {
-        let mut back_off = BackOff::new(0.1, 0.5);
-        let mut now_s = 0.0;
-        let mut tries = Vec::new();
-        for _ in 0..200 {
+        let mut back_off = BackOff::new(0.125, 0.5);
+        let (mut now_s, mut tries) = (0.0, Vec::new());
+        // Sixteenths of a second, which add up without rounding.
+        for _ in 0..64 {
             if back_off.is_due(now_s) {
-                tries.push((now_s * 100.0_f64).round() as i32);
+                tries.push(now_s);
                 back_off.failed(now_s);
             }
-            now_s += 0.01;
+            now_s += 0.0625;
         }
-        let pauses: Vec<i32> = tries.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        assert_eq!(pauses[..2], [10, 20]);
-        assert!(pauses[2] >= 40 && pauses[3..].iter().all(|pause| (50..=51).contains(pause)));
+        let pauses: Vec<f64> = tries.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert_eq!(pauses[..4], [0.125, 0.25, 0.5, 0.5]);
         back_off.worked();
         back_off.failed(now_s);
-        assert!(!back_off.is_due(now_s + 0.09) && back_off.is_due(now_s + 0.1));
+        assert!(!back_off.is_due(now_s + 0.12) && back_off.is_due(now_s + 0.125));
     }
 }
