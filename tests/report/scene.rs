@@ -308,9 +308,12 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
             };
             let turn = wrap_angle(bearing(&pose.position(), &target) - pose.yaw).clamp(-0.8, 0.8);
             let command = match mode {
-                Mode::Blocked | Mode::Parking | Mode::Stopped | Mode::Arrived | Mode::Failed => {
-                    Twist::STOP
-                }
+                Mode::Blocked
+                | Mode::Doubting
+                | Mode::Parking
+                | Mode::Stopped
+                | Mode::Arrived
+                | Mode::Failed => Twist::STOP,
                 Mode::BackingUp | Mode::Evading => Twist::new(-0.3, 0.0),
                 Mode::Turning => Twist::new(0.0, turn),
                 Mode::Driving => Twist::new(speed * (1.0 - turn.abs()), turn),
