@@ -50,7 +50,7 @@ pub struct Status {
 
 /// A thread that tells a base at a fixed rate what was last planned, as long as that counts. See the module's promises.
 ///
-/// Dropping it stops the base with three commands of zero and waits for that: some 0.1 s at worst.
+/// Dropping it stops the base with three or more commands of zero and waits for that: some 0.2 s at worst.
 pub struct Keeper {
     began: Instant,
     board: Arc<Mutex<Board>>,
