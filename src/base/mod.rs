@@ -4,14 +4,14 @@
 //! without I/O. Only [`SerialBase`] opens a port.
 //!
 //! Do not rely on the base to stop by itself when commands cease: some published firmware has that disabled. The
-//! caller sends at a fixed rate, and [`Twist::STOP`] when in doubt.
+//! caller sends at a fixed rate, and [`Twist::STOP`] when in doubt: [`Keeper`] does so.
 
 pub mod arduino;
 mod emulator;
 mod error;
 mod exchange;
 mod faults;
-mod keeper;
+pub mod keeper;
 pub mod native;
 mod peer;
 mod plausibility;

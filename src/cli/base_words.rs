@@ -42,6 +42,10 @@ pub fn stopped(status: &Status) -> Option<String> {
 
 /// What the base is told, and why.
 pub fn condition(status: &Status) -> String {
+    // What was told last may be older than the stop.
+    if let Some(reason) = &status.stopped {
+        return format!("stopped: {reason}");
+    }
     match &status.condition {
         Condition::NoPlan => "told to stand".to_owned(),
         Condition::Driving => format!(

@@ -272,13 +272,20 @@ fn a_damaged_line_costs_commands_and_never_invents_motion() {
 #[test]
 fn silence_ends_the_feedback_and_slow_reads_delay_the_commands() {
     let silence = PlannedTrouble::from(Trouble::Silence, 1.0);
-    let mut pair = Pair::with(Protocol::Native, &[silence]);
-    pair.keep_on(CURVE, 2.0);
-    let heard_s = pair.session.newest().expect("feedback before").at_s;
-    assert!(heard_s < 1.01, "{heard_s}");
-    // It still hears: the host's zeros stop it.
-    pair.keep_on(Twist::STOP, 1.5);
-    assert_eq!(pair.emulator.twist(), Twist::STOP);
+    for protocol in Protocol::ALL {
+        let mut pair = Pair::with(protocol, &[silence]);
+        pair.keep_on(CURVE, 2.0);
+        let heard_s = pair.session.newest().expect("feedback before").at_s;
+        assert!(heard_s < 1.01, "{protocol:?}: {heard_s}");
+        assert!(pair.emulator.twist().linear > 0.3, "{protocol:?}");
+        // It still hears: the host's zeros stop it, by whichever conversation.
+        pair.session = protocol
+            .session(BaseSettings::default())
+            .expect("as before");
+        pair.keep_on(Twist::STOP, 1.5);
+        assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
+        assert_eq!(pair.emulator.orders().watchdog_stops, 0, "{protocol:?}");
+    }
 
     let slow = PlannedTrouble::from(Trouble::SlowReads, 0.0);
     let mut pair = Pair::with(Protocol::Native, &[slow]);

@@ -134,7 +134,7 @@ fn it_ends_with_three_zeros_when_it_is_dropped() {
     assert_ne!(place.last(1), [Twist::STOP]);
     drop(keeper);
     assert_eq!(place.last(3), [Twist::STOP; 3]);
-    assert_ne!(place.last(4)[0], Twist::STOP, "it drove to the last");
+    assert_ne!(place.last(6)[0], Twist::STOP, "it drove to the last");
 }
 
 #[test]

@@ -1,12 +1,14 @@
 //! Every protocol over a pair of pseudo-terminals: the port in one thread, the controller in another.
 
 use std::io::{Read, Write};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use inbye::base::{
-    Base, BaseError, BaseSettings, Machine, Peer, Protocol, SerialBase, SerialSettings,
+    Base, BaseError, BaseSettings, Condition, Keeper, KeeperSettings, Machine, Open, Peer,
+    Protocol, SerialBase, SerialSettings,
 };
 use inbye::geometry::Twist;
 use inbye::robot::Sides;
@@ -103,4 +105,47 @@ fn a_base_that_never_answers_is_told_and_does_not_hang() {
         );
         assert!(base.counters().repeated > 0);
     }
+}
+
+/// A base that reads no more: the line fills up, the sender gives it up within its bound, and its owner never waits.
+#[test]
+fn a_line_that_takes_no_more_is_given_up() {
+    let (_wedged, port) = TTYPort::pair().expect("pseudo-terminals");
+    let mut port = Some(port);
+    let open: Open = Box::new(move || {
+        let gone = || BaseError::Unplugged {
+            port: "pty".to_owned(),
+        };
+        let port = port.take().ok_or_else(gone)?;
+        let session = Protocol::Native.session(BaseSettings::default())?;
+        // Its silence alone is no reason yet.
+        let patient = SerialSettings {
+            feedback_within: 10 * PATIENCE,
+            ..SerialSettings::default()
+        };
+        Ok(Box::new(SerialBase::on(
+            Box::new(port),
+            "pty",
+            session,
+            patient,
+        )))
+    });
+    let settings = KeeperSettings {
+        rate_hz: 1000.0,
+        first_pause_s: 1000.0,
+        longest_pause_s: 1000.0,
+        ..KeeperSettings::default()
+    };
+    let keeper = Keeper::start(open, &BaseSettings::default(), settings, Arc::default())
+        .expect("an open line");
+    let began = Instant::now();
+    let why = loop {
+        let _ = keeper.want(&Twist::new(0.3, 0.0), keeper.now_s());
+        if let Condition::NoLine(why) = keeper.status().condition {
+            break why;
+        }
+        assert!(began.elapsed() < PATIENCE, "{:?}", keeper.status());
+        thread::sleep(Duration::from_millis(5));
+    };
+    assert!(why.to_string().contains("writing a command"), "{why}");
 }

@@ -41,17 +41,12 @@ impl SpeedControl {
     pub(super) fn turn(&mut self, set: f64, shown: f64, turn_s: f64, battery_v: f64) -> f64 {
         self.measured += FRESH * (shown - self.measured);
         let missing = set - self.measured;
-        if set == 0.0 && self.measured.abs() < 0.01 {
-            // At rest nothing is to be made up for later.
+        if set == 0.0 {
+            // The windings are shorted: that brakes also a motor whose leads are swapped. Nothing is made up for later.
             self.integral_v = 0.0;
             return 0.0;
         }
-        let friction = if set == 0.0 {
-            0.0
-        } else {
-            FRICTION * set.signum()
-        };
-        let known_v = (set + friction) / SPEED_PER_V;
+        let known_v = (set + FRICTION * set.signum()) / SPEED_PER_V;
         let wanted_v = known_v + PROPORTIONAL * missing + self.integral_v;
         let voltage = wanted_v.clamp(-battery_v, battery_v);
         // No winding up while the battery gives no more.

@@ -26,7 +26,7 @@ pub enum Trouble {
     /// The driver of the left motor is broken and gives it full voltage forward. Only the button stops it.
     Runaway,
     /// The leads of the left motor are swapped, those of its encoder are not: the speed control drives it ever faster the
-    /// wrong way.
+    /// wrong way, until it is told to stand.
     Reversed,
     /// The emergency button is pressed: the controller knows, and the motors have no power.
     Button,

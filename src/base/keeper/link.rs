@@ -6,8 +6,9 @@ use super::guard::Order;
 use crate::base::{Base, BaseError, Feedback};
 use crate::geometry::Twist;
 
-/// Commands of zero with which a line is left: one may be lost.
-const FAREWELLS: usize = 3;
+/// Commands of zero with which a line is left: three, and two for those that wait for an answer which does not come, and
+/// are then replaced by the next.
+const FAREWELLS: usize = 5;
 
 /// Opens a line with a conversation that begins anew.
 pub type Open = Box<dyn FnMut() -> Result<Box<dyn Base + Send>, BaseError> + Send>;

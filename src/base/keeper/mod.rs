@@ -7,9 +7,9 @@
 //! - What is not finite, older than what was planned before, or planned far ahead is refused and counted.
 //! - A stop that was asked for, or that the judge of the base found reason for, is latched: plans are refused until an
 //!   explicit [`Keeper::release`] while the base stands.
-//! - A line that fails is given up with three commands of zero, and opened anew after a pause that doubles from one failure to
+//! - A line that fails is given up with three or more commands of zero, and opened anew after a pause that doubles from one failure to
 //!   the next. On a new line zeros go first, until the base has answered.
-//! - Where the keeper ends, three commands of zero are sent: when it is dropped, so also when the thread that has it panics;
+//! - Where the keeper ends, three or more commands of zero are sent: when it is dropped, so also when the thread that has it panics;
 //!   when its own thread panics; and when its end is asked for by a flag, as a handler of Ctrl-C and SIGTERM does.
 //!
 //! A process that is killed (SIGKILL, a loss of power) sends nothing more, and then the base's own watchdog must act: after

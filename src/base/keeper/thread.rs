@@ -48,9 +48,9 @@ pub struct Status {
     pub is_running: bool,
 }
 
-/// A thread that tells a base at a fixed rate what was last planned, as long as that counts. See the module's promises.
+/// A thread that tells a base at a fixed rate what was last planned, as long as that counts: see the promises of [its module](super).
 ///
-/// Dropping it stops the base with three commands of zero and waits for that: some 0.1 s at worst.
+/// Dropping it stops the base with three or more commands of zero and waits for that: some 0.2 s at worst.
 pub struct Keeper {
     began: Instant,
     board: Arc<Mutex<Board>>,

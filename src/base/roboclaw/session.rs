@@ -21,7 +21,8 @@ const ROUND: [Request; 6] = [
 /// A base driven by a `RoboClaw`.
 ///
 /// One question is under way at a time, and a command goes before the next question of a round. Nothing but the setting
-/// of the watchdog is sent until the controller has confirmed it: a base that would not stop by itself is not driven.
+/// of the watchdog and commands to stand are sent until the controller has confirmed it: a base that would not stop by
+/// itself is not driven; but one that hears and does not answer is stopped, for the questions alone keep its watchdog quiet.
 #[derive(Clone, Debug)]
 pub struct RoboClawSession {
     settings: BaseSettings,
@@ -87,8 +88,16 @@ impl RoboClawSession {
         self.watchdog == Watchdog::Confirmed
     }
 
+    /// Whether the command may go now.
+    fn may_drive(&self) -> bool {
+        self.is_ready() || self.wanted == TrackSpeeds::default()
+    }
+
     /// What to ask next, if anything.
     fn next_request(&mut self, now_s: f64) -> Option<Request> {
+        if self.is_due && self.may_drive() {
+            return Some(self.drive());
+        }
         match self.watchdog {
             Watchdog::Unknown => {
                 let tenths = self.settings.roboclaw.watchdog_tenths();
@@ -96,9 +105,6 @@ impl RoboClawSession {
             }
             Watchdog::Sent => return Some(Request::GetTimeout),
             Watchdog::Confirmed => {}
-        }
-        if self.is_due {
-            return Some(self.drive());
         }
         if self.asked == ROUND.len() && now_s >= self.next_round_s {
             self.asked = 0;
@@ -224,6 +230,11 @@ impl Session for RoboClawSession {
                 self.exchange.settle();
                 self.counters.unanswered += 1;
                 self.asked = ROUND.len();
+            }
+            // It was to stand when the watchdog was not confirmed, and is to move by now.
+            Turn::Again(request) if is_drive(request) && !self.may_drive() => {
+                self.exchange.settle();
+                self.counters.unanswered += 1;
             }
             Turn::Again(request) => {
                 self.counters.repeated += 1;
