@@ -43,23 +43,26 @@ fn completes(protocol: &'static str) {
     let base = Emulated::start(protocol, "");
     let ended = base.host(&drive(&room, "--time-limit 120")).wait();
     assert_eq!(ended.status.code(), Some(0), "{protocol}: {ended:?}");
-    let driven = ended.object();
+    let (driven, summary) = (ended.object(), base.end());
     assert_eq!(driven["reached"], json!(true), "{driven}");
     assert_eq!(driven["collided"], json!(false), "{driven}");
     assert_eq!(driven["base"]["stopped"], Value::Null, "{driven}");
-    let summary = base.end();
     // What the mission took for the robot's way is the way of the machine in the other process.
     let (believed_m, way_m) = (
         number(&driven, "travelled_m"),
         number(&summary, "distance_m"),
     );
     assert!(way_m > 4.5, "{summary}");
+    assert_eq!(summary["linear"], json!(0.0), "{summary}");
+    assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
+    // What a base did while its line counted as dead, frames without ticks do not tell.
+    if driven["base"]["counters"]["line_failures"] != json!(0) {
+        return;
+    }
     assert!(
         (believed_m - way_m).abs() < 0.03 * way_m + 0.05,
         "{driven} {summary}"
     );
-    assert_eq!(summary["linear"], json!(0.0), "{summary}");
-    assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
     // So is the place it came to, of where it started.
     let pose = summary["pose"].as_array().expect("a pose");
     let x_m = 1.2 + pose[0].as_f64().expect("a number");

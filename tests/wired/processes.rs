@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
@@ -100,15 +101,20 @@ impl Drop for Process {
     }
 }
 
-/// An emulated base in a process of its own.
+/// Bases and their hosts keep real time: two pairs at once on two cores hold each other up until lines count as dead.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// An emulated base in a process of its own, the only one of its time.
 pub struct Emulated {
     process: Process,
     pub port: String,
     pub protocol: &'static str,
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl Emulated {
     pub fn start(protocol: &'static str, more: &str) -> Self {
+        let alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let mut process = Process::start(&format!(
             "base emulate --protocol {protocol} --for 600 --json {more}"
         ));
@@ -117,6 +123,7 @@ impl Emulated {
             process,
             port: opened["port"].as_str().expect("a path").to_owned(),
             protocol,
+            _alone: alone,
         }
     }
 
