@@ -22,6 +22,7 @@ mod serial;
 mod session;
 mod settings;
 mod tick_meter;
+mod verdict;
 pub mod wheeltec;
 
 pub use emulator::{Emulator, PlannedTrouble, Trouble};
@@ -32,12 +33,13 @@ pub use keeper::{
     Status, StopReason,
 };
 pub use peer::{Machine, Orders, Peer};
-pub use plausibility::{Observation, Plausibility, PlausibilitySettings, Verdict};
+pub use plausibility::{Observation, Plausibility, PlausibilitySettings};
 pub use protocol::Protocol;
 #[cfg(feature = "serial")]
 pub use serial::{SerialBase, SerialSettings};
 pub use session::{Counters, Heard, Session};
 pub use settings::BaseSettings;
+pub use verdict::Verdict;
 
 use crate::geometry::Twist;
 use crate::robot::Sides;
@@ -57,6 +59,8 @@ pub struct Feedback {
     pub yaw_rate: Option<f64>,
     /// What is wrong with the base, as it or its driver found.
     pub faults: Faults,
+    /// Age of the oldest command that the base had not taken when it reported, seconds, for a base that says which it has.
+    pub behind_s: Option<f64>,
 }
 
 /// A base that takes velocity commands and reports its motion.

@@ -1,12 +1,11 @@
-//! Whether a base does what it is told: what stuck, ran away or is wired the wrong way, said in plain words.
+//! Whether a base does what it is told: what stuck, ran away or is wired the wrong way.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use super::settings::above_zero;
-use super::{BaseError, BaseSettings, Faults, Feedback};
+use super::{BaseError, BaseSettings, Faults, Feedback, Verdict};
 use crate::geometry::Twist;
 use crate::robot::{Side, Sides, TrackSpeeds, TrackedDrive};
 
@@ -16,6 +15,9 @@ const STANDING_SHARE: f64 = 0.1;
 /// A track that runs backwards by at least this share of what it was told is wired the wrong way round, if for long. Half
 /// of it is more than any track coasts or rolls back.
 const REVERSED_SHARE: f64 = 0.5;
+
+/// Commands must be late for so long, seconds: a machine that is held up for a moment catches up.
+const LATE_S: f64 = 0.5;
 
 /// Supply voltage must be low for so long, seconds: it sags under load when a base starts.
 const LOW_BATTERY_S: f64 = 5.0;
@@ -43,6 +45,9 @@ pub struct PlausibilitySettings {
     pub slip_rate: f64,
     /// For how long, seconds, above zero, it must have been so. Default 1 s: over stones a base slips for moments.
     pub slip_s: f64,
+    /// Age at which a command that the base has not taken is late, seconds, above zero, for a base that says what it has
+    /// taken. Default 0.2 s: ten commands, and two turns of the slowest planner.
+    pub late_s: f64,
 }
 
 impl Default for PlausibilitySettings {
@@ -55,6 +60,7 @@ impl Default for PlausibilitySettings {
             runaway_s: 0.5,
             slip_rate: 0.4,
             slip_s: 1.0,
+            late_s: 0.2,
         }
     }
 }
@@ -73,81 +79,12 @@ impl PlausibilitySettings {
             ("runaway_s", self.runaway_s),
             ("slip_rate", self.slip_rate),
             ("slip_s", self.slip_s),
+            ("late_s", self.late_s),
         ] {
             above_zero(name, value)?;
         }
         Ok(())
     }
-}
-
-/// A reason to stop. Speeds in m/s, forward positive.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum Verdict {
-    /// The base's own emergency stop.
-    #[error(
-        "the base is at its emergency stop: look around it, release the button, then release the stop"
-    )]
-    EmergencyStop,
-    /// What the base or its driver found.
-    #[error("the base reports: {0}")]
-    Fault(Faults),
-    /// Feedback that is not a number.
-    #[error("the base reports a motion that is not a number")]
-    NotFinite,
-    /// A track that stands though it is told to move.
-    #[error(
-        "the {side} track stands (measured {measured:.2} m/s) though it is told {told:.2} m/s: it is stuck, or its motor or encoder is not connected"
-    )]
-    Stuck {
-        /// Which track.
-        side: Side,
-        /// As commanded.
-        told: f64,
-        /// As measured.
-        measured: f64,
-    },
-    /// A track that runs against its command.
-    #[error(
-        "the {side} track runs at {measured:.2} m/s though it is told {told:.2} m/s: its motor or its encoder is wired the wrong way round, or the tracks are swapped"
-    )]
-    Reversed {
-        /// Which track.
-        side: Side,
-        /// As commanded.
-        told: f64,
-        /// As measured.
-        measured: f64,
-    },
-    /// A track that is faster than it was told at any time lately.
-    #[error(
-        "the {side} track runs at {measured:.2} m/s though it is told {told:.2} m/s: it has run away; cut the motors' power if it does not stop"
-    )]
-    Runaway {
-        /// Which track.
-        side: Side,
-        /// As commanded.
-        told: f64,
-        /// As measured.
-        measured: f64,
-    },
-    /// Gyro and tracks disagree on the turn.
-    #[error(
-        "the tracks turn the base at {tracks:.2} rad/s and the gyro measures {gyro:.2} rad/s: it slips, the tracks are swapped, or the effective track width is far off"
-    )]
-    Slip {
-        /// By the tracks, rad/s.
-        tracks: f64,
-        /// By the gyro, rad/s.
-        gyro: f64,
-    },
-    /// The battery is low.
-    #[error("the battery has {volts:.1} V, less than {least:.1} V: charge it")]
-    LowBattery {
-        /// As measured.
-        volts: f64,
-        /// As set.
-        least: f64,
-    },
 }
 
 /// One look at a base.
@@ -175,6 +112,7 @@ pub struct Plausibility {
     told: VecDeque<(f64, TrackSpeeds)>,
     tracks: Sides<Watched>,
     slipping: Since,
+    late: Since,
     low_battery: Since,
     verdict: Option<Verdict>,
 }
@@ -214,6 +152,7 @@ impl Plausibility {
             told: VecDeque::new(),
             tracks: Sides::default(),
             slipping: Since::default(),
+            late: Since::default(),
             low_battery: Since::default(),
             verdict: None,
         })
@@ -240,6 +179,7 @@ impl Plausibility {
         self.told.clear();
         self.tracks = Sides::default();
         self.slipping = Since::default();
+        self.late = Since::default();
         self.low_battery = Since::default();
     }
 
@@ -268,8 +208,9 @@ impl Plausibility {
         let left = self.track(Side::Left, now_s, told.left, measured.left);
         let right = self.track(Side::Right, now_s, told.right, measured.right);
         let slip = self.slip(now_s, &feedback);
+        let late = self.lateness(now_s, &feedback);
         let battery = self.battery(now_s, &feedback);
-        left.or(right).or(slip).or(battery)
+        left.or(right).or(slip).or(late).or(battery)
     }
 
     fn track(&mut self, side: Side, now_s: f64, told: f64, measured: f64) -> Option<Verdict> {
@@ -325,6 +266,13 @@ impl Plausibility {
         self.slipping
             .holds(far, now_s, self.settings.slip_s)
             .then_some(Verdict::Slip { tracks, gyro })
+    }
+
+    fn lateness(&mut self, now_s: f64, feedback: &Feedback) -> Option<Verdict> {
+        let behind_s = feedback.behind_s?;
+        self.late
+            .holds(behind_s > self.settings.late_s, now_s, LATE_S)
+            .then_some(Verdict::Late { behind_s })
     }
 
     fn battery(&mut self, now_s: f64, feedback: &Feedback) -> Option<Verdict> {

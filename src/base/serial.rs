@@ -8,8 +8,8 @@ use serialport::{ClearBuffer, SerialPort};
 use super::{Base, BaseError, Counters, Feedback, Session};
 use crate::geometry::Twist;
 
-/// How long a read waits for a first byte. Never zero: on some systems that means forever.
-const READ_WAIT: Duration = Duration::from_millis(1);
+/// Shortest wait, and how long a read waits for a first byte. Never zero: on some systems that means forever.
+const SHORTEST_WAIT: Duration = Duration::from_millis(1);
 
 /// Reads of one look at the line at most, so that a babbling peer cannot hold the caller.
 const READS_PER_LOOK: usize = 8;
@@ -38,7 +38,7 @@ impl Default for SerialSettings {
 
 /// A base on a serial port, in the language of a session.
 ///
-/// [`Base::send`] returns within [`SerialSettings::send_within`]. [`Base::feedback`] returns within 1 ms when nothing has
+/// [`Base::send`] returns within [`SerialSettings::send_within`] and 1 ms for a byte, if the line is slow. [`Base::feedback`] returns within 1 ms when nothing has
 /// come and nothing is asked, else within some 10 ms; while a question is under way within
 /// [`SerialSettings::ask_within`] and that. A base that must be asked gets on only in these two calls.
 pub struct SerialBase<S = Box<dyn Session>> {
@@ -59,7 +59,7 @@ impl<S: Session> SerialBase<S> {
     /// [`BaseError::CannotOpen`].
     pub fn open(name: &str, session: S, settings: SerialSettings) -> Result<Self, BaseError> {
         let port = serialport::new(name, session.baud())
-            .timeout(READ_WAIT)
+            .timeout(SHORTEST_WAIT)
             .open()
             .map_err(|error| BaseError::CannotOpen {
                 port: name.to_owned(),
@@ -100,7 +100,16 @@ impl<S: Session> SerialBase<S> {
     /// Sends what the session has to say. While it waits for an answer that is on its way, that is taken in first.
     fn hand_over(&mut self) -> Result<(), BaseError> {
         let deadline = Instant::now() + self.settings.send_within;
+        self.catch_up()?;
         while !self.write_due()? && self.session.is_waiting() && Instant::now() < deadline {
+            self.look()?;
+        }
+        Ok(())
+    }
+
+    /// Takes in an answer that may lie there since the last call, before the session judges by the time that it is lost.
+    fn catch_up(&mut self) -> Result<(), BaseError> {
+        if self.session.is_waiting() {
             self.look()?;
         }
         Ok(())
@@ -131,16 +140,14 @@ impl<S: Session> SerialBase<S> {
     /// Sends all bytes or fails within the bound.
     ///
     /// One byte at a time: the port is in blocking mode, and the system's "ready" promises room for one byte only,
-    /// so that a longer write may hang while the peer does not read.
+    /// so that a longer write may hang while the peer does not read. It is the line that must be late to fail: a thread
+    /// that the system let wait past the bound goes on as long as there is room.
     fn write_within_bound(&mut self, bytes: &[u8]) -> io::Result<()> {
         let deadline = Instant::now() + self.settings.send_within;
         for byte in bytes {
             loop {
                 let left = deadline.saturating_duration_since(Instant::now());
-                if left.is_zero() {
-                    return Err(ErrorKind::TimedOut.into());
-                }
-                self.port.set_timeout(left)?;
+                self.port.set_timeout(left.max(SHORTEST_WAIT))?;
                 match self.port.write(&[*byte]) {
                     Ok(0) => return Err(ErrorKind::WriteZero.into()),
                     Ok(_) => break,
@@ -154,7 +161,7 @@ impl<S: Session> SerialBase<S> {
 
     /// Takes in what has arrived.
     fn read_pending(&mut self) -> io::Result<()> {
-        self.port.set_timeout(READ_WAIT)?;
+        self.port.set_timeout(SHORTEST_WAIT)?;
         let mut bytes = [0; 512];
         for _ in 0..READS_PER_LOOK {
             match self.port.read(&mut bytes) {
@@ -204,6 +211,7 @@ impl<S: Session> Base for SerialBase<S> {
 
     fn feedback(&mut self) -> Result<Feedback, BaseError> {
         let deadline = Instant::now() + self.settings.ask_within;
+        self.catch_up()?;
         self.write_due()?;
         self.look()?;
         // An answer may make room for the next question.

@@ -10,7 +10,7 @@ use crate::robot::{Sides, TrackSpeeds, travel_m};
 const WINDOW_S: f64 = 0.1;
 
 /// A track may be so many times faster than its highest speed: downhill, or by a setting that is somewhat off.
-pub(super) const MARGIN: f64 = 1.5;
+const MARGIN: f64 = 1.5;
 
 /// Readings may be early or late by so much, seconds: a USB adapter holds bytes back for up to 16 ms, and a busy host
 /// longer.
@@ -38,7 +38,7 @@ impl TickMeter {
     pub(super) fn new(settings: &BaseSettings) -> Self {
         Self {
             ticks_per_m: settings.ticks_per_m,
-            most_m_s: MARGIN * settings.tracks.max_track_speed,
+            most_m_s: highest_m_s(settings),
             readings: VecDeque::new(),
             refused: None,
             refusals: 0,
@@ -84,10 +84,8 @@ impl TickMeter {
 
     /// Whether tracks can run from one reading to another.
     fn can_follow(&self, before: &Reading, now: &Reading) -> bool {
-        let elapsed_s = now.0 - before.0;
         let ran_m = travel_m(&before.1, &now.1, &self.ticks_per_m);
-        let farthest_m = ran_m.left.abs().max(ran_m.right.abs());
-        elapsed_s >= 0.0 && farthest_m <= self.most_m_s * (elapsed_s + JITTER_S)
+        can_run(&ran_m, now.0 - before.0, self.most_m_s)
     }
 
     /// Readings refused so far.
@@ -104,6 +102,17 @@ impl TickMeter {
     pub(super) fn release(&mut self) {
         self.faulty = false;
     }
+}
+
+/// Whether tracks can run a way in a time, seconds, at a highest speed as [`highest_m_s`] has it.
+pub(super) fn can_run(ran_m: &Sides<f64>, elapsed_s: f64, most_m_s: f64) -> bool {
+    let farthest_m = ran_m.left.abs().max(ran_m.right.abs());
+    elapsed_s >= 0.0 && farthest_m <= most_m_s * (elapsed_s + JITTER_S)
+}
+
+/// Speed beyond which no track runs, m/s.
+pub(super) fn highest_m_s(settings: &BaseSettings) -> f64 {
+    MARGIN * settings.tracks.max_track_speed
 }
 
 #[cfg(test)]

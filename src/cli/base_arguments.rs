@@ -84,7 +84,8 @@ pub struct LineArguments {
 #[command(
     after_help = "Example:\n  inbye base send --port /dev/ttyUSB0 --protocol wheeltec --linear 0.2 --for 2\n\n\
     The motion is ramped up, sent 50 times a second, and ramped down at the end. The base is stopped, and the reason told, when \
-    it does not do what it is told: a track that is stuck, runs away or runs the wrong way, slip, an emergency stop, a fault. \
+    it does not do what it is told: a track that is stuck, runs away or runs the wrong way, slip, commands \
+    that are obeyed late, an emergency stop, a fault. \
     Ctrl-C, SIGTERM and an error end with three or more commands of zero; after a SIGKILL only the base's own watchdog helps, which \
     WHEELTEC's published firmware does not have.\n\
     Exit status 1: the base was stopped, the line was lost, or a signal came."

@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use inbye::base::{BaseSettings, Keeper, KeeperSettings, Open, Protocol};
 use serde::{Deserialize, Serialize};
 
-use super::base_arguments::{KindArguments, LineArguments};
+use super::base_arguments::LineArguments;
 use super::config;
 
 /// How long a base may take to answer, seconds.
@@ -53,15 +53,16 @@ pub struct BaseLine {
 impl BaseLine {
     /// As typed.
     pub fn of(arguments: &LineArguments) -> anyhow::Result<Self> {
-        Self::new(&arguments.port, &arguments.kind)
+        let kind = &arguments.kind;
+        Self::new(&arguments.port, kind.protocol, kind.base_config.as_deref())
     }
 
-    /// A base of a kind on a port.
-    pub fn new(port: &str, kind: &KindArguments) -> anyhow::Result<Self> {
+    /// A base on a port that speaks a protocol, with its settings.
+    pub fn new(port: &str, protocol: Protocol, config: Option<&Path>) -> anyhow::Result<Self> {
         Ok(Self {
             port: port.to_owned(),
-            protocol: kind.protocol,
-            settings: BaseFile::read(kind.base_config.as_deref())?,
+            protocol,
+            settings: BaseFile::read(config)?,
         })
     }
 

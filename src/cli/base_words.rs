@@ -13,6 +13,7 @@ pub fn feedback(feedback: &Feedback) -> Value {
         "battery_v": feedback.battery_v,
         "emergency_stop": feedback.emergency_stop,
         "faults": feedback.faults.to_string(),
+        "behind_s": feedback.behind_s,
     })
 }
 
@@ -25,6 +26,7 @@ pub fn status(status: &Status) -> Value {
         "pose": status.pose,
         "travelled_m": status.travelled_m,
         "counters": status.counters,
+        "line_failure": status.last_failure.as_ref().map(ToString::to_string),
     })
 }
 

@@ -18,7 +18,9 @@ use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
 use super::clock::wall_clock;
-use super::{engines, hardship_words, map_file, output, plan, report_file, wired_drive};
+use super::{
+    engines, hardship_words, map_file, output, plan, report_file, unknown_words, wired_drive,
+};
 
 /// Drives to a goal. False when it is not reached, or something was touched.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
@@ -75,12 +77,16 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     }
     if json {
         let mut object = object(&result);
+        object["unknown"] = unknown_words::object(&mission.map, config.unknown);
         if let Some(base) = &base {
             object["base"] = base.object();
         }
         output::json(&object)?;
     } else {
         print(&result);
+        if let Some(fact) = unknown_words::fact(&mission.map, config.unknown) {
+            output::line(format!("unknown      {fact}"));
+        }
         for line in base.iter().flat_map(wired_drive::Ending::lines) {
             output::line(line);
         }

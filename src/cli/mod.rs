@@ -47,6 +47,7 @@ mod report_file;
 mod soak;
 mod soak_words;
 mod tour;
+mod unknown_words;
 mod verify;
 mod wired_drive;
 mod worlds;

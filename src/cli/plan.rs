@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::arguments::{MapArguments, PlanArguments};
 use super::plan_drawing::Drawing;
 use super::tour::Refused;
-use super::{map_file, output, plan_words, tour};
+use super::{map_file, output, plan_words, tour, unknown_words};
 
 /// Finds a path. False when there is none.
 pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
@@ -25,8 +25,13 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     };
     drawing.of_tour(&tour, &map)?;
     if json {
-        output::json(&plan_words::object(&tour, &config))?;
+        let mut object = plan_words::object(&tour, &config);
+        object["unknown"] = unknown_words::object(&map, config.unknown);
+        output::json(&object)?;
     } else {
+        if let Some(fact) = unknown_words::fact(&map, config.unknown) {
+            output::line(format!("unknown   {fact}"));
+        }
         plan_words::lines(&tour, &config)
             .iter()
             .for_each(output::line);

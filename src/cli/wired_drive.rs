@@ -1,15 +1,15 @@
 //! `inbye drive --port`: a simulated world for a base on a line, in real time.
 
+use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
 use clap::Args;
-use inbye::base::{Keeper, Status};
+use inbye::base::{Keeper, Protocol, Status};
 use inbye::geometry::{Pose, Twist, wrap_angle};
 use inbye::sim::{OdometryReading, Vehicle};
 use serde_json::{Value, json};
 
-use super::base_arguments::KindArguments;
 use super::base_line::BaseLine;
 use super::{base_words, interrupt};
 
@@ -22,8 +22,12 @@ pub struct WiredArguments {
     /// Drive the base on this port, in real time; world and lidar stay simulated.
     #[arg(long, value_name = "P")]
     pub port: Option<String>,
-    #[command(flatten)]
-    pub kind: KindArguments,
+    /// Protocol of that base: native, wheeltec, roboclaw or arduino [default: native].
+    #[arg(long, value_name = "P", requires = "port")]
+    pub protocol: Option<Protocol>,
+    /// That base's settings, TOML with the tables [base] and [keeper].
+    #[arg(long, value_name = "FILE.toml", requires = "port")]
+    pub base_config: Option<PathBuf>,
 }
 
 /// A base on a line that drives a mission.
@@ -51,7 +55,8 @@ pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option
     let Some(port) = &arguments.port else {
         return Ok(None);
     };
-    let line = BaseLine::new(port, &arguments.kind)?;
+    let file = arguments.base_config.as_deref();
+    let line = BaseLine::new(port, arguments.protocol.unwrap_or_default(), file)?;
     let keeper = line.keeper(interrupt::flag()?)?;
     line.await_answer(&keeper)?;
     Ok(Some(Wired {
@@ -153,6 +158,9 @@ impl Ending {
             self.late,
             counters.line_failures,
         )];
+        if let Some(why) = &self.status.last_failure {
+            lines.push(format!("line failed  {why}"));
+        }
         if let Some(why) = base_words::stopped(&self.status) {
             lines.push(format!("stopped      {why}"));
         } else if !self.status.is_running {

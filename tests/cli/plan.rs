@@ -267,7 +267,9 @@ fn unknown_ground_is_blocked_unless_it_is_said_to_be_free() {
         refusal.contains("GOAL_OCCUPIED") && refusal.contains("--unknown free"),
         "{refusal}"
     );
-    let (status, _) = place.json(&format!("{arguments} --unknown free"));
+    let (status, found) = place.json(&format!("{arguments} --unknown free"));
+    assert_eq!(found["unknown"]["counted_as"], "free");
+    assert!(found["unknown"]["cells"].as_u64() > Some(0), "{found}");
     assert_eq!(status, 0);
     place.write("bold.toml", "unknown = \"free\"\n");
     assert_eq!(place.json(&format!("{arguments} --config bold.toml")).0, 0);

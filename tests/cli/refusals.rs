@@ -145,6 +145,8 @@ fn flags_that_mean_nothing() {
 --obstacles key.toml -> key.toml; `sped`; `speed`; line 5
 --obstacles 5000 -> --obstacles; 0 to 1024
 --record gone/trace.jsonl -> --record gone/trace.jsonl; folder that exists
+--protocol native -> --port
+--base-config base.toml -> --port
 --report mine.png -> --report mine.png; another name
 ";
     assert_table(

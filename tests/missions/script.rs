@@ -24,6 +24,10 @@ pub const TESTS: &[Test] = &[
         "a body that appears at braking distance is not reached",
         brakes_for_a_body,
     ),
+    (
+        "a body that appears on the robot stops it until it is gone",
+        stands_while_touched,
+    ),
     ("walls seen on all sides stop it", stops_between_walls),
     (
         "after arrival it stands, whatever it sees",
@@ -241,6 +245,50 @@ fn brakes_for_a_body() {
         assert!(gap > 0.05, "tick {tick}: {gap}");
     }
     assert!(script.observation.twist.linear < 0.1);
+}
+
+/// Somebody who drops from a ledge onto its nose: nothing can be done but to brake, and to stand while it touches.
+fn stands_while_touched() {
+    let mut script = straight();
+    while script.observation.pose.x < 4.5 {
+        script.step();
+    }
+    assert!(script.observation.twist.linear > 0.5);
+    let pose = script.observation.pose;
+    let mut world = World::new(hall(11.0, 5.0).obstacles());
+    // Before its lidar, and over its foremost disc.
+    world.moving = vec![MovingDisc {
+        x: pose.x + 0.5,
+        y: pose.y,
+        radius: 0.3,
+        vx: 0.0,
+        vy: 0.0,
+    }];
+    let lidar = Lidar {
+        range_sigma_m: 0.0,
+        dropout: 0.0,
+        ..Lidar::default()
+    };
+    let mut noise = Pcg64Mcg::seed_from_u64(0);
+    for tick in 0..40 {
+        // It is pushed along while the robot brakes.
+        world.moving[0].x = script.observation.pose.x + 0.5;
+        script.observation.scan = lidar
+            .scan(&world, &script.observation.pose, &mut noise)
+            .scan;
+        let before = script.observation.twist;
+        let after = script.step().command;
+        let brakes = after.linear <= (before.linear - 0.045).max(0.0);
+        assert!(brakes, "tick {tick}: {before:?} to {after:?}");
+        let stands = after.linear >= 0.0 && after.angular.abs() <= before.angular.abs();
+        assert!(stands, "tick {tick}: {before:?} to {after:?}");
+    }
+    assert_eq!(script.observation.twist, Twist::STOP);
+    script.observation.scan = empty_scan();
+    for _ in 0..30 {
+        script.step();
+    }
+    assert!(script.observation.twist.linear > 0.3, "it goes on");
 }
 
 fn stops_between_walls() {

@@ -295,6 +295,18 @@ fn silence_ends_the_feedback_and_slow_reads_delay_the_commands() {
     assert!(pair.emulator.orders().commands > 0);
 }
 
+/// Our own frames say which command was taken last; without that a late base looks like one that is slow to start.
+#[test]
+fn a_base_that_is_behind_with_its_commands_is_found_where_it_says_so() {
+    let (after_s, verdict) = judged(Protocol::Native, Trouble::SlowReads).expect("a verdict");
+    assert!(
+        matches!(verdict, Verdict::Late { behind_s } if (0.2..0.5).contains(&behind_s)),
+        "{verdict}"
+    );
+    assert!(after_s < 1.2, "{after_s}");
+    assert_eq!(judged(Protocol::Wheeltec, Trouble::SlowReads), None);
+}
+
 #[test]
 fn the_same_seed_is_the_same_base_and_another_is_not() {
     let run = |seed| {

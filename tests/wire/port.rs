@@ -107,6 +107,23 @@ fn a_base_that_never_answers_is_told_and_does_not_hang() {
     }
 }
 
+/// A thread that the system lets wait past the bound has not found the line to be slow.
+#[test]
+fn a_sender_that_was_held_up_past_its_bound_goes_on() {
+    let (_peer, port) = TTYPort::pair().expect("pseudo-terminals");
+    let session = Protocol::Native
+        .session(BaseSettings::default())
+        .expect("valid settings");
+    let held_up = SerialSettings {
+        send_within: Duration::ZERO,
+        ..SerialSettings::default()
+    };
+    let mut base = SerialBase::on(Box::new(port), "pty", session, held_up);
+    for _ in 0..20 {
+        assert_eq!(base.send(&Twist::STOP), Ok(()));
+    }
+}
+
 /// A base that reads no more: the line fills up, the sender gives it up within its bound, and its owner never waits.
 #[test]
 fn a_line_that_takes_no_more_is_given_up() {

@@ -1,7 +1,7 @@
 //! What stops a base: its watchdog, its latched stop, and a set-up that was not confirmed.
 
-use inbye::base::native::{Command, NativePeer};
-use inbye::base::{BaseSettings, Faults, Machine, Peer, Protocol};
+use inbye::base::native::{Command, NativePeer, NativeSession, Report};
+use inbye::base::{BaseSettings, Faults, Machine, Peer, Protocol, Session};
 use inbye::geometry::Twist;
 use inbye::robot::TrackSpeeds;
 
@@ -123,6 +123,24 @@ fn a_button_stops_the_others_and_those_that_can_say_so_do() {
         assert!(talk.twist().linear < 1e-6, "{protocol:?}");
         assert_eq!(talk.feedback().emergency_stop, says, "{protocol:?}");
     }
+}
+
+/// Nor is the same report, as a controller would send it whose program hangs while its line still runs.
+#[test]
+fn a_repeated_report_is_no_news_to_the_host() {
+    let mut session = NativeSession::new(BaseSettings::default()).unwrap();
+    let heard_s = |session: &NativeSession| session.newest().map(|heard| heard.at_s);
+    let mut report = Report {
+        sequence: 7,
+        ..Report::default()
+    };
+    for now_s in [1.0, 2.0, 3.0] {
+        session.receive(&report.encode(), now_s);
+        assert_eq!(heard_s(&session), Some(1.0));
+    }
+    report.sequence = 8;
+    session.receive(&report.encode(), 4.0);
+    assert_eq!(heard_s(&session), Some(4.0));
 }
 
 /// The same frame again and again, as a stuck adapter would send it, is no sign of life.

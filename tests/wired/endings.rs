@@ -58,6 +58,24 @@ fn signals_end_with_zeros() {
     }
 }
 
+/// Ctrl-C by somebody impatient.
+#[test]
+fn a_second_signal_right_after_the_first_ends_with_zeros_too() {
+    for protocol in PROTOCOLS {
+        let base = Emulated::start(protocol, "");
+        let host = driving(&base);
+        host.signal("INT");
+        host.signal("INT");
+        let ended = host.wait();
+        // By the first or by the second, whichever was quicker.
+        assert!(
+            matches!(ended.status.code(), Some(1 | 130)),
+            "{protocol}: {ended:?}"
+        );
+        assert_left_with_zeros(base, &format!("{protocol}, INT twice"));
+    }
+}
+
 /// A process that panics while it drives: this test program again, with one test that does so.
 #[test]
 fn a_panic_ends_with_zeros() {

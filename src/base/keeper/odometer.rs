@@ -1,8 +1,9 @@
 //! Where a base has come to by what it reports: from its encoders where it has them, else from its speeds.
 
+use crate::base::tick_meter::{can_run, highest_m_s};
 use crate::base::{BaseSettings, Feedback};
 use crate::geometry::Pose;
-use crate::robot::TrackOdometry;
+use crate::robot::{Sides, TrackOdometry, travel_m};
 
 /// Longest time that a reported speed is taken to last, seconds: ten reports of the slowest controller.
 const LONGEST_S: f64 = 0.5;
@@ -11,7 +12,13 @@ const LONGEST_S: f64 = 0.5;
 #[derive(Clone, Debug)]
 pub struct Odometer {
     tracks: TrackOdometry,
-    /// When speeds were last added up, for a base without encoders.
+    ticks_per_m: Sides<f64>,
+    most_m_s: f64,
+    /// The counters before the base was not heard for a while, and when they were read.
+    before: Option<(f64, Sides<u32>)>,
+    /// The newest counters, if it has any.
+    ticks: Option<Sides<u32>>,
+    /// When the last report came.
     last_s: Option<f64>,
     /// The pose that those made.
     by_speeds: Option<Pose>,
@@ -24,6 +31,10 @@ impl Odometer {
     pub fn new(base: &BaseSettings) -> Self {
         Self {
             tracks: TrackOdometry::new(base.drive(), base.ticks_per_m, Pose::default()),
+            ticks_per_m: base.ticks_per_m,
+            most_m_s: highest_m_s(base),
+            before: None,
+            ticks: None,
             last_s: None,
             by_speeds: None,
             travelled_m: 0.0,
@@ -34,6 +45,8 @@ impl Odometer {
     pub fn take(&mut self, feedback: &Feedback, now_s: f64) {
         let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
         if let Some(ticks) = feedback.ticks {
+            self.take_up(&ticks, now_s);
+            self.ticks = Some(ticks);
             self.travelled_m += self.tracks.read(ticks).linear.abs();
             return;
         }
@@ -45,10 +58,23 @@ impl Odometer {
         }
     }
 
-    /// Forgets where the counters stood, and keeps the pose: what the base did while it was not heard is not known.
+    /// The base is not heard for a while. Counters tell afterwards what it did; where they have begun anew, or there are
+    /// none, that is not known and counts as nothing.
     pub fn interrupt(&mut self) {
-        self.tracks.forget_counters();
-        self.last_s = None;
+        self.before = self.last_s.take().zip(self.ticks).or(self.before);
+    }
+
+    /// Goes on from the counters of before an interruption, if the tracks can have run so far since.
+    fn take_up(&mut self, ticks: &Sides<u32>, now_s: f64) {
+        if let Some((before_s, before)) = self.before.take()
+            && !can_run(
+                &travel_m(&before, ticks, &self.ticks_per_m),
+                now_s - before_s,
+                self.most_m_s,
+            )
+        {
+            self.tracks.forget_counters();
+        }
     }
 
     /// Where the base is, of where it stood at the first report.
@@ -99,22 +125,40 @@ mod tests {
     }
 
     #[test]
-    fn what_happens_unheard_is_no_motion() {
+    fn counters_tell_what_was_done_unheard_unless_they_began_anew() {
         let base = BaseSettings::default();
         let mut odometer = Odometer::new(&base);
         let at = |ticks| Feedback {
             ticks: Some(Sides::both(ticks)),
             ..Feedback::default()
         };
+        let x_m = |odometer: &Odometer| odometer.pose().x;
         odometer.take(&at(0), 0.0);
         odometer.take(&at(1000), 0.1);
         odometer.interrupt();
+        // Attempts in vain to open the line.
+        odometer.interrupt();
         odometer.take(&at(9000), 5.0);
-        odometer.take(&at(9100), 5.1);
-        assert!(
-            (odometer.pose().x - 0.11).abs() < 1e-12,
-            "{:?}",
-            odometer.pose()
-        );
+        assert!((x_m(&odometer) - 0.9).abs() < 1e-12, "{odometer:?}");
+        odometer.interrupt();
+        odometer.take(&at(90_000), 6.0);
+        odometer.take(&at(90_100), 6.1);
+        assert!((x_m(&odometer) - 0.91).abs() < 1e-12, "{odometer:?}");
+        assert!((odometer.travelled_m() - 0.91).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_done_unheard_without_counters_counts_as_nothing() {
+        let mut odometer = Odometer::new(&BaseSettings::default());
+        let feedback = Feedback {
+            twist: Twist::new(0.5, 0.0),
+            ..Feedback::default()
+        };
+        odometer.take(&feedback, 0.0);
+        odometer.take(&feedback, 0.2);
+        odometer.interrupt();
+        odometer.take(&feedback, 0.6);
+        odometer.take(&feedback, 0.8);
+        assert!((odometer.pose().x - 0.2).abs() < 1e-12, "{odometer:?}");
     }
 }

@@ -44,6 +44,8 @@ pub struct Status {
     pub travelled_m: f64,
     /// What happened so far.
     pub counters: KeeperCounters,
+    /// What the line failed of last, if it ever did.
+    pub last_failure: Option<BaseError>,
     /// Whether commands are still sent: not after the end was asked for.
     pub is_running: bool,
 }
@@ -64,6 +66,7 @@ struct Board {
     odometer: Odometer,
     feedback: Option<Feedback>,
     counters: KeeperCounters,
+    last_failure: Option<BaseError>,
     is_running: bool,
 }
 
@@ -87,6 +90,7 @@ impl Keeper {
                 opened: 1,
                 ..KeeperCounters::default()
             },
+            last_failure: None,
             is_running: true,
         }));
         let link = Link::new(open, &settings)?;
@@ -156,6 +160,7 @@ impl Keeper {
                 refused_plans: guard.refused(),
                 ..board.counters
             },
+            last_failure: board.last_failure.clone(),
             is_running: board.is_running,
         }
     }
@@ -231,6 +236,7 @@ impl Board {
                 self.counters.line_failures += 1;
                 self.feedback = None;
                 self.odometer.interrupt();
+                self.last_failure = Some(why.clone());
                 self.guard.line_lost(why);
             }
         }

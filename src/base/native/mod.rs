@@ -50,7 +50,8 @@
 //!
 //! # Who does what when
 //!
-//! The host sends a command at a fixed rate, 20 a second or more, and never answers a report.
+//! The host sends a command at a fixed rate, 20 a second or more, and never answers a report. A report with the sequence of
+//! the last one is no sign of life to it; and from the echo it knows how late the base obeys.
 //!
 //! The base
 //! - sends a report every 20 ms from power-on, without being asked;

@@ -1,11 +1,16 @@
 //! The host's side: a command for each motion, and feedback from reports.
 
+use std::collections::VecDeque;
+
 use super::BAUD;
 use super::frames::{Command, Decoder, Report};
 use crate::base::tick_meter::TickMeter;
 use crate::base::{BaseError, BaseSettings, Counters, Feedback, Heard, Session};
 use crate::geometry::Twist;
 use crate::robot::TrackSpeeds;
+
+/// So many commands are remembered until the base has them: several seconds at the usual rate.
+const REMEMBERED: usize = 256;
 
 /// A base that speaks our own frames.
 #[derive(Clone, Debug)]
@@ -21,7 +26,11 @@ pub struct NativeSession {
     meter: TickMeter,
     clock: DeviceClock,
     newest: Option<Heard>,
+    /// Number of the last report.
+    reported: Option<u16>,
     echo: Option<u16>,
+    /// Numbers of the commands that the base has not said to have, and when they were sent, the oldest first.
+    under_way: VecDeque<(u16, f64)>,
 }
 
 /// The controller's milliseconds without their wrap-around.
@@ -58,7 +67,9 @@ impl NativeSession {
             meter: TickMeter::new(&settings),
             clock: DeviceClock::default(),
             newest: None,
+            reported: None,
             echo: None,
+            under_way: VecDeque::new(),
         })
     }
 
@@ -68,7 +79,23 @@ impl NativeSession {
         self.echo.map(|echo| self.sequence.wrapping_sub(echo))
     }
 
-    fn feedback(&mut self, report: &Report) -> Option<Feedback> {
+    /// Takes note of what the base has, and returns how far it is behind, seconds.
+    fn acknowledge(&mut self, report: &Report, now_s: f64) -> Option<f64> {
+        self.echo = report.echo;
+        let echo = report.echo?;
+        // Commands that were lost on the way are passed over by a later one's echo.
+        if let Some(taken) = self
+            .under_way
+            .iter()
+            .position(|(number, _)| *number == echo)
+        {
+            self.under_way.drain(..=taken);
+        }
+        let oldest_s = self.under_way.front().map_or(now_s, |(_, sent_s)| *sent_s);
+        Some(now_s - oldest_s)
+    }
+
+    fn feedback(&mut self, report: &Report, behind_s: Option<f64>) -> Option<Feedback> {
         let ticks = self.settings.track_ticks(report.counts);
         let time_s = self.clock.read(report.time_ms);
         let speeds = self.meter.read(ticks, time_s)?;
@@ -81,6 +108,7 @@ impl NativeSession {
             ticks: Some(ticks),
             yaw_rate: report.yaw_rate_mrad_s.map(|rate| f64::from(rate) / 1000.0),
             faults: report.faults.and(self.meter.faults()),
+            behind_s,
         })
     }
 }
@@ -100,8 +128,12 @@ impl Session for NativeSession {
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
         self.decoder.push(bytes);
         while let Some(report) = self.decoder.next() {
-            self.echo = report.echo;
-            if let Some(feedback) = self.feedback(&report) {
+            // The same again comes from a buffer, not from a controller that lives.
+            if self.reported.replace(report.sequence) == Some(report.sequence) {
+                continue;
+            }
+            let behind_s = self.acknowledge(&report, now_s);
+            if let Some(feedback) = self.feedback(&report, behind_s) {
                 self.newest = Some(Heard {
                     at_s: now_s,
                     feedback,
@@ -110,7 +142,7 @@ impl Session for NativeSession {
         }
     }
 
-    fn transmit(&mut self, _now_s: f64, line: &mut Vec<u8>) {
+    fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
         if !self.is_due {
             return;
         }
@@ -132,6 +164,10 @@ impl Session for NativeSession {
             speeds,
         };
         self.release = false;
+        if self.under_way.len() == REMEMBERED {
+            self.under_way.pop_front();
+        }
+        self.under_way.push_back((self.sequence, now_s));
         line.extend(command.encode());
     }
 

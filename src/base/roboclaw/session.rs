@@ -18,6 +18,9 @@ const ROUND: [Request; 6] = [
     Request::Battery,
 ];
 
+/// So many of them, the first, read the counters.
+const ENCODERS: usize = 2;
+
 /// A base driven by a `RoboClaw`.
 ///
 /// One question is under way at a time, and a command goes before the next question of a round. Nothing but the setting
@@ -174,8 +177,8 @@ impl RoboClawSession {
             emergency_stop,
             battery_v: Some(f64::from(self.answers.battery) / 10.0),
             ticks: Some(ticks),
-            yaw_rate: None,
             faults: faults.and(self.meter.faults()),
+            ..Feedback::default()
         };
         self.newest = Some(Heard {
             at_s: now_s,
@@ -229,7 +232,10 @@ impl Session for RoboClawSession {
             Turn::Again(request) if self.is_due && self.is_ready() && !is_drive(request) => {
                 self.exchange.settle();
                 self.counters.unanswered += 1;
-                self.asked = ROUND.len();
+                // The round goes on where it was, or a slow line would never end one; but both counters are read together.
+                if self.asked < ENCODERS {
+                    self.asked = 0;
+                }
             }
             // It was to stand when the watchdog was not confirmed, and is to move by now.
             Turn::Again(request) if is_drive(request) && !self.may_drive() => {

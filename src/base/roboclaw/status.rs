@@ -4,7 +4,8 @@ use crate::base::{BaseSettings, Faults};
 
 /// Whether the emergency stop acts, and what is wrong. Warnings are none of our business.
 ///
-/// Four bytes as in the vendor's list of units from firmware 4.1.34 on, two bytes as before.
+/// The tables are those of command 90 in Basicmicro's "`RoboClaw` Series User Manual": four bytes from firmware 4.1.34 on, two
+/// bytes in the editions before, where overcurrent is but a warning.
 pub(super) fn read(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
     let any = |mask: u32| bits & mask != 0;
     let wide = settings.roboclaw.status_bytes == 4;
@@ -12,7 +13,7 @@ pub(super) fn read(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
     let [stop, hot, supply, current, stalled, other] = if wide {
         [0x01, 0x06, 0x38, 0x3000, 0x0300, 0xCC00]
     } else {
-        [0x04, 0x18, 0xE0, 0x03, 0, 0]
+        [0x04, 0x18, 0xE0, 0, 0, 0]
     };
     let faults = [
         (any(drivers[0]), settings.motor_fault(false)),
@@ -80,5 +81,33 @@ mod tests {
         assert_eq!(read(&settings, 0xFFFF_0000), (false, Faults::NONE));
         assert_eq!(read(&settings, 0x0001), (true, Faults::NONE));
         assert_eq!(read(&settings, 0x0040), (false, Faults::MOTOR_LEFT));
+    }
+
+    /// Bit by bit as the manual's two tables have them.
+    #[test]
+    fn every_bit_is_read_as_the_manual_says() {
+        use Faults as F;
+        let stop = (true, F::NONE);
+        let fault = |fault| (false, fault);
+        let nothing = fault(F::NONE);
+        let [hot, supply, left, right] =
+            [F::OVERHEATED, F::SUPPLY, F::MOTOR_LEFT, F::MOTOR_RIGHT].map(fault);
+        let [stalled, position, current] = [F::STALLED, F::OTHER, F::OVERCURRENT].map(fault);
+        let four_bytes = [
+            stop, hot, hot, supply, supply, supply, left, right, stalled, stalled, position,
+            position, current, current,
+        ];
+        let two_bytes = [
+            nothing, nothing, stop, hot, hot, supply, supply, supply, left, right, nothing,
+            nothing, nothing, nothing, nothing, nothing,
+        ];
+        let tables: [(usize, &[(bool, F)]); 2] = [(4, &four_bytes), (2, &two_bytes)];
+        for (status_bytes, table) in tables {
+            let mut settings = BaseSettings::default();
+            settings.roboclaw.status_bytes = status_bytes;
+            for (bit, expected) in table.iter().enumerate() {
+                assert_eq!(read(&settings, 1 << bit), *expected, "{status_bytes} {bit}");
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::BAUD;
 use super::frames::{Command, Decoder, Report};
-use crate::base::tick_meter::MARGIN;
+use crate::base::tick_meter::highest_m_s;
 use crate::base::{BaseError, BaseSettings, Counters, Feedback, Heard, Session};
 use crate::geometry::Twist;
 
@@ -41,7 +41,7 @@ impl WheeltecSession {
         let mut feedback = Feedback::from(report);
         feedback.twist.angular /= self.settings.effective_width_ratio;
         let tracks = self.settings.drive().tracks(&feedback.twist);
-        let most = MARGIN * self.settings.tracks.max_track_speed;
+        let most = highest_m_s(&self.settings);
         (tracks.left.abs().max(tracks.right.abs()) <= most).then_some(feedback)
     }
 }
