@@ -53,7 +53,7 @@
 //! let goal = Goal { position: Point::new(5.2, 1.2), yaw: None };
 //! let mission = Mission::new(map, Pose::new(1.2, 1.2, 0.0), goal);
 //! let engine = Box::new(CpuEngine::single_threaded());
-//! let mut observer = Observer { clock: &mut || 0.0, progress: &mut |_| {} };
+//! let mut observer = Observer { clock: &mut || 0.0, witness: &mut |_| {} };
 //! let result = run_mission(&mission, &Config::default(), engine, &mut observer)?;
 //! assert!(result.reached && !result.collided);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, Sampling};
 use inbye::navigator::{Goal, PLAN_LIVES_S};
-use inbye::sim::{Config, Mission, MissionResult, Observer, TraceRow, dead_end, run_mission};
+use inbye::sim::{
+    Config, Mission, MissionResult, Moment, Observer, TraceRow, dead_end, run_mission,
+};
 
 const DEADLINE_S: f64 = 0.05;
 const LATE_S: f64 = 0.08;
@@ -33,10 +35,10 @@ fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResul
         now_s.set(now_s.get() + took_s(tick.get()));
         now_s.get()
     };
-    let mut progress = |_: &TraceRow| tick.set(tick.get() + 1);
+    let mut progress = |_: &Moment<'_>| tick.set(tick.get() + 1);
     let mut observer = Observer {
         clock: &mut clock,
-        progress: &mut progress,
+        witness: &mut progress,
     };
     let engine = Box::new(CpuEngine::single_threaded());
     run_mission(&mission, &config, engine, &mut observer).expect("a mission that can start")

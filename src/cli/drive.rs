@@ -11,7 +11,7 @@ use inbye::local::ChooseError;
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::sim::{
-    Config, Mission, MissionError, MissionResult, Observer, StopError, TraceRow, Walkers,
+    Config, Mission, MissionError, MissionResult, Moment, Observer, StopError, Walkers,
     run_mission, run_mission_with,
 };
 use serde_json::{Value, json};
@@ -107,14 +107,14 @@ pub fn simulate(
     let far_m = (goal - mission.start.position()).norm();
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
-    let mut progress = |row: &TraceRow| {
-        nearest_m = nearest_m.min((goal - row.pose.position()).norm());
+    let mut progress = |moment: &Moment<'_>| {
+        nearest_m = nearest_m.min((goal - moment.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
     };
     let mut clock = wall_clock();
     let mut observer = Observer {
         clock: &mut clock,
-        progress: &mut progress,
+        witness: &mut progress,
     };
     let result = match wired {
         Some(wired) => run_mission_with(mission, config, engine, wired, &mut observer),

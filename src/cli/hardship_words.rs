@@ -1,4 +1,4 @@
-//! What a drive survived: a lost GPU, late decisions.
+//! What a drive survived: a lost GPU, late decisions, senses that could not be believed.
 
 use inbye::local::{Incidents, LossKind, Sampling};
 use inbye::navigator::Punctuality;
@@ -6,7 +6,7 @@ use inbye::sim::MissionResult;
 use serde_json::{Value, json};
 
 /// As scripts read it: always the same names, null where no GPU was wanted, or no deadline.
-pub fn fields(result: &MissionResult) -> [(&'static str, Value); 5] {
+pub fn fields(result: &MissionResult) -> [(&'static str, Value); 6] {
     let incidents = result.incidents.as_ref();
     [
         ("gpu_losses", json!(incidents.map(|one| &one.losses))),
@@ -14,6 +14,7 @@ pub fn fields(result: &MissionResult) -> [(&'static str, Value); 5] {
         ("gpu_incidents", json!(incidents.map(|one| &one.told))),
         ("cpu_ticks", json!(incidents.map(|one| one.on_cpu))),
         ("deadline", json!(result.punctuality)),
+        ("doubts", json!(result.doubts)),
     ]
 }
 
@@ -34,6 +35,12 @@ pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
             .punctuality
             .iter()
             .map(|one| ("deadline", misses(one))),
+    );
+    facts.extend(
+        result
+            .doubts
+            .iter()
+            .map(|(doubt, count)| ("senses", format!("not believed {count} times: {doubt}"))),
     );
     facts
 }

@@ -12,6 +12,7 @@ mod cpu;
 mod error;
 mod explain;
 mod failover;
+mod fan;
 mod field;
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -35,6 +36,7 @@ pub use cpu::{CpuEngine, GatherOnly, Instructions};
 pub use error::{EngineError, LossKind, ProblemError};
 pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
 pub use failover::{Beside, FIRST_RETRY, Failover, GpuSource, Incident, Incidents, LONGEST_RETRY};
+pub use fan::{Fan, FanArc};
 pub use field::ClearanceField;
 pub use inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
 pub use open::{Opened, Preference, open, open_all, open_to_compare};

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    ClearanceField, Detail, Engine, EngineError, Evaluation, Incidents, LocalSettings, Prepared,
-    Problem, ProblemError, Sampling, Weights, Window,
+    ClearanceField, Detail, Engine, EngineError, Evaluation, Fan, Incidents, LocalSettings,
+    Prepared, Problem, ProblemError, Sampling, Weights, Window,
 };
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
@@ -104,6 +104,8 @@ pub struct LocalPlanner {
     /// The last decision's, kept for its memory: with it the next one allocates nothing. It keeps that decision's field
     /// alive as well.
     last: Option<(Problem, Prepared)>,
+    /// What the engine answered to it; none where it failed.
+    answer: Option<Evaluation>,
 }
 
 impl LocalPlanner {
@@ -114,6 +116,7 @@ impl LocalPlanner {
             engine,
             settings,
             last: None,
+            answer: None,
         }
     }
 
@@ -133,6 +136,14 @@ impl LocalPlanner {
     pub const fn set_sampling(&mut self, sampling: Sampling) {
         self.settings.vx_samples = sampling.vx_samples;
         self.settings.vtheta_samples = sampling.vtheta_samples;
+    }
+
+    /// At most so many samples along each axis of the last decision, for people to look at; none before the first, and none
+    /// where the engine failed.
+    #[must_use]
+    pub fn fan(&self, most: Sampling) -> Option<Fan> {
+        let (problem, prepared) = self.last.as_ref()?;
+        Some(Fan::new(problem, prepared, self.answer.as_ref()?, most))
     }
 
     /// Sampling, horizon and weights.
@@ -164,7 +175,9 @@ impl LocalPlanner {
         let evaluation = self.engine.evaluate(&prepared, Detail::Answer);
         let window = problem.window;
         self.last = Some((problem, prepared));
+        self.answer = None;
         let evaluation = evaluation?;
+        self.answer = Some(evaluation.clone());
         let command = evaluation
             .winner
             .as_ref()

@@ -1,13 +1,14 @@
 //! What to do in a simulated world, and what came of it.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::simulation::Simulation;
 use super::{Config, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers};
 use crate::geometry::{Pose, wrap_angle};
-use crate::local::{Engine, Incidents};
+use crate::local::{Engine, Fan, Incidents, Sampling};
 use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{Fault, Goal, Punctuality};
+use crate::navigator::{Decision, Doubt, Fault, Goal, Navigator, Observation, Punctuality};
 
 /// What to do, and in which world.
 #[derive(Clone, Debug)]
@@ -86,6 +87,8 @@ pub struct MissionResult {
     pub fault: Option<Fault>,
     /// What the decisions were computed on, to begin with.
     pub engine: String,
+    /// How many observations were not believed, by why.
+    pub doubts: BTreeMap<Doubt, u64>,
     /// What happened to an engine with a stand-in; none for one without.
     pub incidents: Option<Incidents>,
     /// Whether decisions came in time; none where there was no deadline.
@@ -126,12 +129,35 @@ pub enum MissionError {
     Fault(#[from] Fault),
 }
 
-/// Time and what to tell of it: `clock` in seconds, `progress` after each tick with simulated time and way left.
+/// One tick: what was seen, decided and driven.
+pub struct Moment<'a> {
+    /// The truth, and what leaves the simulation.
+    pub row: &'a TraceRow,
+    /// What the robot saw.
+    pub observation: &'a Observation,
+    /// What it decided.
+    pub decision: &'a Decision,
+    /// How long that took by the observer's clock, seconds.
+    pub took_s: f64,
+    /// The navigator after it.
+    pub navigator: &'a Navigator,
+}
+
+impl Moment<'_> {
+    /// At most so many samples along each axis of the window that was decided on; none in a tick that needed no sampling.
+    #[must_use]
+    pub fn fan(&self, most: Sampling) -> Option<Fan> {
+        self.decision.counts.as_ref()?;
+        self.navigator.planner().fan(most)
+    }
+}
+
+/// Time, and who is told what happens.
 pub struct Observer<'a> {
     /// Wall clock, seconds; only differences are used, and nothing depends on it unless the navigator has a deadline.
     pub clock: &'a mut dyn FnMut() -> f64,
-    /// Called after each tick.
-    pub progress: &'a mut dyn FnMut(&TraceRow),
+    /// Called after each tick: by progress bars and recorders. What it does changes nothing in the run.
+    pub witness: &'a mut dyn FnMut(&Moment<'_>),
 }
 
 /// Runs a mission to its end: the goal, contact, a fault or the time limit.

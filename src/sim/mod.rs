@@ -33,7 +33,8 @@ pub use fixes::{FixSource, Fixes};
 pub use keyframes::Script;
 pub use lidar::{Lidar, LidarReturn};
 pub use mission::{
-    Mission, MissionError, MissionResult, Observer, StopError, run_mission, run_mission_with,
+    Mission, MissionError, MissionResult, Moment, Observer, StopError, run_mission,
+    run_mission_with,
 };
 pub use moving::{Appears, Moving};
 pub use obstacles::{Walkers, YIELD_GAP_M, YIELD_PATIENCE_S};

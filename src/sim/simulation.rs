@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use super::fixes::FixSource;
-use super::mission::{Mission, MissionError, MissionResult, Observer, StopError};
+use super::mission::{Mission, MissionError, MissionResult, Moment, Observer, StopError};
 use super::{Config, Trace, TraceRow, Vehicle, Walkers, World};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
@@ -84,7 +84,6 @@ impl<'a> Simulation<'a> {
         let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
         for tick in 0..ticks {
             let row = self.tick(tick as f64 * period_s, observer);
-            (observer.progress)(&row);
             let over = matches!(row.mode, Mode::Arrived | Mode::Failed)
                 || row.gap_m <= 0.0
                 || !self.goes_on
@@ -133,6 +132,13 @@ impl<'a> Simulation<'a> {
         let period_s = self.config.local.control_period_s;
         self.goes_on = self.vehicle.drive(&decision.command, period_s);
         self.walkers.step(period_s, &self.vehicle.pose(), footprint);
+        (observer.witness)(&Moment {
+            row: &row,
+            observation: &observation,
+            decision: &decision,
+            took_s,
+            navigator: &self.navigator,
+        });
         row
     }
 
@@ -192,6 +198,7 @@ impl<'a> Simulation<'a> {
             final_yaw_error: error.yaw_rad,
             stop_errors: self.stop_errors,
             fault: self.navigator.fault().cloned(),
+            doubts: self.navigator.doubts().clone(),
             incidents: self.navigator.planner().incidents().cloned(),
             punctuality: self.navigator.punctuality(),
             decision_s: self.decision_s,

@@ -53,7 +53,7 @@ pub fn try_drive(
 ) -> Result<MissionResult, MissionError> {
     let mut observer = Observer {
         clock: &mut || 0.0,
-        progress: &mut |_| {},
+        witness: &mut |_| {},
     };
     run_mission(mission, config, engine, &mut observer)
 }

@@ -1,7 +1,7 @@
 //! One trace, bit for bit, whatever computes it.
 
-use inbye::local::{CpuEngine, Engine};
-use inbye::sim::{Config, Mission, MissionResult};
+use inbye::local::{CpuEngine, Engine, FanArc, Reason, Sampling};
+use inbye::sim::{Config, Mission, MissionResult, Moment, Observer, run_mission};
 
 use crate::Test;
 use crate::driving::{mission, people, story, try_drive};
@@ -11,6 +11,7 @@ pub const TESTS: &[Test] = &[
     ("a drive is the same to the bit on every machine", golden),
     ("one thread and several leave the same trace", threads),
     ("other noise leaves another trace", noise),
+    ("a fan shows the window that was decided on", fans),
 ];
 
 #[cfg(feature = "gpu")]
@@ -64,6 +65,75 @@ fn noise() {
         other.trace.digest(),
         on(CpuEngine::single_threaded()).trace.digest()
     );
+}
+
+fn fans() {
+    let (mut seen, mut unseen) = (0, 0);
+    let mut witness = |moment: &Moment<'_>| {
+        let Some(counts) = moment.decision.counts else {
+            unseen += 1;
+            assert_eq!(
+                moment.fan(Sampling {
+                    vx_samples: 9,
+                    vtheta_samples: 9
+                }),
+                None
+            );
+            return;
+        };
+        seen += 1;
+        let all = Sampling {
+            vx_samples: u32::MAX,
+            vtheta_samples: u32::MAX,
+        };
+        let whole = moment.fan(all).expect("samples were looked at");
+        let judged_by = |wanted: Reason| {
+            let is_so = |arc: &&FanArc| arc.reason == wanted;
+            whole.arcs.iter().filter(is_so).count() as u32
+        };
+        let by_engine = counts.to_array();
+        let reasons = [
+            Reason::Ok,
+            Reason::Collision,
+            Reason::CannotStop,
+            Reason::Outside,
+        ];
+        assert_eq!(reasons.map(judged_by), by_engine);
+        assert_eq!(whole.winner.is_some(), counts.admissible > 0);
+        if let Some(winner) = &whole.winner {
+            let chosen = whole.arcs[winner.index as usize];
+            assert_eq!(chosen.score, Some(winner.score));
+            // The engine compares integers; so near a tie may go either way here.
+            let best = whole
+                .arcs
+                .iter()
+                .filter_map(|arc| arc.score)
+                .fold(f64::MIN, f64::max);
+            assert!(best - winner.score < 1e-7, "{best} {}", winner.score);
+        }
+        let thin = moment.fan(Sampling {
+            vx_samples: 4,
+            vtheta_samples: 9,
+        });
+        let thin = thin.expect("as before").arcs;
+        assert!(thin.len() <= 36 && thin.iter().all(|arc| whole.arcs.contains(arc)));
+        assert_eq!(
+            (thin.first(), thin.last()),
+            (whole.arcs.first(), whole.arcs.last())
+        );
+    };
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        witness: &mut witness,
+    };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let driven = run_mission(&short_drive(), &Config::default(), engine, &mut observer);
+    // A witness that looks closely changes nothing.
+    assert_eq!(
+        driven.expect("a mission that can start").trace.digest(),
+        GOLDEN
+    );
+    assert!(seen > 50 && unseen > 0, "{seen} and {unseen}");
 }
 
 #[cfg(feature = "gpu")]

@@ -254,7 +254,7 @@ fn drive(engine: Box<dyn Engine>) -> Result<MissionResult, Failed> {
     config.local.sim_time_s = 2.0;
     let mut observer = Observer {
         clock: &mut || 0.0,
-        progress: &mut |_| {},
+        witness: &mut |_| {},
     };
     let result = run_mission(&mission(&config)?, &config, engine, &mut observer)?;
     if result.reached && !result.collided {

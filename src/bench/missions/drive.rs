@@ -57,7 +57,7 @@ pub fn drive(
     };
     let mut observer = Observer {
         clock,
-        progress: &mut |_| {},
+        witness: &mut |_| {},
     };
     let result = match run_mission(mission, config, engine, &mut observer) {
         Ok(result) => result,

@@ -62,7 +62,7 @@ pub fn drive<T: WorldTask>(
     let engine = Box::new(CpuEngine::single_threaded());
     let mut observer = Observer {
         clock,
-        progress: &mut |_| {},
+        witness: &mut |_| {},
     };
     let (figures, result) = match run_mission(&mission, config, engine, &mut observer) {
         Ok(result) => (RunFigures::of(&result), Some(result)),

@@ -75,7 +75,7 @@ impl Drive {
         let engine = Box::new(CpuEngine::single_threaded());
         let mut observer = Observer {
             clock: &mut || 0.0,
-            progress: &mut |_| (),
+            witness: &mut |_| {},
         };
         let result = run_mission(&mission, config, engine, &mut observer)
             .map_err(|error| course.failed(seed, &error))?;
