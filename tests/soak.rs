@@ -10,7 +10,7 @@ use inbye::global::Searcher;
 use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared};
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
-use inbye::sim::{Config, crossing, roadway};
+use inbye::sim::{Config, Observer, crossing, roadway};
 
 fn site(config: &Config) -> MissionSite {
     MissionSite::new("crossing", crossing().map, config)
@@ -152,7 +152,11 @@ fn one_flipped_bit_is_another_trace() {
     };
     let site = site(&setup.config);
     let run = |engine: Box<dyn Engine>| -> MissionRow {
-        let driven = drive(&site, 3, &short(), &setup, engine, &mut || 0.0);
+        let mut observer = Observer {
+            clock: &mut || 0.0,
+            witness: &mut |_| {},
+        };
+        let driven = drive(&site, 3, &short(), &setup, engine, &mut observer);
         driven.expect("a sound mission").0
     };
     let row = run(Box::new(CpuEngine::single_threaded()));

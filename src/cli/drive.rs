@@ -10,6 +10,7 @@ use inbye::global::PlanError;
 use inbye::local::ChooseError;
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
+use inbye::report::Reel;
 use inbye::sim::{
     Config, Mission, MissionError, MissionResult, Moment, Observer, StopError, Walkers,
     run_mission, run_mission_with,
@@ -57,7 +58,15 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
-    let driven = simulate(&mission, &config, engine, "driving", wired.as_mut());
+    let mut reel = Reel::default();
+    let driven = simulate(
+        &mission,
+        &config,
+        engine,
+        "driving",
+        wired.as_mut(),
+        &mut reel,
+    );
     // Before anything is written: the base is stopped by now.
     let base = wired.map(wired_drive::Wired::end);
     let result = match driven {
@@ -72,7 +81,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     }
     if let Some(folder) = &arguments.report {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page = report_file::of_drive(&mission, &config, &result, &map_name, &command);
+        let page = report_file::of_drive(&mission, &config, &result, &reel, &map_name, &command);
         report_file::write(folder, &page)?;
     }
     if json {
@@ -101,20 +110,22 @@ pub fn simulate(
     engine: Box<dyn inbye::local::Engine>,
     what: &str,
     wired: Option<&mut wired_drive::Wired>,
+    reel: &mut Reel,
 ) -> Result<MissionResult, MissionError> {
     let goal = mission.goal.position;
     let whole_cm = |metres: f64| (metres * 100.0) as u64;
     let far_m = (goal - mission.start.position()).norm();
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
-    let mut progress = |moment: &Moment<'_>| {
+    let mut witness = |moment: &Moment<'_>| {
+        reel.take(moment);
         nearest_m = nearest_m.min((goal - moment.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
     };
     let mut clock = wall_clock();
     let mut observer = Observer {
         clock: &mut clock,
-        witness: &mut progress,
+        witness: &mut witness,
     };
     let result = match wired {
         Some(wired) => run_mission_with(mission, config, engine, wired, &mut observer),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use inbye::bench::{Density, DensityPlan, crossovers, verify};
 use inbye::local::{Engine, Opened, Preference, open_to_drive};
 use inbye::navigator::Goal;
-use inbye::report::{EngineComparison, Report, html};
+use inbye::report::{EngineComparison, Reel, Report, html};
 use inbye::sim::{Config, Mission, MissionResult, Scene, scenes};
 use serde_json::json;
 
@@ -48,12 +48,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         if drives.is_empty() {
             output::note(format!("engine: {why}"));
         }
-        let (mission, result) = drive_scene(&scene, &config, engine)?;
+        let (mission, result, reel) = drive_scene(&scene, &config, engine)?;
         if !arguments.json {
             output::line(format!("{:12} {}", scene.name, drive::one_line(&result)));
         }
         let page = MissionPage::new(scene.title, "inbye", &result);
-        drives.push((scene, mission, result, page));
+        drives.push((scene, mission, result, reel, page));
     }
     let mut all = engines::all()?;
     let bar = output::progress(CASES, "comparing engines");
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         machine: &machine,
         missions: drives
             .iter()
-            .map(|(_, mission, result, page)| page.view(&mission.map, mission, &config, result))
+            .map(|(_, mission, result, reel, page)| page.view(mission, &config, result, reel))
             .collect(),
         comparisons: &comparisons,
         density: &rows,
@@ -94,11 +94,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     report_file::write(&folder, &page)?;
     let reached = drives
         .iter()
-        .all(|(_, _, result, _)| result.reached && !result.collided);
+        .all(|(_, _, result, ..)| result.reached && !result.collided);
     if arguments.json {
         let missions: Vec<_> = drives
             .iter()
-            .map(|(scene, _, result, _)| {
+            .map(|(scene, _, result, ..)| {
                 let mut object = drive::object(result);
                 object["scene"] = json!(scene.name);
                 object
@@ -133,7 +133,7 @@ fn drive_scene(
     scene: &Scene,
     config: &Config,
     engine: Box<dyn Engine>,
-) -> anyhow::Result<(Mission, MissionResult)> {
+) -> anyhow::Result<(Mission, MissionResult, Reel)> {
     let (start, goal) = (scene.start, scene.goal);
     let people = drive::seeded_walkers(
         scene.obstacles,
@@ -153,6 +153,7 @@ fn drive_scene(
         time_limit_s: 600.0,
         ..Mission::new(Arc::new(scene.map.clone()), start, goal)
     };
-    let result = drive::simulate(&mission, config, engine, scene.name, None)?;
-    Ok((mission, result))
+    let mut reel = Reel::default();
+    let result = drive::simulate(&mission, config, engine, scene.name, None, &mut reel)?;
+    Ok((mission, result, reel))
 }

@@ -12,7 +12,7 @@ use inbye::bench::missions::{
 };
 use inbye::local::{CpuEngine, Engine};
 use inbye::map::{LoadOptions, load};
-use inbye::sim::Config;
+use inbye::sim::{Config, Observer};
 
 use super::arguments::{number, whole};
 use super::campaign::Campaign;
@@ -201,7 +201,10 @@ impl Driving<'_> {
                 self.rules,
                 setup,
                 engine()?,
-                &mut wall_clock(),
+                &mut Observer {
+                    clock: &mut wall_clock(),
+                    witness: &mut |_| {},
+                },
             )?;
             Ok(row)
         };

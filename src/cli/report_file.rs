@@ -5,8 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use inbye::geometry::Pose;
-use inbye::map::OccupancyGrid;
-use inbye::report::{MissionView, Outcome, Report, html};
+use inbye::report::{MissionView, Outcome, Reel, Report, html};
 use inbye::sim::{Config, Mission, MissionResult};
 
 use super::{hardship_words, output};
@@ -50,10 +49,10 @@ impl MissionPage {
     /// The view of a run for the report.
     pub fn view<'a>(
         &'a self,
-        map: &'a OccupancyGrid,
-        mission: &Mission,
+        mission: &'a Mission,
         config: &'a Config,
         result: &'a MissionResult,
+        reel: &'a Reel,
     ) -> MissionView<'a> {
         let first = result.plans.first();
         let points = |path: fn(&inbye::global::Plan) -> &inbye::global::Path| {
@@ -63,7 +62,7 @@ impl MissionPage {
         MissionView {
             title: &self.title,
             command: &self.command,
-            map,
+            map: &mission.map,
             start: mission.start,
             goal: mission.goal.position,
             searched: points(|plan| &plan.raw),
@@ -82,6 +81,7 @@ impl MissionPage {
                 final_error: Pose::new(x, y, result.final_yaw_error.unwrap_or(f64::NAN)),
             },
             control_period_s: config.local.control_period_s,
+            reel: Some(reel),
             facts: &self.facts,
         }
     }
@@ -92,6 +92,7 @@ pub fn of_drive(
     mission: &Mission,
     config: &Config,
     result: &MissionResult,
+    reel: &Reel,
     map_name: &str,
     command: &str,
 ) -> String {
@@ -99,7 +100,7 @@ pub fn of_drive(
     html(&Report {
         title: "inbye drive",
         intro: "One mission, simulated in a closed loop.",
-        missions: vec![page.view(&mission.map, mission, config, result)],
+        missions: vec![page.view(mission, config, result, reel)],
         ..Report::default()
     })
 }

@@ -11,6 +11,8 @@ use inbye::bench::missions::{
     Comparison, MissionRow, MissionSite, Rules, Setup, compare_digests, drive, spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, Instructions, Preference, open};
+use inbye::report::Reel;
+use inbye::sim::Observer;
 use serde_json::{Value, json};
 
 use super::arguments::{number, whole};
@@ -177,11 +179,17 @@ fn object(
 fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Result<bool> {
     report_file::make_folder(folder)?;
     let (site, setup): (&MissionSite, &Setup) = (cell.site, cell.setup);
-    let (row, drawn, result) = drive(site, cell.seed, rules, setup, one_core(), &mut wall_clock())?;
+    let mut reel = Reel::default();
+    let mut observer = Observer {
+        clock: &mut wall_clock(),
+        witness: &mut |moment| reel.take(moment),
+    };
+    let (row, drawn, result) = drive(site, cell.seed, rules, setup, one_core(), &mut observer)?;
     if let Some(result) = &result {
         let title = format!("{}, seed {}", site.name, cell.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page = report_file::of_drive(&drawn.mission, &setup.config, result, &title, &command);
+        let (mission, config) = (&drawn.mission, &setup.config);
+        let page = report_file::of_drive(mission, config, result, &reel, &title, &command);
         report_file::write(folder, &page)?;
         let file = folder.join(TICKS);
         let place = || format!("--report {}", folder.display());

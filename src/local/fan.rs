@@ -14,8 +14,10 @@ pub struct Fan {
     pub from: Pose,
     /// How long they are, seconds.
     pub horizon_s: f64,
-    /// The samples: the least and the greatest of each axis are among them.
+    /// The samples, speeds first: the least and the greatest of each axis are among them.
     pub arcs: Vec<FanArc>,
+    /// How many of them in a row differ in their speed.
+    pub columns: usize,
     /// The sample that was chosen, if one was admissible.
     pub winner: Option<WinnerSi>,
     /// The moving obstacles at the beginning, with their velocities: where they are predicted to be at each later time.
@@ -72,6 +74,7 @@ impl Fan {
             from: problem.pose,
             horizon_s: f64::from(problem.steps) * problem.step_s,
             arcs,
+            columns: spread(speeds, most.vx_samples).count(),
             winner: explainer.winner(answer),
             obstacles: problem.obstacles.clone(),
         }

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::figure::{Table, area_key};
 use super::number::{coordinate, fixed};
-use super::page::document;
+use super::page::{Extras, document};
 use super::panel::chart;
 use crate::bench::AblationRow;
 
@@ -51,7 +51,7 @@ pub fn ablation_html(report: &AblationReport) -> String {
             pre tabindex="0" { code { (report.command) } }
         }
     };
-    document(TITLE, OWN_STYLE, &content)
+    document(TITLE, &Extras::of_style(OWN_STYLE), &content)
 }
 
 fn section(rows: &[AblationRow]) -> Markup {

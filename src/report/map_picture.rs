@@ -29,20 +29,20 @@ impl<'a> MissionView<'a> {
     }
 }
 
-pub(super) fn figure(mission: &MissionView) -> Markup {
-    let view = viewport(mission);
-    let encounters = Encounters::of(mission.trace, mission.footprint, &view);
+pub(super) fn figure(mission: &MissionView, view: &Viewport) -> Markup {
+    let encounters = Encounters::of(mission.trace, mission.footprint, view);
     Figure {
         title: "Where it went",
-        picture: picture(mission, &view, &encounters),
-        legend: legend(mission, &view, &encounters),
-        caption: caption(&view, &encounters),
+        picture: picture(mission, view, &encounters),
+        legend: legend(mission, view, &encounters),
+        caption: caption(view, &encounters),
         table: table(mission),
     }
     .markup()
 }
 
-fn viewport(mission: &MissionView) -> Viewport {
+/// The part of the ground that a mission's pictures show.
+pub(super) fn viewport(mission: &MissionView) -> Viewport {
     let driven = mission.trace.rows.iter().map(|row| row.pose.position());
     let points = driven
         .chain(mission.stages().points())

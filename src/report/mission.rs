@@ -5,17 +5,20 @@ use maud::{Markup, html};
 use super::figure::Table;
 use super::latency::Latency;
 use super::number::{fixed, significant};
-use super::{MissionView, Outcome, gap_chart, latency_chart, map_picture, motion_chart};
+use super::{MissionView, Outcome, gap_chart, latency_chart, map_picture, motion_chart, player};
 use crate::geometry::Point;
 
 pub(super) fn section(mission: &MissionView, number: usize) -> Markup {
     let latency = Latency::of(mission);
+    let view = map_picture::viewport(mission);
+    let reel = mission.reel.filter(|reel| !reel.is_empty());
     html! {
         section id=(format!("mission-{number}")) {
             h2 { (mission.title) }
             p { (verdict(&mission.outcome)) }
             (results(&mission.outcome, latency.as_ref()))
-            div class="map" { (map_picture::figure(mission)) }
+            @if let Some(reel) = reel { (player::figure(mission, reel, &view)) }
+            div class="map" { (map_picture::figure(mission, &view)) }
             div class="charts" {
                 (motion_chart::figure(mission))
                 (gap_chart::figure(mission))

@@ -34,6 +34,7 @@ mod paper_page;
 mod paper_tables;
 mod plain_style;
 mod plan_picture;
+mod player;
 #[cfg(feature = "png")]
 mod png;
 mod quality_chart;
@@ -57,6 +58,7 @@ pub use drive_picture::{DriveView, drive_svg};
 pub use page::html;
 pub use paper_page::{PaperReport, paper_html};
 pub use plan_picture::{PlanFigures, PlanOutcome, PlanView, plan_svg};
+pub use player::Reel;
 #[cfg(feature = "png")]
 pub use png::{PngError, png};
 
@@ -115,6 +117,8 @@ pub struct MissionView<'a> {
     pub outcome: Outcome,
     /// Time from one decision to the next, seconds; the deadline of a decision.
     pub control_period_s: f64,
+    /// The run tick by tick, to be played back. None: the page has no player for it, and needs no script.
+    pub reel: Option<&'a Reel>,
     /// Further rows for the table of facts: name and value.
     pub facts: &'a [(String, String)],
 }

@@ -104,7 +104,8 @@ const MODES: [Mode; 10] = [
     Mode::Failed,
 ];
 
-fn name(mode: Mode) -> &'static str {
+/// A mode in words.
+pub(super) fn mode_words(mode: Mode) -> &'static str {
     match mode {
         Mode::Driving => "driving",
         Mode::Turning => "turning in place",
@@ -136,7 +137,7 @@ fn class(mode: Mode) -> &'static str {
 fn share_in_words(rows: &[TraceRow], mode: Mode) -> String {
     let count = rows.iter().filter(|row| row.mode == mode).count();
     let percent = 100.0 * count as f64 / rows.len() as f64;
-    format!("{}, {} % of ticks", name(mode), fixed(percent, 1))
+    format!("{}, {} % of ticks", mode_words(mode), fixed(percent, 1))
 }
 
 /// Stretches of one mode, other than driving: the mode, from when, until when.
@@ -196,7 +197,7 @@ fn table(rows: &[TraceRow]) -> Table<'static> {
             fixed(row.command.linear, 3),
             fixed(row.twist.angular, 3),
             fixed(row.command.angular, 3),
-            name(row.mode).to_owned(),
+            mode_words(row.mode).to_owned(),
             format!("{} of {}", row.admissible, row.samples),
         ]
     })

@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::samples_axis::samples_axis;
 use super::simplify::TOLERANCE;
-use super::{EngineComparison, MissionView, Report, density_chart, mission, quality_chart};
+use super::{EngineComparison, MissionView, Report, density_chart, mission, player, quality_chart};
 
 const STYLE: &str = concat!(
     include_str!("colours.css"),
@@ -17,9 +17,27 @@ const STYLE: &str = concat!(
 /// What the page may load: nothing but what it holds.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
+/// What a page adds to all pages' own: a style, and the scripts that it may run.
+#[derive(Default)]
+pub(super) struct Extras {
+    pub(super) style: &'static str,
+    pub(super) script_source: Option<String>,
+}
+
+impl Extras {
+    /// Nothing but a style.
+    pub(super) const fn of_style(style: &'static str) -> Self {
+        Self {
+            style,
+            script_source: None,
+        }
+    }
+}
+
 /// The page as text, complete, to be written to a file that ends in `.html`.
 #[must_use]
 pub fn html(report: &Report) -> String {
+    let plays = report.missions.iter().any(|view| view.reel.is_some());
     let content = html! {
         (head(report))
         @for (index, view) in report.missions.iter().enumerate() {
@@ -31,22 +49,35 @@ pub fn html(report: &Report) -> String {
         @if !report.comparisons.is_empty() { (comparisons(report.comparisons)) }
         @if !report.density.is_empty() || !report.density_command.is_empty() { (density(report)) }
         (foot())
+        @if plays { (player::script()) }
     };
-    document(report.title, "", &content)
+    let extras = if plays {
+        Extras {
+            style: player::STYLE,
+            script_source: Some(player::script_source()),
+        }
+    } else {
+        Extras::default()
+    };
+    document(report.title, &extras, &content)
 }
 
-/// A whole page: a title, what it adds to the style of all pages, and what it shows.
-pub(super) fn document(title: &str, own_style: &str, content: &Markup) -> String {
+/// A whole page: a title, what it adds to all pages' own, and what it shows.
+pub(super) fn document(title: &str, extras: &Extras, content: &Markup) -> String {
+    let scripts = extras.script_source.iter();
+    let policy = scripts.fold(POLICY.to_owned(), |policy, source| {
+        format!("{policy}; script-src {source}")
+    });
     html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta http-equiv="Content-Security-Policy" content=(policy);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(own_style)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(extras.style)) }
             }
             body { main { (content) } }
         }

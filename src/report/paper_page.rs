@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::mission::badge;
-use super::page::document;
+use super::page::{Extras, document};
 use super::paper_maps::{legend, overview, side_by_side};
 use super::paper_tables::{findings, path_table, reduction_table, step_table};
 use super::{paper_bars, paper_drives};
@@ -74,7 +74,7 @@ pub fn paper_html(report: &PaperReport) -> String {
             pre tabindex="0" { code { (report.command) } }
         }
     };
-    document(title, OWN_STYLE, &content)
+    document(title, &Extras::of_style(OWN_STYLE), &content)
 }
 
 /// Whether paths and drives are what they should be, and whether the paper's reductions are reached.

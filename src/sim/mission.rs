@@ -139,6 +139,8 @@ pub struct Moment<'a> {
     pub decision: &'a Decision,
     /// How long that took by the observer's clock, seconds.
     pub took_s: f64,
+    /// Radius of each moving obstacle, metres, in the order of [`TraceRow::moving`].
+    pub moving_radii: &'a [f64],
     /// The navigator after it.
     pub navigator: &'a Navigator,
 }

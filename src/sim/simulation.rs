@@ -137,6 +137,7 @@ impl<'a> Simulation<'a> {
             observation: &observation,
             decision: &decision,
             took_s,
+            moving_radii: &self.trace.moving_radii,
             navigator: &self.navigator,
         });
         row

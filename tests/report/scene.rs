@@ -119,6 +119,7 @@ impl Scene {
             smoothed: &self.smoothed,
             trace: &self.trace,
             footprint: &self.footprint,
+            reel: None,
             latency_ms: &self.latency_ms,
             engine: "CPU, 2 threads, AVX2",
             outcome: Outcome {

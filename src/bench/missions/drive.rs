@@ -15,7 +15,7 @@ pub struct Setup {
     pub config: Config,
 }
 
-/// Draws the mission of a seed and drives it; times each tick by `clock`, in seconds. Without a result where the navigator
+/// Draws the mission of a seed and drives it before an observer. Without a result where the navigator
 /// found no way to begin with.
 ///
 /// # Errors
@@ -26,7 +26,7 @@ pub fn drive(
     rules: &Rules,
     setup: &Setup,
     engine: Box<dyn Engine>,
-    clock: &mut dyn FnMut() -> f64,
+    observer: &mut Observer<'_>,
 ) -> Result<(MissionRow, Drawn, Option<MissionResult>), MissionsError> {
     let config = &setup.config;
     let drawn = site.draw(seed, rules, config)?;
@@ -55,11 +55,7 @@ pub fn drive(
         tick_p50_ms: None,
         tick_p99_ms: None,
     };
-    let mut observer = Observer {
-        clock,
-        witness: &mut |_| {},
-    };
-    let result = match run_mission(mission, config, engine, &mut observer) {
+    let result = match run_mission(mission, config, engine, observer) {
         Ok(result) => result,
         Err(MissionError::Fault(fault)) => {
             row.fault = Some(word(&fault.to_string()));
