@@ -1,14 +1,12 @@
 //! A base on a port, and the keeper that has it.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use inbye::base::{BaseSettings, Keeper, KeeperSettings, Open, Protocol};
-use serde::{Deserialize, Serialize};
+use inbye::base::{BaseConfig, Keeper, Open, Protocol};
 
 use super::base_arguments::{KindArguments, LineArguments};
 use super::config;
@@ -19,26 +17,6 @@ const ANSWER_WITHIN_S: f64 = 3.0;
 /// Time between two looks at a keeper.
 pub const LOOK: Duration = Duration::from_millis(20);
 
-/// The file of `--base-config`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BaseFile {
-    /// What the driver must know of the base.
-    pub base: BaseSettings,
-    /// How it is kept.
-    pub keeper: KeeperSettings,
-}
-
-impl BaseFile {
-    /// Reads the file, or takes the defaults.
-    pub fn read(file: Option<&Path>) -> anyhow::Result<Self> {
-        config::read("--base-config", file, |read: &Self| {
-            read.base.validate().context("base")?;
-            read.keeper.validate().context("keeper")
-        })
-    }
-}
-
 /// Which base, on which port.
 #[derive(Clone, Debug)]
 pub struct BaseLine {
@@ -47,7 +25,7 @@ pub struct BaseLine {
     /// What the base speaks.
     pub protocol: Protocol,
     /// What it is, and how it is kept.
-    pub settings: BaseFile,
+    pub settings: BaseConfig,
 }
 
 impl BaseLine {
@@ -61,13 +39,13 @@ impl BaseLine {
         Ok(Self {
             port: port.to_owned(),
             protocol: kind.protocol,
-            settings: BaseFile::read(kind.base_config.as_deref())?,
+            settings: config::load_base(kind.base_config.as_deref())?,
         })
     }
 
     /// Opens the port and keeps the base still until something is planned, or until the flag is set.
     pub fn keeper(&self, end: Arc<AtomicBool>) -> anyhow::Result<Keeper> {
-        let BaseFile { base, keeper } = self.settings;
+        let BaseConfig { base, keeper } = self.settings;
         Keeper::start(self.opener(), &base, keeper, end).context("--port")
     }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
+use inbye::base::BaseConfig;
 use inbye::sim::Config;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -16,6 +17,13 @@ const SHOWN: usize = 60;
 /// Settings from a TOML file, or the defaults. Unknown keys and numbers out of range are errors.
 pub fn load(file: Option<&Path>) -> anyhow::Result<Config> {
     read("--config", file, |config: &Config| Ok(config.validate()?))
+}
+
+/// Settings of a base and its keeper, likewise.
+pub fn load_base(file: Option<&Path>) -> anyhow::Result<BaseConfig> {
+    read("--base-config", file, |config: &BaseConfig| {
+        Ok(config.validate()?)
+    })
 }
 
 /// Settings of any kind from the TOML file of a flag, checked, or the defaults.
