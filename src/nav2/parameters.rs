@@ -1,0 +1,302 @@
+//! The parameters of ROS 2 nodes in a YAML file: namespaces, wildcards, nested keys.
+//!
+//! What stands under `ros__parameters` is a node's; the keys above it are the node's name and namespace, nested or joined by
+//! slashes. The name `/**` means every node, and what a node says itself goes before that. Keys of parameters may be nested
+//! or joined by dots, which is the same to ROS.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::{Map, Value};
+
+use super::Nav2Error;
+use crate::map::yaml::{self, BadYaml};
+
+/// Most values a file may unfold to: Nav2's own has about 600.
+const MAX_NODES: usize = 100_000;
+
+/// What stands above a node's parameters.
+const MARK: &str = "ros__parameters";
+
+/// All nodes of a file.
+pub(super) struct Nodes(Vec<Node>);
+
+struct Node {
+    /// Namespace, without slashes at its ends; may hold wildcards.
+    namespace: String,
+    name: String,
+    /// Its place in the file, such as `/robot1/controller_server`.
+    place: String,
+    parameters: BTreeMap<String, Value>,
+}
+
+/// A parameter as it is in force for a node.
+#[derive(Clone, Debug)]
+pub(super) struct Parameter {
+    /// Its place in the file, such as `controller_server.FollowPath.max_vel_x`.
+    pub place: String,
+    pub value: Value,
+}
+
+impl Nodes {
+    pub fn parse(text: &str) -> Result<Self, Nav2Error> {
+        let root: Map<String, Value> = yaml::parse(text, MAX_NODES)
+            .map_err(|BadYaml { line, reason }| Nav2Error::BadYaml { line, reason })?;
+        let mut nodes = Vec::new();
+        collect(&root, &[], &mut nodes)?;
+        Ok(Self(nodes))
+    }
+
+    /// The namespace to read, of the nodes named: the one asked for, or the only one.
+    pub fn namespace(&self, wanted: Option<&str>, names: &[&str]) -> Result<String, Nav2Error> {
+        let known = self.0.iter().filter(|node| names.contains(&&*node.name));
+        let found: BTreeSet<&str> = known
+            .map(|node| robot(node))
+            .filter(|namespace| !is_wild(namespace))
+            .collect();
+        let listed = || {
+            let quoted = found.iter().map(|namespace| match *namespace {
+                "" => "the root".to_owned(),
+                namespace => format!("`{namespace}`"),
+            });
+            quoted.collect::<Vec<_>>().join(", ")
+        };
+        match wanted.map(|wanted| wanted.trim_matches('/')) {
+            Some(wanted) if found.contains(wanted) => Ok(wanted.to_owned()),
+            Some(wanted) => Err(Nav2Error::NoSuchNamespace {
+                wanted: wanted.to_owned(),
+                found: listed(),
+            }),
+            None if found.len() > 1 => Err(Nav2Error::SeveralNamespaces { found: listed() }),
+            None => Ok(found.first().copied().unwrap_or_default().to_owned()),
+        }
+    }
+
+    /// The parameters in force for a node, by their names; and those that give way to others, each with the place of what is
+    /// in force. None when nothing is said of it.
+    pub fn of(&self, namespace: &str, name: &str) -> Option<(Section, Vec<(String, String)>)> {
+        let mut parameters: BTreeMap<String, Parameter> = BTreeMap::new();
+        let mut overridden = Vec::new();
+        let mut matching: Vec<&Node> = self
+            .0
+            .iter()
+            .filter(|node| node.is_for(namespace, name))
+            .collect();
+        // The most general first: what follows takes its place.
+        matching.sort_by_key(|node| (!is_wild(&node.name), !is_wild(&node.namespace)));
+        for node in &matching {
+            for (key, value) in &node.parameters {
+                let place = format!("{}.{key}", node.place);
+                let parameter = Parameter {
+                    place: place.clone(),
+                    value: value.clone(),
+                };
+                if let Some(before) = parameters.insert(key.clone(), parameter) {
+                    overridden.push((before.place, place));
+                }
+            }
+        }
+        (!matching.is_empty()).then_some((Section(parameters), overridden))
+    }
+
+    /// Places of the nodes that are not among those named, or not in the namespace.
+    pub fn others(&self, namespace: &str, names: &[&str]) -> Vec<String> {
+        let is_read = |node: &&Node| names.iter().any(|name| node.is_for(namespace, name));
+        let others = self.0.iter().filter(|node| !is_read(node));
+        others.map(|node| node.place.clone()).collect()
+    }
+}
+
+impl Node {
+    fn is_for(&self, namespace: &str, name: &str) -> bool {
+        let own = robot(self);
+        let named = self.name == name || is_wild(&self.name);
+        named && (own == namespace || is_wild(own) || (own.is_empty() && is_wild(&self.name)))
+    }
+}
+
+/// The namespace of the robot: a costmap's node has its own name once more as the last part.
+fn robot(node: &Node) -> &str {
+    let namespace = node.namespace.as_str();
+    let (before, last) = namespace.rsplit_once('/').unwrap_or(("", namespace));
+    if last == node.name { before } else { namespace }
+}
+
+fn is_wild(name: &str) -> bool {
+    name.contains('*')
+}
+
+/// Finds the nodes in a mapping, and below.
+fn collect(
+    mapping: &Map<String, Value>,
+    above: &[&str],
+    nodes: &mut Vec<Node>,
+) -> Result<(), Nav2Error> {
+    for (key, value) in mapping {
+        let Value::Object(below) = value else {
+            continue;
+        };
+        if key != MARK {
+            collect(below, &[above, &[key.as_str()]].concat(), nodes)?;
+            continue;
+        }
+        let names: Vec<&str> = above
+            .iter()
+            .flat_map(|name| name.split('/'))
+            .filter(|name| !name.is_empty())
+            .collect();
+        let place = above.join(".");
+        let mut parameters = BTreeMap::new();
+        flatten(below, "", &place, &mut parameters)?;
+        let (name, namespace) = names.split_last().unwrap_or((&"**", &[]));
+        nodes.push(Node {
+            namespace: namespace.join("/"),
+            name: (*name).to_owned(),
+            place,
+            parameters,
+        });
+    }
+    Ok(())
+}
+
+/// All values that are no mappings, by their names joined with dots.
+fn flatten(
+    mapping: &Map<String, Value>,
+    above: &str,
+    place: &str,
+    found: &mut BTreeMap<String, Value>,
+) -> Result<(), Nav2Error> {
+    for (key, value) in mapping {
+        let name = if above.is_empty() {
+            key.clone()
+        } else {
+            format!("{above}.{key}")
+        };
+        if let Value::Object(below) = value {
+            flatten(below, &name, place, found)?;
+        } else if found.insert(name.clone(), value.clone()).is_some() {
+            return Err(Nav2Error::Twice {
+                key: format!("{place}.{name}"),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Parameters of a node, or of a part of it, by their names. What is taken is no longer there.
+#[derive(Debug, Default)]
+pub(super) struct Section(BTreeMap<String, Parameter>);
+
+/// A value that was taken, and its place in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Given<T> {
+    pub place: String,
+    pub value: T,
+}
+
+impl<T> Given<T> {
+    pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Given<U> {
+        Given {
+            place: self.place,
+            value: change(self.value),
+        }
+    }
+}
+
+impl Section {
+    /// The parameters whose names begin with a part and a dot, under the rest of their names.
+    pub fn part(&mut self, name: &str) -> Self {
+        let prefix = format!("{name}.");
+        let (part, rest) = core::mem::take(&mut self.0)
+            .into_iter()
+            .partition(|(key, _)| key.starts_with(&prefix));
+        self.0 = rest;
+        let part: BTreeMap<String, Parameter> = part;
+        let short =
+            |(key, parameter): (String, Parameter)| (key[prefix.len()..].to_owned(), parameter);
+        Self(part.into_iter().map(short).collect())
+    }
+
+    /// A parameter as it stands, which stays.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        self.0.get(name)?.value.as_str()
+    }
+
+    /// A number, which stays.
+    pub fn peek(&self, name: &str) -> Option<f64> {
+        self.0.get(name)?.value.as_f64()
+    }
+
+    /// Whether a parameter is true; it stays.
+    pub fn flag(&self, name: &str) -> bool {
+        let value = self.0.get(name).map(|parameter| &parameter.value);
+        value.and_then(Value::as_bool).unwrap_or_default()
+    }
+
+    /// The texts of a list, which stays.
+    pub fn texts(&self, name: &str) -> Vec<String> {
+        let list = self
+            .0
+            .get(name)
+            .and_then(|parameter| parameter.value.as_array());
+        let texts = list.into_iter().flatten().filter_map(Value::as_str);
+        texts.map(str::to_owned).collect()
+    }
+
+    /// Names of the first parts of nested parameters, such as `FollowPath`.
+    pub fn parts(&self) -> BTreeSet<String> {
+        let firsts = self.0.keys().filter_map(|key| key.split_once('.'));
+        firsts.map(|(first, _)| first.to_owned()).collect()
+    }
+
+    /// Takes a finite number.
+    pub fn number(&mut self, name: &str) -> Result<Option<Given<f64>>, Nav2Error> {
+        self.take(name, "a finite number", finite)
+    }
+
+    /// Takes a whole number, at least one.
+    pub fn count(&mut self, name: &str) -> Result<Option<Given<u32>>, Nav2Error> {
+        self.take(name, "a whole number, 1 to 4294967295", |value| {
+            let count = value.as_u64().and_then(|count| u32::try_from(count).ok());
+            count.filter(|&count| count > 0)
+        })
+    }
+
+    /// Takes three finite numbers: along x, along y, about z.
+    pub fn triple(&mut self, name: &str) -> Result<Option<Given<[f64; 3]>>, Nav2Error> {
+        self.take(name, "three finite numbers, [x, y, theta]", |value| {
+            let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(finite).collect();
+            numbers?.try_into().ok()
+        })
+    }
+
+    /// Takes a value that a function understands.
+    pub fn take<T>(
+        &mut self,
+        name: &str,
+        expected: &'static str,
+        understand: impl FnOnce(&Value) -> Option<T>,
+    ) -> Result<Option<Given<T>>, Nav2Error> {
+        let Some(Parameter { place, value }) = self.0.remove(name) else {
+            return Ok(None);
+        };
+        match understand(&value) {
+            Some(value) => Ok(Some(Given { place, value })),
+            None => Err(Nav2Error::BadValue {
+                key: place,
+                value: value.to_string().chars().take(60).collect(),
+                expected,
+            }),
+        }
+    }
+
+    /// What is left: names and places.
+    pub fn rest(self) -> impl Iterator<Item = (String, String)> {
+        self.0
+            .into_iter()
+            .map(|(name, parameter)| (name, parameter.place))
+    }
+}
+
+fn finite(value: &Value) -> Option<f64> {
+    value.as_f64().filter(|number| number.is_finite())
+}
