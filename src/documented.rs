@@ -43,7 +43,7 @@ pub(crate) fn commented_toml(heading: &str, tables: &[(&str, Keys)], defaults: &
     let mut text = comment(heading);
     for (path, keys) in tables {
         if !path.is_empty() {
-            text += &format!("\n{}[{path}]\n", comment(about(tables, path)));
+            text += &["\n", &comment(about(tables, path)), "[", path, "]\n"].concat();
         }
         let table = at(defaults, path);
         let is_table = |key: &str| tables.iter().any(|(other, _)| *other == join(path, key));
@@ -52,7 +52,7 @@ pub(crate) fn commented_toml(heading: &str, tables: &[(&str, Keys)], defaults: &
                 Some(value) => format!("{key} = {value}"),
                 None => format!("# {key} = {}", example(says)),
             };
-            text += &format!("\n{}{line}\n", comment(says));
+            text += &["\n", &comment(says), &line, "\n"].concat();
         }
     }
     text

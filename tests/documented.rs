@@ -178,18 +178,12 @@ fn outside(says: &str, beside: &Table, whole: bool) -> Vec<f64> {
     for at in 0..words.len().saturating_sub(1) {
         let after = |skip: usize| words.get(at + skip).and_then(|word| figure(word, beside));
         match (words[at], words[at + 1]) {
-            ("above", _) => found.extend(after(1)),
-            ("below", _) => found.extend(after(1)),
+            ("above" | "below", _) => found.extend(after(1)),
             ("at", "least") => found.extend(after(2).map(below)),
             ("at", "most") => found.extend(after(2).map(above)),
-            (_, "to") => {
+            (_, "to" | "or") => {
                 if let (Some(least), Some(most)) = (after(0), after(2)) {
                     found.extend([below(least), above(most)]);
-                }
-            }
-            (_, "or") => {
-                if let (Some(one), Some(other)) = (after(0), after(2)) {
-                    found.extend([below(one), above(other)]);
                 }
             }
             _ => {}
@@ -246,9 +240,9 @@ fn every_number_says_its_range_and_is_kept_to_it() {
 
 /// Puts a value at a path, the tables of which are there, but for the key itself.
 fn set(root: &mut Table, path: &str, value: Value) {
-    let (parent, key) = path.rsplit_once('.').expect("the key is in a table");
+    let (parent, key) = path.rsplit_once('.').unwrap_or(("", path));
     let mut table = root;
-    for name in parent.split('.') {
+    for name in parent.split('.').filter(|name| !name.is_empty()) {
         table = table[name].as_table_mut().expect("a table of that path");
     }
     table.insert(key.to_owned(), value);
@@ -264,10 +258,7 @@ fn every_word_that_may_be_chosen_is_named() {
             };
             let mut spoilt = kind.defaults.clone();
             let word = Value::String("?".to_owned());
-            match known.key.contains('.') {
-                true => set(&mut spoilt, &known.key, word),
-                false => drop(spoilt.insert(known.key.clone(), word)),
-            }
+            set(&mut spoilt, &known.key, word);
             let text = toml::to_string(&spoilt).expect("settings are TOML");
             let refusal = (kind.read)(&text).expect_err("a question mark is no choice");
             let (_, choices) = refusal.split_once("expected ").expect("what is expected");

@@ -39,7 +39,7 @@ impl BaseLine {
         Ok(Self {
             port: port.to_owned(),
             protocol: kind.protocol,
-            settings: config::load_base(kind.base_config.as_deref())?,
+            settings: config::load_base("--base-config", kind.base_config.as_deref())?,
         })
     }
 

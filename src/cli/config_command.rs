@@ -36,9 +36,9 @@ fn print(base: bool, json: bool) -> anyhow::Result<bool> {
 
 fn check(file: &Path, base: bool, json: bool) -> anyhow::Result<bool> {
     if base {
-        config::load_base(Some(file))?;
+        config::load_base("--check", Some(file))?;
     } else {
-        config::load(Some(file))?;
+        config::load("--check", Some(file))?;
     }
     let name = file.display().to_string();
     if json {

@@ -10,7 +10,7 @@ use super::{config, output};
 
 /// Reads map and configuration.
 pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)> {
-    let mut config = config::load(arguments.config.as_deref())?;
+    let mut config = config::load("--config", arguments.config.as_deref())?;
     if let Some(unknown) = arguments.unknown {
         config.unknown = unknown;
     }

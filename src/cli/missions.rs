@@ -59,7 +59,7 @@ impl MissionsArguments {
             unmapped_share,
             ..Rules::default()
         };
-        let config = config::load(self.config.as_deref())?;
+        let config = config::load("--config", self.config.as_deref())?;
         let (mut roomy, mut narrow) = (Vec::new(), Vec::new());
         for site in sites(&self.maps, &config)? {
             match site.draw(self.seed, &rules, &config) {

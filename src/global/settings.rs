@@ -36,9 +36,9 @@ documented! {
         /// How the grid is searched: `a_star`, guided by the heuristic, or `jump_points`, a shortest path whatever the
         /// heuristic in a fraction of the time.
         pub search: Method,
-        /// Estimate that guides A*: `"manhattan"`; `"euclid"` or `"octile"`, which find a shortest path; `{ theta = {
-        /// degrees } }`, above 0 and at most 90; `{ normalized = { k } }`, `{ additive = { k } }` or `{ literal = { k } }`,
-        /// the paper's eq. 19 made scale-free, not made so, and as printed, k from 0 to 1e6.
+        /// Estimate that guides A*: `"manhattan"`; `"euclid"` or `"octile"`, which find a shortest path;
+        /// `{theta={degrees=30}}`, above 0 and at most 90; the paper's eq. 19 made scale-free, `{normalized={k=0.1}}`, not
+        /// made so, `{additive={k=0.01}}`, or as printed, `{literal={k=0.01}}`, k from 0 to 1e6.
         pub heuristic: Heuristic,
         /// How much dearer than open ground a path along a wall is, 0 to 15: with 1, a metre that touches it costs as much as two
         /// of open ground. 0 asks for the shortest path. Takes effect with A* only.

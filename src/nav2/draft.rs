@@ -178,7 +178,7 @@ impl Draft {
             let (table, name) = known.key.rsplit_once('.').unwrap_or(("", &known.key));
             if open != table {
                 let gap = if text.is_empty() { "" } else { "\n" };
-                text += &format!("{gap}[{table}]\n");
+                text += &[gap, "[", table, "]\n"].concat();
                 open = table;
             }
             for source in &setting.sources {
@@ -186,9 +186,9 @@ impl Draft {
                     how if how.is_empty() => how,
                     how => format!(" ({how})"),
                 };
-                text += &format!("# From {}{how}.\n", in_one_line(&source.place));
+                text += &["# From ", &in_one_line(&source.place), &how, ".\n"].concat();
             }
-            text += &format!("{name} = {}\n", setting.value);
+            text += &[name, " = ", &setting.value.to_string(), "\n"].concat();
         }
         text
     }

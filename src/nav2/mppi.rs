@@ -183,7 +183,8 @@ fn horizon(part: &mut Section, draft: &mut Draft) -> Result<(), Nav2Error> {
         steps.as_ref().map_or(STEPS, |steps| steps.value),
     );
     let how = format!("time_steps x model_dt, {count} x {each:?}");
-    let horizon_s = each * f64::from(count);
+    // Without what the product of decimals is off in its last bits.
+    let horizon_s = (each * f64::from(count) * 1e9).round() / 1e9;
     let key = "local.sim_time_s";
     match (step, steps) {
         (None, None) => {}

@@ -50,7 +50,7 @@ impl Nodes {
     pub fn namespace(&self, wanted: Option<&str>, names: &[&str]) -> Result<String, Nav2Error> {
         let known = self.0.iter().filter(|node| names.contains(&&*node.name));
         let found: BTreeSet<&str> = known
-            .map(|node| robot(node))
+            .map(robot)
             .filter(|namespace| !is_wild(namespace))
             .collect();
         let listed = || {

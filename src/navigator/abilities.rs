@@ -8,10 +8,6 @@ documented! {
     /// it buys.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
-    #[expect(
-        clippy::struct_excessive_bools,
-        reason = "switches that are on or off each for itself"
-    )]
     pub struct Abilities {
         /// A global path leads the way. Off: the goal itself is the local target.
         pub global_path: bool,
