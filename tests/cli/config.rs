@@ -177,7 +177,7 @@ fn nav2_files_that_mean_nothing() {
         |name: &str| NAV2.replace("controller_server:", &format!("{name}/controller_server:"));
     for (name, text) in [
         ("empty.yaml", String::new()),
-        ("cut.yaml", NAV2[..60].to_owned() + "[1, 2"),
+        ("cut.yaml", NAV2.replace("0.8", "[0.8")),
         ("map.yaml", "image: mine.png\nresolution: 0.1\n".to_owned()),
         (
             "text.yaml",
