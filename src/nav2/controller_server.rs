@@ -1,11 +1,12 @@
-//! The controller server: its rate, the checkers of progress and of goals, and the one controller that is read.
+//! The controller server: its rate, the checkers of progress and of goals, and its controllers.
 
 use core::f64::consts::PI;
 
 use super::draft::Draft;
 use super::leftovers::{Rule, leave};
-use super::parameters::Section;
-use super::{Nav2Error, Why, dwb, mppi, rotation_shim};
+use super::plugins::{give_way, plugins};
+use super::section::Section;
+use super::{Nav2Error, Why, controllers};
 
 const MAPPED: [&str; 2] = ["controller_frequency", "costmap_update_timeout"];
 
@@ -120,50 +121,14 @@ pub(super) fn read(mut section: Section, draft: &mut Draft) -> Result<(), Nav2Er
         let mut names = plugins(&section, &lists, is(kind)).into_iter();
         if let Some(first) = names.next() {
             take(section.part(&first), draft)?;
-            give_way(&mut section, draft, names, &first);
+            for name in names {
+                give_way(section.part(&name), draft, &first);
+            }
         }
     }
-    controllers(&mut section, draft)?;
+    controllers::read(&mut section, draft)?;
     leave(section, draft, &MAPPED, &[&RULES]);
     Ok(())
-}
-
-/// Names of the plugins of a kind that have parameters: those that a list names, in its order, else all of that kind.
-fn plugins(section: &Section, lists: &[&str], is_kind: impl Fn(&str) -> bool) -> Vec<String> {
-    let parts = section.parts();
-    let listed = lists.iter().flat_map(|list| {
-        let single = section.text(list).map(str::to_owned);
-        section.texts(list).into_iter().chain(single)
-    });
-    let mut names: Vec<String> = listed.filter(|name| parts.contains(name)).collect();
-    let of_kind = |name: &String| {
-        let plugin = section.text(&format!("{name}.plugin"));
-        plugin.is_some_and(&is_kind)
-    };
-    for name in parts.iter().filter(|name| of_kind(name)) {
-        if !names.contains(name) {
-            names.push(name.clone());
-        }
-    }
-    names
-}
-
-/// Lists all parameters of plugins that another takes the place of.
-fn give_way(
-    section: &mut Section,
-    draft: &mut Draft,
-    names: impl Iterator<Item = String>,
-    taken: &str,
-) {
-    for name in names {
-        for (_, place) in section.part(&name).rest() {
-            draft.leave(
-                place,
-                Why::NotInForce,
-                format!("{taken} is read, and only one of its kind"),
-            );
-        }
-    }
 }
 
 fn progress(mut part: Section, draft: &mut Draft) -> Result<(), Nav2Error> {
@@ -197,119 +162,4 @@ fn goal(mut part: Section, draft: &mut Draft) -> Result<(), Nav2Error> {
         &[&GOAL],
     );
     Ok(())
-}
-
-/// Reads the first controller that is known, and leaves the others.
-fn controllers(section: &mut Section, draft: &mut Draft) -> Result<(), Nav2Error> {
-    let is_controller =
-        |plugin: &str| plugin.ends_with("Controller") || plugin.ends_with("LocalPlanner");
-    let names = plugins(section, &["controller_plugins"], is_controller);
-    let mut read: Option<String> = None;
-    for name in names {
-        let mut part = section.part(&name);
-        let known = Kind::of(&part);
-        match (&read, known) {
-            (None, Some(kind)) => {
-                kind.take(part, draft)?;
-                read = Some(name);
-            }
-            (Some(taken), Some(_)) => {
-                let reason = format!("{taken} is read, and only one of its kind");
-                for (_, place) in part.rest() {
-                    draft.leave(place, Why::NotInForce, reason.clone());
-                }
-            }
-            (_, None) => {
-                let plugin = part.take("plugin", "a text", |value| {
-                    value.as_str().map(str::to_owned)
-                })?;
-                let kind = plugin.as_ref().map_or("no plugin", |given| &given.value);
-                let reason = format!("of {kind}: only DWB and MPPI are taken over");
-                let place = plugin.as_ref().map(|given| given.place.clone());
-                for place in part.rest().map(|(_, place)| place).chain(place) {
-                    draft.leave(place, Why::NotYet, reason.clone());
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-/// A controller that is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Controller {
-    Dwb,
-    Mppi,
-}
-
-/// A controller, and where its parameters are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Kind {
-    controller: Controller,
-    /// Within a rotation shim.
-    in_shim: bool,
-    /// With the parameters nested under the shim's `primary_controller`, not beside them.
-    nested: bool,
-}
-
-impl Kind {
-    fn of(part: &Section) -> Option<Self> {
-        let plugin = part.text("plugin")?;
-        let in_shim = plugin == rotation_shim::PLUGIN;
-        let within = format!("{}.plugin", rotation_shim::PRIMARY);
-        let beside = part.text(rotation_shim::PRIMARY);
-        let nested = in_shim && beside.is_none();
-        let name = match (in_shim, beside) {
-            (false, _) => plugin,
-            (true, Some(primary)) => primary,
-            (true, None) => part.text(&within)?,
-        };
-        let controller = match name {
-            dwb::PLUGIN => Controller::Dwb,
-            mppi::PLUGIN => Controller::Mppi,
-            _ => return None,
-        };
-        Some(Self {
-            controller,
-            in_shim,
-            nested,
-        })
-    }
-
-    fn take(self, mut part: Section, draft: &mut Draft) -> Result<(), Nav2Error> {
-        let shim_rules: &[Rule] = if self.in_shim {
-            &rotation_shim::RULES
-        } else {
-            &[]
-        };
-        if self.in_shim {
-            rotation_shim::take(&mut part, draft)?;
-        }
-        if self.nested {
-            let inner = part.part(rotation_shim::PRIMARY);
-            leave(part, draft, &rotation_shim::MAPPED, &[shim_rules]);
-            part = inner;
-        }
-        match self.controller {
-            Controller::Dwb => {
-                dwb::take(&mut part, draft)?;
-                leave(
-                    part,
-                    draft,
-                    &dwb::MAPPED,
-                    &[shim_rules, &dwb::RULES, &dwb::CRITICS],
-                );
-            }
-            Controller::Mppi => {
-                mppi::take(&mut part, draft)?;
-                leave(
-                    part,
-                    draft,
-                    &mppi::MAPPED,
-                    &[shim_rules, &mppi::RULES, &mppi::CRITICS],
-                );
-            }
-        }
-        Ok(())
-    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use toml::Value;
 
-use super::parameters::Given;
+use super::section::Given;
 use super::{Import, Mapped, Nav2Error, NotMapped, Target, Why};
 use crate::base::BaseConfig;
 use crate::documented::Described;

@@ -2,7 +2,7 @@
 
 use super::draft::Draft;
 use super::leftovers::Rule;
-use super::parameters::Section;
+use super::section::Section;
 use super::{Nav2Error, Why};
 
 pub(super) const PLUGIN: &str = "dwb_core::DWBLocalPlanner";
@@ -181,7 +181,7 @@ pub(super) fn take(part: &mut Section, draft: &mut Draft) -> Result<(), Nav2Erro
         }
     }
     // A negative one is none.
-    if part.peek("max_speed_xy").is_some_and(|most| most >= 0.0)
+    if part.peek("max_speed_xy").is_none_or(|most| most >= 0.0)
         && let Some(given) = part.number("max_speed_xy")?
     {
         draft.at_most(

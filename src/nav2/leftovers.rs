@@ -2,7 +2,7 @@
 
 use super::Why;
 use super::draft::Draft;
-use super::parameters::Section;
+use super::section::Section;
 use crate::spelling::nearest;
 
 /// A parameter, or a group of them where the name begins or ends with a star, or both; why it is left; in words.

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::draft::Draft;
 use super::footprint::cover;
 use super::leftovers::{Rule, leave};
-use super::parameters::{Given, Section};
+use super::section::{Given, Section};
 use super::{Nav2Error, Why};
 use crate::map::yaml;
 use crate::robot::Disc;

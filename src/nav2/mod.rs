@@ -6,6 +6,7 @@
 //! mapped or listed with the reason.
 
 mod controller_server;
+mod controllers;
 mod draft;
 mod dwb;
 mod error;
@@ -14,7 +15,9 @@ mod leftovers;
 mod local_costmap;
 mod mppi;
 mod parameters;
+mod plugins;
 mod rotation_shim;
+mod section;
 mod velocity_smoother;
 
 pub use error::Nav2Error;
@@ -24,7 +27,8 @@ use core::fmt::{Display, Formatter};
 use serde::Serialize;
 
 use draft::Draft;
-use parameters::{Nodes, Section};
+use parameters::Nodes;
+use section::Section;
 
 /// What became of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]

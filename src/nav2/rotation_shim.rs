@@ -2,7 +2,7 @@
 
 use super::draft::Draft;
 use super::leftovers::Rule;
-use super::parameters::Section;
+use super::section::Section;
 use super::{Nav2Error, Why};
 use crate::navigator::NavigatorSettings;
 

@@ -2,7 +2,7 @@
 
 use super::draft::Draft;
 use super::leftovers::{Rule, leave};
-use super::parameters::{Given, Section};
+use super::section::{Given, Section};
 use super::{Nav2Error, Why};
 
 const MAPPED: [&str; 7] = [
@@ -15,7 +15,7 @@ const MAPPED: [&str; 7] = [
     "deadband_velocity",
 ];
 
-const RULES: [Rule; 4] = [
+const RULES: [Rule; 5] = [
     (
         "scale_velocities",
         Why::NoSuchThing,
@@ -33,6 +33,11 @@ const RULES: [Rule; 4] = [
     ),
     (
         "enable_stamped_cmd_vel",
+        Why::NoSuchThing,
+        "no ROS messages",
+    ),
+    (
+        "stamp_smoothed_velocity_with_smoothing_time",
         Why::NoSuchThing,
         "no ROS messages",
     ),

@@ -82,7 +82,7 @@ fn a_footprint_is_covered_and_padded() {
     let discs = config.robot.footprint.discs();
     for (x, y) in [(0.35, 0.25), (-0.35, 0.25), (0.35, -0.25), (0.0, 0.25)] {
         let held = |disc: &inbye::robot::Disc| {
-            (x - disc.x).hypot(y - disc.y) <= disc.radius - 0.02 + 1e-12
+            libm::hypot(x - disc.x, y - disc.y) <= disc.radius - 0.02 + 1e-12
         };
         assert!(discs.iter().any(held), "({x}, {y}) in {discs:?}");
     }

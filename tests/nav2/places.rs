@@ -101,7 +101,7 @@ proptest! {
         let mut body = String::new();
         for line in chosen {
             if seen.insert(line.split(':').next().expect("a key")) {
-                body += &format!("      {line}\n");
+                body += &["      ", line, "\n"].concat();
             }
         }
         if !body.is_empty() {

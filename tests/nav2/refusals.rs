@@ -145,10 +145,11 @@ fn bombs_are_refused_at_once() {
             .to_owned();
     for level in 1..10 {
         let before = format!("*a{}, ", level - 1).repeat(10);
-        bomb += &format!(
+        let line = format!(
             "    a{level}: &a{level} [{}]\n",
             before.trim_end_matches(", ")
         );
+        bomb += &line;
     }
     assert!(import(&bomb, None).is_err());
     let deep = format!(
