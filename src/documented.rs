@@ -1,7 +1,7 @@
 //! Settings whose documentation is also told by the program: one text for rustdoc and for `inbye config --print`.
 //!
-//! [`documented!`] takes a settings struct as it stands and gives it, beside the struct itself, a table of its keys and of
-//! what their comments say. A room that has a whole configuration names the tables in it, and [`commented_toml`] writes
+//! `documented!` takes a settings struct as it stands and gives it, beside the struct itself, a table of its keys and of
+//! what their comments say. A room that has a whole configuration names the tables in it, and `commented_toml` writes
 //! them with the default of each key, as it is in the code.
 
 use toml::{Table, Value};
