@@ -16,10 +16,11 @@
 //! | [`navigator`] | when to do which? |
 //! | [`base`] | what goes over the wire? |
 //! | [`sim`] | what would happen? |
+//! | [`nav2`] | what would a Nav2 file say here? |
 //! | [`mod@bench`] | how fast, and is it right? |
 //! | [`report`] | what does it look like? |
 //!
-//! [`geometry`], [`numeric`] and [`digest`] stand above them all.
+//! [`geometry`], [`numeric`], [`digest`], [`documented`] and [`spelling`] stand above them all.
 //!
 //! # A robot across a room
 //!
@@ -60,8 +61,10 @@
 //! ```
 
 pub mod digest;
+pub mod documented;
 pub mod geometry;
 pub mod numeric;
+pub mod spelling;
 
 pub mod map;
 pub mod robot;
@@ -75,6 +78,8 @@ pub mod navigator;
 pub mod base;
 
 pub mod sim;
+
+pub mod nav2;
 
 pub mod bench;
 

@@ -3,11 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms in the order in which data flows. A room may use those before it; the first three are before all.
-const ROOMS: [&str; 13] = [
+/// The rooms in the order in which data flows. A room may use those before it; the first five are before all.
+const ROOMS: [&str; 16] = [
     "digest",
+    "documented",
     "geometry",
     "numeric",
+    "spelling",
     "map",
     "robot",
     "global",
@@ -15,12 +17,13 @@ const ROOMS: [&str; 13] = [
     "navigator",
     "base",
     "sim",
+    "nav2",
     "bench",
     "report",
     "cli",
 ];
 /// So many of them are single files that all rooms build on.
-const FOUNDATIONS: usize = 3;
+const FOUNDATIONS: usize = 5;
 /// Longest source file, lines.
 const MOST_LINES: usize = 500;
 
@@ -221,6 +224,6 @@ fn a_breach_of_each_rule_is_seen() {
     assert_eq!(named("map/grid.rs", tests), [""; 0]);
     assert!(!source("map/grid.rs", tests).code.contains("unwrap"));
     assert!(source("map/grid.rs", "x.unwrap()").code.contains("unwrap"));
-    assert_eq!(source("numeric.rs", "").room(), Some(2));
+    assert_eq!(source("numeric.rs", "").room(), Some(3));
     assert_eq!(source("helpers.rs", "").room(), None);
 }

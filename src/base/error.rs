@@ -20,6 +20,14 @@ pub enum BaseError {
         /// What would be accepted.
         expected: &'static str,
     },
+    /// A table of a configuration that no base can have.
+    #[error("[{table}] {reason}")]
+    BadConfig {
+        /// Name of the table.
+        table: &'static str,
+        /// What is wrong in it.
+        reason: String,
+    },
     /// A command that no base can follow. Nothing was sent.
     #[error(
         "the command is linear {linear} m/s, angular {angular} rad/s: both must be finite; nothing was sent"

@@ -7,6 +7,7 @@
 //! caller sends at a fixed rate, and [`Twist::STOP`] when in doubt: [`Keeper`] does so.
 
 pub mod arduino;
+mod config;
 mod emulator;
 mod error;
 mod exchange;
@@ -25,6 +26,7 @@ mod tick_meter;
 mod verdict;
 pub mod wheeltec;
 
+pub use config::BaseConfig;
 pub use emulator::{Emulator, PlannedTrouble, Trouble};
 pub use error::BaseError;
 pub use faults::Faults;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::settings::above_zero;
 use super::{BaseError, BaseSettings, Faults, Feedback, Verdict};
+use crate::documented::documented;
 use crate::geometry::Twist;
 use crate::robot::{Side, Sides, TrackSpeeds, TrackedDrive};
 
@@ -22,32 +23,34 @@ const LATE_S: f64 = 0.5;
 /// Supply voltage must be low for so long, seconds: it sags under load when a base starts.
 const LOW_BATTERY_S: f64 = 5.0;
 
-/// How doubtful motion must be, and for how long, to be called a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PlausibilitySettings {
-    /// Speed of a track, m/s, above zero, from which on it is expected to move when told so. Default 0.1 m/s: below it
-    /// a deadband, a slope or coarse encoders may hold it back for good reasons.
-    pub sure_to_move: f64,
-    /// Time after which a track that should move and stands is stuck, seconds, above zero. Default 1 s: motors of a
-    /// lag of 0.1 s have long moved, and what blocks them has not yet burnt them.
-    pub stuck_s: f64,
-    /// Time after which a track that runs against its command is wired the wrong way, seconds, above zero. Default 0.5 s:
-    /// commands are ramped before they are sent, so that tracks follow them within a lag or two.
-    pub reversed_s: f64,
-    /// A track that is faster by this, m/s, above zero, than it was told at any time lately has run away. Default
-    /// 0.15 m/s: more than a good speed control overshoots.
-    pub runaway_speed: f64,
-    /// For how long, seconds, above zero, it must have been so. Default 0.5 s, as above.
-    pub runaway_s: f64,
-    /// Difference of turn rates by gyro and tracks, rad/s, above zero, which is slip beyond use, where it is also half of
-    /// the greater of the two. Default 0.4 rad/s: the effective width of tracks is known to some 10 % on one floor.
-    pub slip_rate: f64,
-    /// For how long, seconds, above zero, it must have been so. Default 1 s: over stones a base slips for moments.
-    pub slip_s: f64,
-    /// Age at which a command that the base has not taken is late, seconds, above zero, for a base that says what it has
-    /// taken. Default 0.2 s: ten commands, and two turns of the slowest planner.
-    pub late_s: f64,
+documented! {
+    /// How doubtful motion must be, and for how long, to be called a fault.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct PlausibilitySettings {
+        /// Speed of a track, m/s, above zero, from which on it is expected to move when told so. Default 0.1 m/s: below it
+        /// a deadband, a slope or coarse encoders may hold it back for good reasons.
+        pub sure_to_move: f64,
+        /// Time after which a track that should move and stands is stuck, seconds, above zero. Default 1 s: motors of a
+        /// lag of 0.1 s have long moved, and what blocks them has not yet burnt them.
+        pub stuck_s: f64,
+        /// Time after which a track that runs against its command is wired the wrong way, seconds, above zero. Default 0.5 s:
+        /// commands are ramped before they are sent, so that tracks follow them within a lag or two.
+        pub reversed_s: f64,
+        /// A track that is faster by this, m/s, above zero, than it was told at any time lately has run away. Default
+        /// 0.15 m/s: more than a good speed control overshoots.
+        pub runaway_speed: f64,
+        /// For how long, seconds, above zero, it must have been so. Default 0.5 s, as above.
+        pub runaway_s: f64,
+        /// Difference of turn rates by gyro and tracks, rad/s, above zero, which is slip beyond use, where it is also half of
+        /// the greater of the two. Default 0.4 rad/s: the effective width of tracks is known to some 10 % on one floor.
+        pub slip_rate: f64,
+        /// For how long, seconds, above zero, it must have been so. Default 1 s: over stones a base slips for moments.
+        pub slip_s: f64,
+        /// Age at which a command that the base has not taken is late, seconds, above zero, for a base that says what it has
+        /// taken. Default 0.2 s: ten commands, and two turns of the slowest planner.
+        pub late_s: f64,
+    }
 }
 
 impl Default for PlausibilitySettings {

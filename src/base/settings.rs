@@ -5,34 +5,37 @@ use serde::{Deserialize, Serialize};
 use super::arduino::ArduinoSettings;
 use super::roboclaw::RoboClawSettings;
 use super::{BaseError, Faults, finite};
+use crate::documented::documented;
 use crate::geometry::Twist;
 use crate::robot::{Sides, TrackLimits, TrackSpeeds, TrackedDrive};
 
-/// A tracked base, as its driver sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BaseSettings {
-    /// Distance between the tracks' centre lines, metres, above zero. Default 0.5 m, a small inspection robot.
-    pub track_width_m: f64,
-    /// Effective track width over the geometric one, 0.5 to 5: tracks turn by slipping sideways, and so as if they were
-    /// farther apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the turns
-    /// that were made, and divide ten by them.
-    pub effective_width_ratio: f64,
-    /// Encoder ticks of a metre of each track, above zero. Default 10,000. Of no use to WHEELTEC's frames.
-    pub ticks_per_m: Sides<f64>,
-    /// Whether the first channel of the controller drives the right track. Default false. Of no use to WHEELTEC's frames.
-    pub swap_tracks: bool,
-    /// Whether motor and encoder of a track both count backwards; left and right as the robot has them. Default false.
-    pub reversed: Sides<bool>,
-    /// What each track can do.
-    pub tracks: TrackLimits,
-    /// Battery voltage below which to stop, above zero; none where it is not watched. Default none: it is a matter of
-    /// the cells.
-    pub min_battery_v: Option<f64>,
-    /// The manners of a `RoboClaw`.
-    pub roboclaw: RoboClawSettings,
-    /// The manners of a `ROSArduinoBridge`.
-    pub arduino: ArduinoSettings,
+documented! {
+    /// A tracked base, as its driver sees it.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct BaseSettings {
+        /// Distance between the tracks' centre lines, metres, above zero. Default 0.5 m, a small inspection robot.
+        pub track_width_m: f64,
+        /// Effective track width over the geometric one, 0.5 to 5: tracks turn by slipping sideways, and so as if they were
+        /// farther apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the turns
+        /// that were made, and divide ten by them.
+        pub effective_width_ratio: f64,
+        /// Encoder ticks of a metre of each track, above zero. Default 10,000. Of no use to WHEELTEC's frames.
+        pub ticks_per_m: Sides<f64>,
+        /// Whether the first channel of the controller drives the right track. Default false. Of no use to WHEELTEC's frames.
+        pub swap_tracks: bool,
+        /// Whether motor and encoder of a track both count backwards; left and right as the robot has them. Default false.
+        pub reversed: Sides<bool>,
+        /// What each track can do.
+        pub tracks: TrackLimits,
+        /// Battery voltage below which to stop, above zero, such as 21.0 for seven lithium cells at 3 V each; none where it
+        /// is not watched. Default none: it is a matter of the cells.
+        pub min_battery_v: Option<f64>,
+        /// The manners of a `RoboClaw`.
+        pub roboclaw: RoboClawSettings,
+        /// The manners of a `ROSArduinoBridge`.
+        pub arduino: ArduinoSettings,
+    }
 }
 
 impl Default for BaseSettings {

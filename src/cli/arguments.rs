@@ -45,6 +45,8 @@ pub enum Command {
     /// List adapters and CPU features.
     #[command(after_help = "Example:\n  inbye devices --json")]
     Devices,
+    /// Print every setting with its default, check a file of them, or take over Nav2's.
+    Config(super::config_arguments::ConfigArguments),
     /// Measure.
     Bench(BenchArguments),
     /// A base on a serial line: emulate one, tell one, watch one.

@@ -7,8 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use inbye::base::{BaseSettings, Keeper, KeeperSettings, Open, Protocol};
-use serde::{Deserialize, Serialize};
+use inbye::base::{BaseConfig, Keeper, Open, Protocol};
 
 use super::base_arguments::LineArguments;
 use super::config;
@@ -19,26 +18,6 @@ const ANSWER_WITHIN_S: f64 = 3.0;
 /// Time between two looks at a keeper.
 pub const LOOK: Duration = Duration::from_millis(20);
 
-/// The file of `--base-config`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BaseFile {
-    /// What the driver must know of the base.
-    pub base: BaseSettings,
-    /// How it is kept.
-    pub keeper: KeeperSettings,
-}
-
-impl BaseFile {
-    /// Reads the file, or takes the defaults.
-    pub fn read(file: Option<&Path>) -> anyhow::Result<Self> {
-        config::read("--base-config", file, |read: &Self| {
-            read.base.validate().context("base")?;
-            read.keeper.validate().context("keeper")
-        })
-    }
-}
-
 /// Which base, on which port.
 #[derive(Clone, Debug)]
 pub struct BaseLine {
@@ -47,7 +26,7 @@ pub struct BaseLine {
     /// What the base speaks.
     pub protocol: Protocol,
     /// What it is, and how it is kept.
-    pub settings: BaseFile,
+    pub settings: BaseConfig,
 }
 
 impl BaseLine {
@@ -58,17 +37,17 @@ impl BaseLine {
     }
 
     /// A base on a port that speaks a protocol, with its settings.
-    pub fn new(port: &str, protocol: Protocol, config: Option<&Path>) -> anyhow::Result<Self> {
+    pub fn new(port: &str, protocol: Protocol, file: Option<&Path>) -> anyhow::Result<Self> {
         Ok(Self {
             port: port.to_owned(),
             protocol,
-            settings: BaseFile::read(config)?,
+            settings: config::load_base("--base-config", file)?,
         })
     }
 
     /// Opens the port and keeps the base still until something is planned, or until the flag is set.
     pub fn keeper(&self, end: Arc<AtomicBool>) -> anyhow::Result<Keeper> {
-        let BaseFile { base, keeper } = self.settings;
+        let BaseConfig { base, keeper } = self.settings;
         Keeper::start(self.opener(), &base, keeper, end).context("--port")
     }
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, anyhow};
+use inbye::base::BaseConfig;
 use inbye::sim::Config;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -13,13 +14,18 @@ use super::plain_words::plain_words;
 /// Longest line of the file that an error shows, characters.
 const SHOWN: usize = 60;
 
-/// Settings from a TOML file, or the defaults. Unknown keys and numbers out of range are errors.
-pub fn load(file: Option<&Path>) -> anyhow::Result<Config> {
-    read("--config", file, |config: &Config| Ok(config.validate()?))
+/// Settings from the TOML file of a flag, or the defaults. Unknown keys and numbers out of range are errors.
+pub fn load(flag: &str, file: Option<&Path>) -> anyhow::Result<Config> {
+    read(flag, file, |config: &Config| Ok(config.validate()?))
+}
+
+/// Settings of a base and its keeper, likewise.
+pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> {
+    read(flag, file, |config: &BaseConfig| Ok(config.validate()?))
 }
 
 /// Settings of any kind from the TOML file of a flag, checked, or the defaults.
-pub fn read<T: Default + Serialize + DeserializeOwned>(
+fn read<T: Default + Serialize + DeserializeOwned>(
     flag: &str,
     file: Option<&Path>,
     validate: impl Fn(&T) -> anyhow::Result<()>,

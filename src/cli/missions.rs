@@ -11,13 +11,12 @@ use inbye::bench::missions::{
     MissionKey, MissionRow, MissionSite, Rules, Setup, built_in_sites, drive,
 };
 use inbye::local::{CpuEngine, Engine};
-use inbye::map::{LoadOptions, load};
 use inbye::sim::{Config, Observer};
 
 use super::arguments::{number, whole};
 use super::campaign::Campaign;
 use super::clock::wall_clock;
-use super::{config, output};
+use super::{config, map_file, output};
 
 /// Which missions.
 #[derive(Debug, Args)]
@@ -60,7 +59,7 @@ impl MissionsArguments {
             unmapped_share,
             ..Rules::default()
         };
-        let config = config::load(self.config.as_deref())?;
+        let config = config::load("--config", self.config.as_deref())?;
         let (mut roomy, mut narrow) = (Vec::new(), Vec::new());
         for site in sites(&self.maps, &config)? {
             match site.draw(self.seed, &rules, &config) {
@@ -90,7 +89,7 @@ fn sites(maps: &[PathBuf], config: &Config) -> anyhow::Result<Vec<MissionSite>> 
         if !names.insert(name.to_string()) {
             bail!("--maps: two maps are called {name}: rename one, or leave it out");
         }
-        let map = load(&file, &LoadOptions::default())?;
+        let map = map_file::load(&file, 1.0)?;
         sites.push(MissionSite::new(&name, map, config));
     }
     Ok(sites)

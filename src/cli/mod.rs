@@ -16,6 +16,8 @@ mod changes;
 mod clock;
 mod closed_loop;
 mod config;
+mod config_arguments;
+mod config_command;
 mod density_words;
 mod devices;
 mod drive;
@@ -25,6 +27,7 @@ mod engines;
 mod evaluate;
 mod followed;
 mod hardship_words;
+mod import_nav2;
 mod interrupt;
 mod main_job;
 mod map_file;
@@ -73,6 +76,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Evaluate(command)) => evaluate::run(command, json),
         Some(Command::Verify(command)) => verify::run(command, json),
         Some(Command::Devices) => devices::run(json),
+        Some(Command::Config(command)) => config_command::run(command, json),
         Some(Command::Base(base)) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
             BaseCommand::Send(command) => base_send::run(command, json),

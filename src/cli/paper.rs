@@ -9,14 +9,13 @@ use inbye::bench::paper::drives::{Course, Drives, Traffic, drive_all, drive_tabl
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, Table, TaskRuns, made_mine, measure, path_tables,
 };
-use inbye::map::{LoadOptions, load};
 use inbye::report::{PaperReport, paper_html};
 use inbye::sim::Config;
 use serde_json::json;
 
 use super::arguments::whole;
 use super::clock::wall_clock;
-use super::{engines, output, paper_words, report_file};
+use super::{engines, map_file, output, paper_words, report_file};
 
 /// Ways through the mine, as many as Table 2 has.
 const WAYS: usize = 5;
@@ -134,7 +133,7 @@ fn mine(arguments: &PaperArguments, config: &Config) -> anyhow::Result<Site> {
         let title = format!("a made mine, seed {seed}");
         return Ok(Site::mine(&title, made_mine(seed), WAYS, seed, config)?);
     };
-    let map = load(file, &LoadOptions { resolution_m: 1.0 })?;
+    let map = map_file::load(file, 1.0)?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
     Site::mine(&name, map, WAYS, seed, config).with_context(|| file.display().to_string())
 }

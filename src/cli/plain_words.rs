@@ -1,5 +1,7 @@
 //! What serde says about a file, in words for people who do not write Rust.
 
+use inbye::spelling::nearest;
+
 /// Names of Rust's types, and what to write.
 const TYPES: [(&str, &str); 4] = [
     ("expected u32", "expected a whole number, at least 0"),
@@ -7,9 +9,6 @@ const TYPES: [(&str, &str); 4] = [
     ("expected f64", "expected a number"),
     ("expected a sequence", "expected a list"),
 ];
-
-/// Less alike than this, two words are not the same one mistyped.
-const ALIKE: f64 = 0.75;
 
 /// A message of serde's without names of types; with the mend, where the message is about a key or word that does not
 /// exist and there is one that is like it. `home` names the place where a key belongs that is right, but not here.
@@ -38,11 +37,8 @@ fn mend(message: &str, home: impl Fn(&str) -> Option<String>) -> Option<String> 
     if let Some(home) = home(given) {
         return Some(format!("`{given}` belongs in {home}"));
     }
-    let likeness = |known: &str| strsim::normalized_damerau_levenshtein(given, known);
-    let (known, alike) = quoted
-        .map(|known| (known, likeness(known)))
-        .max_by(|one, other| one.1.total_cmp(&other.1))?;
-    (alike >= ALIKE).then(|| format!("did you mean `{known}`?"))
+    let known = nearest(given, quoted)?;
+    Some(format!("did you mean `{known}`?"))
 }
 
 #[cfg(test)]

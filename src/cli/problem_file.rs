@@ -9,10 +9,11 @@ use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
     ClearanceField, LocalSettings, Normalization, Outside, Problem, Situation, Stopping, Weights,
 };
-use inbye::map::{LoadOptions, MovingDisc, OccupancyGrid, UnknownPolicy, load};
+use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
 
+use super::map_file;
 use super::plain_words::plain_words;
 
 /// The text under `inbye evaluate --help`.
@@ -176,10 +177,7 @@ fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid
         } => {
             // Relative to the problem, as a map's image is relative to its YAML.
             let path = problem.parent().unwrap_or(Path::new("")).join(file);
-            let options = LoadOptions {
-                resolution_m: source.resolution_m.unwrap_or(1.0),
-            };
-            Ok(load(&path, &options)?)
+            map_file::load(&path, source.resolution_m.unwrap_or(1.0))
         }
         _ => bail!("map needs either `rows` or `file`"),
     }

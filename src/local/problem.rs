@@ -6,23 +6,26 @@ use serde::{Deserialize, Serialize};
 
 use super::ranges::in_range;
 use super::{ClearanceField, ProblemError, Window};
+use crate::documented::documented;
 use crate::geometry::{Point, Pose};
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 
-/// How much each term counts (paper, eq. 35: alpha, beta, gamma and lambda).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Weights {
-    /// Of facing the target at the end (alpha).
-    pub heading: f64,
-    /// Of keeping away from obstacles (beta).
-    pub clearance: f64,
-    /// Of going fast (gamma).
-    pub velocity: f64,
-    /// Of ending near the key node (lambda). Its distance is subtracted: the paper prints a plus, yet says that
-    /// smaller is better.
-    pub path: f64,
+documented! {
+    /// How much each term counts (paper, eq. 35: alpha, beta, gamma and lambda).
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Weights {
+        /// Of facing the target at the end (alpha), 0 to 1e6.
+        pub heading: f64,
+        /// Of keeping away from obstacles (beta), 0 to 1e6.
+        pub clearance: f64,
+        /// Of going fast (gamma), 0 to 1e6.
+        pub velocity: f64,
+        /// Of ending near the key node (lambda), 0 to 1e6. Its distance is subtracted: the paper prints a plus, yet says
+        /// that smaller is better.
+        pub path: f64,
+    }
 }
 
 impl Default for Weights {

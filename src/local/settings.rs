@@ -4,31 +4,36 @@ use serde::{Deserialize, Serialize};
 
 use super::ranges::{check_counts, in_range};
 use super::{Normalization, Outside, ProblemError, Stopping, Weights};
+use crate::documented::documented;
 
-/// Sampling density, horizon and weights. The defaults drive the default robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LocalSettings {
-    /// Forward speeds tried at each decision.
-    pub vx_samples: u32,
-    /// Turn rates tried at each decision.
-    pub vtheta_samples: u32,
-    /// Time from one decision to the next, seconds: the window spans what can be reached within it.
-    pub control_period_s: f64,
-    /// Horizon, seconds.
-    pub sim_time_s: f64,
-    /// Time between two checked poses, seconds.
-    pub sim_step_s: f64,
-    /// Clearance beyond which more is not better, metres.
-    pub max_clearance_m: f64,
-    /// What lies beyond the local field.
-    pub outside: Outside,
-    /// How much each term counts.
-    pub weights: Weights,
-    /// How the terms are brought to one scale.
-    pub normalization: Normalization,
-    /// What a sample must be able to stop within.
-    pub stopping: Stopping,
+documented! {
+    /// Sampling density, horizon and weights. The defaults drive the default robot.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct LocalSettings {
+        /// Forward speeds tried at each decision, at least 1; times `vtheta_samples` at most 4194304.
+        pub vx_samples: u32,
+        /// Turn rates tried at each decision, at least 1.
+        pub vtheta_samples: u32,
+        /// Time from one decision to the next, seconds, 0.0001 to 1000: the window spans what can be reached within it.
+        pub control_period_s: f64,
+        /// Horizon, seconds, above zero and at most 1000, and at most 1023 steps.
+        pub sim_time_s: f64,
+        /// Time between two checked poses, seconds, above zero and at most 1000.
+        pub sim_step_s: f64,
+        /// Clearance beyond which more is not better, metres, above zero and at most 1000.
+        pub max_clearance_m: f64,
+        /// What lies beyond the local field: `obstacle` or `free`.
+        pub outside: Outside,
+        /// How much each term counts.
+        pub weights: Weights,
+        /// How the terms are brought to one scale: `sum`, each over its sum, or `minmax`, each by its place between its
+        /// least and greatest.
+        pub normalization: Normalization,
+        /// What a sample must be able to stop within: `clearance`, the smallest along the trajectory, or `arc`, the way
+        /// left before contact.
+        pub stopping: Stopping,
+    }
 }
 
 impl Default for LocalSettings {

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{MAX_GRID_CELLS, MapError, OccupancyGrid, map_server, movingai, text_map};
+use super::{MAX_GRID_CELLS, MapError, MapNote, OccupancyGrid, map_server, movingai, text_map};
 
 /// What a map file may leave unsaid.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,13 +33,29 @@ const MAX_ROWS_BYTES: u64 = 3 * MAX_GRID_CELLS as u64;
 /// # Errors
 /// When the file cannot be read or does not follow its format; the message names the file and the place.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<OccupancyGrid, MapError> {
-    read(path, options).map_err(|problem| problem.in_file(path))
+    load_noting(path, options, &mut |_| {})
 }
 
-fn read(path: &Path, options: &LoadOptions) -> Result<OccupancyGrid, MapError> {
+/// The same, and tells what in the file is no error and may not be meant.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_noting(
+    path: &Path,
+    options: &LoadOptions,
+    note: &mut dyn FnMut(MapNote),
+) -> Result<OccupancyGrid, MapError> {
+    read(path, options, note).map_err(|problem| problem.in_file(path))
+}
+
+fn read(
+    path: &Path,
+    options: &LoadOptions,
+    note: &mut dyn FnMut(MapNote),
+) -> Result<OccupancyGrid, MapError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     match extension.to_ascii_lowercase().as_str() {
-        "yaml" | "yml" => map_server::read(path, &read_text(path, MAX_YAML_BYTES)?),
+        "yaml" | "yml" => map_server::read(path, &read_text(path, MAX_YAML_BYTES)?, note),
         "pgm" | "png" | "bmp" => Err(MapError::BareImage),
         extension => {
             let text = read_text(path, MAX_ROWS_BYTES)?;

@@ -14,11 +14,16 @@ use std::path::{Path, PathBuf};
 
 use super::grey_image::{GreyImage, Pixel};
 use super::map_yaml::{MapYaml, Mode};
-use super::{GridFrame, MapError, OccupancyGrid, UNKNOWN};
+use super::{GridFrame, MapError, MapNote, OccupancyGrid, UNKNOWN};
 
 /// A map from the text of its YAML file and the image that it names.
-pub(super) fn read(yaml_path: &Path, text: &str) -> Result<OccupancyGrid, MapError> {
-    let yaml = MapYaml::parse(text)?;
+pub(super) fn read(
+    yaml_path: &Path,
+    text: &str,
+    note: &mut dyn FnMut(MapNote),
+) -> Result<OccupancyGrid, MapError> {
+    let mut yaml = MapYaml::parse(text)?;
+    yaml.notes.drain(..).for_each(note);
     let image_path = image_path(yaml_path, &yaml.image, env::home_dir().as_deref());
     let image = GreyImage::read(&image_path).map_err(|problem| MapError::InImage {
         line: yaml.image_line,

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use serde_json::Value;
-use serde_saphyr::options::NonFiniteFloatPolicy;
-use serde_saphyr::{Error, Options, Spanned, budget, options};
+use serde_saphyr::Spanned;
 use strsim::levenshtein;
 
-use super::MapError;
+use super::yaml::{self, BadYaml};
+use super::{MapError, MapNote};
 use crate::geometry::Pose;
+use crate::spelling::nearest;
 
 /// The contents of the file, checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +30,8 @@ pub(super) struct MapYaml {
     pub negate: bool,
     /// How grey becomes occupancy.
     pub mode: Mode,
+    /// What somebody should know who wrote it.
+    pub notes: Vec<MapNote>,
 }
 
 /// How grey becomes occupancy.
@@ -57,7 +60,8 @@ const KEYS: [&str; 7] = [
 ];
 
 impl MapYaml {
-    /// Reads the text of a YAML file. Keys without a meaning are passed over, as Nav2 does.
+    /// Reads the text of a YAML file. Keys without a meaning are passed over, as Nav2 does, for other tools have theirs in
+    /// the same file; one that is spelled almost like one with a meaning is noted.
     pub(super) fn parse(text: &str) -> Result<Self, MapError> {
         let file = Entries::parse(text)?;
         let unit = |number: f64| (0.0..=1.0).contains(&number);
@@ -83,6 +87,7 @@ impl MapYaml {
             } else {
                 Mode::Trinary
             },
+            notes: file.notes(),
         };
         if parsed.free_thresh < parsed.occupied_thresh {
             Ok(parsed)
@@ -99,13 +104,26 @@ struct Entries {
 
 impl Entries {
     fn parse(text: &str) -> Result<Self, MapError> {
-        let entries = serde_saphyr::from_str_with_options(text, reading()).map_err(|error| {
-            MapError::BadYaml {
-                line: error.location().map_or(1, |place| place.line() as usize),
-                reason: reason(&error),
-            }
-        })?;
-        Ok(Self { entries })
+        match yaml::parse(text, MAX_NODES) {
+            Ok(entries) => Ok(Self { entries }),
+            Err(BadYaml { line, reason }) => Err(MapError::BadYaml { line, reason }),
+        }
+    }
+
+    /// Keys without a meaning that may be one mistyped, in the order of their lines.
+    fn notes(&self) -> Vec<MapNote> {
+        let note = |(found, entry): (&String, &Spanned<Value>)| {
+            let stranger = !KEYS.contains(&found.as_str());
+            let meant = nearest(found, KEYS).filter(|_| stranger)?;
+            Some(MapNote::LikeAKey {
+                line: entry.referenced.line() as usize,
+                found: found.clone(),
+                meant,
+            })
+        };
+        let mut notes: Vec<MapNote> = self.entries.iter().filter_map(note).collect();
+        notes.sort_by_key(|MapNote::LikeAKey { line, .. }| *line);
+        notes
     }
 
     /// Line and value of a key.
@@ -152,28 +170,6 @@ impl Entries {
             .filter(|(edits, ..)| 2 * edits <= key.len())
             .min()
             .map(|(_, line, found)| (line, found.clone()))
-    }
-}
-
-fn reading() -> Options {
-    options! {
-        budget: budget! { max_nodes: MAX_NODES },
-        non_finite_float_policy: NonFiniteFloatPolicy::AsString,
-        with_snippet: false,
-    }
-}
-
-/// What the YAML reader says, in one line.
-fn reason(error: &Error) -> String {
-    match error.without_snippet() {
-        Error::DuplicateMappingKey { key: Some(key), .. } => format!("key `{key}` once more"),
-        Error::AliasError { error, .. } => reason(error),
-        Error::Budget { .. } => format!("the file unfolds to more than {MAX_NODES} values"),
-        Error::MultipleDocuments { .. } => "a second document".into(),
-        error => {
-            let words = error.to_string();
-            words.split_whitespace().collect::<Vec<_>>().join(" ")
-        }
     }
 }
 

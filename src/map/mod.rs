@@ -15,9 +15,11 @@ mod map_server;
 mod map_yaml;
 mod moving_disc;
 mod movingai;
+mod note;
 mod scan;
 mod scenario;
 mod text_map;
+pub(crate) mod yaml;
 
 pub(crate) use bit_grid::BitGrid;
 pub use distance_field::DistanceField;
@@ -27,8 +29,9 @@ pub use grid::{
     Cell, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_FROM, ObstacleGrid, OccupancyGrid,
     UNKNOWN, UnknownPolicy,
 };
-pub use load::{LoadOptions, load};
+pub use load::{LoadOptions, load, load_noting};
 pub use moving_disc::MovingDisc;
 pub use movingai::cell_from_top_left;
+pub use note::MapNote;
 pub use scan::Scan;
 pub use scenario::{Scenario, read_scen};

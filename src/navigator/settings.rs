@@ -5,80 +5,88 @@ use core::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use super::{Abilities, Fault};
+use crate::documented::documented;
 
-/// Distances, tolerances and patience. The defaults drive the default robot through mine drifts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NavigatorSettings {
-    /// The goal is reached when the robot stands within this distance of it, metres.
-    pub xy_goal_tolerance: f64,
-    /// Where the goal asks for a yaw, the robot must stand within this of it, radians.
-    pub yaw_goal_tolerance: f64,
-    /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal, metres.
-    pub xy_parking_tolerance: f64,
-    /// And within this of the yaw asked for, radians.
-    pub yaw_parking_tolerance: f64,
-    /// A goal this near and straight ahead is driven at by distance alone, metres.
-    pub parking_distance_m: f64,
-    /// When this is over and it stands within the goal's tolerances, it has arrived all the same, seconds.
-    pub parking_patience_s: f64,
-    /// How long it stands at each stop of a tour, seconds.
-    pub stop_s: f64,
-    /// From a command to its effect, seconds: the robot's motion until then is taken for granted.
-    pub actuation_delay_s: f64,
-    /// Gap kept to everything beyond the footprint, metres, on top of the map's own coarseness.
-    pub safety_margin_m: f64,
-    /// Gap kept to moving obstacles, metres: they may turn round at any moment.
-    pub moving_margin_m: f64,
-    /// Gap kept to somebody who came within that margin, metres: enough to pass slowly.
-    pub passing_margin_m: f64,
-    /// Highest speed while something is within its margin, m/s.
-    pub passing_speed: f64,
-    /// Extra distance to walls that the global path keeps where there is room, metres.
-    pub comfort_margin_m: f64,
-    /// A path that keeps it is taken if it is at most this many times as long as one that does not, at least 1.
-    pub comfort_detour: f64,
-    /// Key nodes are at most this far apart along the path, metres.
-    pub key_node_spacing_m: f64,
-    /// The local target is the first key node at least this far ahead along the path, metres, if it is in sight: as far as
-    /// the robot gets within the horizon, or it would dawdle.
-    pub lookahead_m: f64,
-    /// And if not, one nearer that is, down to the first at least this far ahead, metres.
-    pub least_lookahead_m: f64,
-    /// The path is checked for new obstacles this far ahead, metres, as far as the local window shows.
-    pub check_ahead_m: f64,
-    /// The robot turns in place when the target lies further off its heading than this, radians.
-    pub turn_in_place_from: f64,
-    /// It drives on when the target lies within this, radians.
-    pub turn_in_place_until: f64,
-    /// It tries something else after standing or creeping for this long, seconds.
-    pub patience_s: f64,
-    /// Seconds between two attempts to plan anew.
-    pub replan_period_s: f64,
-    /// Age of a scan, seconds, from which the robot stops: Nav2's `costmap_update_timeout`.
-    pub senses_timeout_s: f64,
-    /// It gives up when its senses could not be believed for so many seconds' worth of ticks.
-    pub senses_patience_s: f64,
-    /// A new plan is followed so long after it was asked for, seconds; planning runs beside the control loop.
-    pub planning_budget_s: f64,
-    /// Whether to stop the control loop for a plan that takes longer than that. It keeps a simulated run the same at each
-    /// repetition; a robot goes on and takes the plan when it is there.
-    pub wait_for_plans: bool,
-    /// What a decision may take, seconds: one that takes longer is not sent. None: no decision is ever late, which keeps a
-    /// simulated run the same at each repetition.
-    pub deadline_s: Option<f64>,
-    /// What has blocked the path for so long is taken to stay, however long the way round is, seconds.
-    pub detour_patience_s: f64,
-    /// A way found that is shorter than the rest of the path by this share is taken, 0 to 1, though nothing blocks the path.
-    pub shorter_share: f64,
-    /// Progress along the path that counts as such, metres (Nav2: `required_movement_radius`).
-    pub required_movement_radius: f64,
-    /// The mission is given up after this long without progress, seconds.
-    pub give_up_after_s: f64,
-    /// Speed at which the robot backs out of a dead end, m/s.
-    pub backing_speed: f64,
-    /// What it does beyond the dynamic window.
-    pub abilities: Abilities,
+documented! {
+    /// Distances, tolerances and patience. The defaults drive the default robot through mine drifts.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct NavigatorSettings {
+        /// The goal is reached when the robot stands within this distance of it, metres, above zero and at most 10000.
+        pub xy_goal_tolerance: f64,
+        /// Where the goal asks for a yaw, the robot must stand within this of it, radians, above zero and at most pi.
+        pub yaw_goal_tolerance: f64,
+        /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal, metres, above
+        /// zero and at most 10000.
+        pub xy_parking_tolerance: f64,
+        /// And within this of the yaw asked for, radians, above zero and at most pi.
+        pub yaw_parking_tolerance: f64,
+        /// A goal this near and straight ahead is driven at by distance alone, metres, 0 to 10000.
+        pub parking_distance_m: f64,
+        /// When this is over and it stands within the goal's tolerances, it has arrived all the same, seconds, 0 to 10000.
+        pub parking_patience_s: f64,
+        /// How long it stands at each stop of a tour, seconds, 0 to 10000.
+        pub stop_s: f64,
+        /// From a command to its effect, seconds, 0 to 10000: the robot's motion until then is taken for granted.
+        pub actuation_delay_s: f64,
+        /// Gap kept to everything beyond the footprint, metres, 0 to 10000, on top of the map's own coarseness.
+        pub safety_margin_m: f64,
+        /// Gap kept to moving obstacles, metres, 0 to 10000: they may turn round at any moment.
+        pub moving_margin_m: f64,
+        /// Gap kept to somebody who came within that margin, metres, 0 to 10000: enough to pass slowly.
+        pub passing_margin_m: f64,
+        /// Highest speed while something is within its margin, m/s, above zero and at most 10000.
+        pub passing_speed: f64,
+        /// Extra distance to walls that the global path keeps where there is room, metres, 0 to 10000.
+        pub comfort_margin_m: f64,
+        /// A path that keeps it is taken if it is at most this many times as long as one that does not, 1 to 10000.
+        pub comfort_detour: f64,
+        /// Key nodes are at most this far apart along the path, metres, 0.01 to 10000.
+        pub key_node_spacing_m: f64,
+        /// The local target is the first key node at least this far ahead along the path, metres, above zero and at most
+        /// 10000, if it is in sight: as far as the robot gets within the horizon, or it would dawdle.
+        pub lookahead_m: f64,
+        /// And if not, one nearer that is, down to the first at least this far ahead, metres, 0 to 10000.
+        pub least_lookahead_m: f64,
+        /// The path is checked for new obstacles this far ahead, metres, 0 to 10000, as far as the local window shows.
+        pub check_ahead_m: f64,
+        /// The robot turns in place when the target lies further off its heading than this, radians, above zero and at most
+        /// pi.
+        pub turn_in_place_from: f64,
+        /// It drives on when the target lies within this, radians, above zero and at most `turn_in_place_from`.
+        pub turn_in_place_until: f64,
+        /// It tries something else after standing or creeping for this long, seconds, 0 to 10000.
+        pub patience_s: f64,
+        /// Time from one attempt to plan anew to the next, seconds, 0 to 10000.
+        pub replan_period_s: f64,
+        /// Age of a scan, seconds, above zero and at most 10000, from which the robot stops: Nav2's
+        /// `costmap_update_timeout`.
+        pub senses_timeout_s: f64,
+        /// It gives up when its senses could not be believed for so many seconds' worth of ticks, 0 to 10000.
+        pub senses_patience_s: f64,
+        /// A new plan is followed so long after it was asked for, seconds, 0 to 10000; planning runs beside the control
+        /// loop.
+        pub planning_budget_s: f64,
+        /// Whether to stop the control loop for a plan that takes longer than that. It keeps a simulated run the same at each
+        /// repetition; a robot goes on and takes the plan when it is there.
+        pub wait_for_plans: bool,
+        /// What a decision may take, seconds, above zero and at most 10000, such as 0.05: one that takes longer is not
+        /// sent. None: no decision is ever late, which keeps a simulated run the same at each repetition.
+        pub deadline_s: Option<f64>,
+        /// What has blocked the path for so long is taken to stay, however long the way round is, seconds, 0 to 10000.
+        pub detour_patience_s: f64,
+        /// A way found that is shorter than the rest of the path by this share is taken, 0 to 1, though nothing blocks the path.
+        pub shorter_share: f64,
+        /// Progress along the path that counts as such, metres, above zero and at most 10000 (Nav2:
+        /// `required_movement_radius`).
+        pub required_movement_radius: f64,
+        /// The mission is given up after this long without progress, seconds, above zero and at most 10000.
+        pub give_up_after_s: f64,
+        /// Speed at which the robot backs out of a dead end, m/s, above zero and at most 10000.
+        pub backing_speed: f64,
+        /// What it does beyond the dynamic window.
+        pub abilities: Abilities,
+    }
 }
 
 impl Default for NavigatorSettings {

@@ -3,26 +3,29 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
+use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 
-/// What the base can do. Names are those of Nav2's DWB; decelerations are negative there, and here.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Limits {
-    /// Lowest forward speed, m/s; negative lets the robot back up.
-    pub min_vel_x: f64,
-    /// Highest forward speed, m/s.
-    pub max_vel_x: f64,
-    /// Highest turn rate either way, rad/s.
-    pub max_vel_theta: f64,
-    /// Highest gain of forward speed, m/s^2, above zero.
-    pub acc_lim_x: f64,
-    /// Hardest braking, m/s^2, below zero.
-    pub decel_lim_x: f64,
-    /// Highest gain of turn rate, rad/s^2, above zero.
-    pub acc_lim_theta: f64,
-    /// Hardest loss of turn rate, rad/s^2, below zero.
-    pub decel_lim_theta: f64,
+documented! {
+    /// What the base can do. Names are those of Nav2's DWB; decelerations are negative there, and here.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Limits {
+        /// Lowest forward speed, m/s, at most `max_vel_x`; negative lets the robot back up.
+        pub min_vel_x: f64,
+        /// Highest forward speed, m/s, at least `min_vel_x`.
+        pub max_vel_x: f64,
+        /// Highest turn rate either way, rad/s, above zero.
+        pub max_vel_theta: f64,
+        /// Highest gain of forward speed, m/s^2, above zero.
+        pub acc_lim_x: f64,
+        /// Hardest braking, m/s^2, below zero.
+        pub decel_lim_x: f64,
+        /// Highest gain of turn rate, rad/s^2, above zero.
+        pub acc_lim_theta: f64,
+        /// Hardest loss of turn rate, rad/s^2, below zero.
+        pub decel_lim_theta: f64,
+    }
 }
 
 impl Default for Limits {

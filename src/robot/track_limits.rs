@@ -3,22 +3,25 @@
 use serde::{Deserialize, Serialize};
 
 use super::{RobotError, Sides, TrackSpeeds};
+use crate::documented::documented;
 
-/// The limits of each track alone, which hold after the mixing of speed and turn rate.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TrackLimits {
-    /// Highest speed of a track either way, m/s, above zero. Default 1.25 m/s: what the default [`super::Limits`] ask of
-    /// the outer track of a base 0.5 m wide, at top speed and top turn rate.
-    pub max_track_speed: f64,
-    /// Highest gain of a track's speed, m/s^2, above zero. Default 1.5 m/s^2: the default gain of forward speed and of
-    /// turn rate at once, 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
-    pub acc_lim_track: f64,
-    /// Hardest braking of a track, m/s^2, below zero, in Nav2's sign for braking. Default -1.5 m/s^2, as the gain.
-    pub decel_lim_track: f64,
-    /// Speed below which a track stands, m/s, at least zero and below the highest. Default 0.02 m/s: our own choice for
-    /// geared motors, which stick or jerk below it.
-    pub deadband: f64,
+documented! {
+    /// The limits of each track alone, which hold after the mixing of speed and turn rate.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct TrackLimits {
+        /// Highest speed of a track either way, m/s, above zero. Default 1.25 m/s: what the default limits of the robot ask
+        /// of the outer track of a base 0.5 m wide, at top speed and top turn rate.
+        pub max_track_speed: f64,
+        /// Highest gain of a track's speed, m/s^2, above zero. Default 1.5 m/s^2: the default gain of forward speed and of
+        /// turn rate at once, 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
+        pub acc_lim_track: f64,
+        /// Hardest braking of a track, m/s^2, below zero, in Nav2's sign for braking. Default -1.5 m/s^2, as the gain.
+        pub decel_lim_track: f64,
+        /// Speed below which a track stands, m/s, at least zero and below `max_track_speed`. Default 0.02 m/s: our own
+        /// choice for geared motors, which stick or jerk below it.
+        pub deadband: f64,
+    }
 }
 
 impl Default for TrackLimits {

@@ -5,23 +5,27 @@ use core::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use super::error::{above_zero, require};
-use super::{Crowd, DriveDynamics, Fixes, Lidar, OdometryNoise, SimError};
+use super::{Crowd, DriveDynamics, Fixes, Lidar, OdometryNoise, SimError, Slip};
+use crate::documented::{Described, Keys, commented_toml, described, documented};
 use crate::global;
-use crate::local::{LocalSettings, MAX_DISCS};
+use crate::local::{LocalSettings, MAX_DISCS, Weights};
 use crate::map::UnknownPolicy;
-use crate::navigator::{NavigatorSettings, RobotModel, RoutePlanner};
+use crate::navigator::{Abilities, NavigatorSettings, RobotModel, RoutePlanner};
 use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
 
-/// The robot as a configuration describes it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RobotConfig {
-    /// Discs that cover it, in its own frame.
-    pub footprint: Footprint,
-    /// Distance between the tracks' centre lines, metres.
-    pub track_width_m: f64,
-    /// Speeds and accelerations.
-    pub limits: Limits,
+documented! {
+    /// The robot as a configuration describes it.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct RobotConfig {
+        /// Discs that cover it, in its own frame, 1 to 8: centre ahead `x` and to the left `y`, and `radius`, above zero,
+        /// metres.
+        pub footprint: Footprint,
+        /// Distance between the tracks' centre lines, metres, above zero.
+        pub track_width_m: f64,
+        /// Speeds and accelerations.
+        pub limits: Limits,
+    }
 }
 
 impl Default for RobotConfig {
@@ -77,18 +81,20 @@ impl RobotConfig {
     }
 }
 
-/// Simulated people.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct WalkerSettings {
-    /// Radius of each, metres.
-    pub radius_m: f64,
-    /// Speed of the slowest, m/s.
-    pub slowest: f64,
-    /// Speed of the fastest, m/s.
-    pub fastest: f64,
-    /// Whether they stop rather than walk into the robot.
-    pub yields: bool,
+documented! {
+    /// Simulated people.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct WalkerSettings {
+        /// Radius of each, metres, above zero and at most 1000.
+        pub radius_m: f64,
+        /// Speed of the slowest, m/s, above zero and at most 1000.
+        pub slowest: f64,
+        /// Speed of the fastest, m/s, at least `slowest` and at most 1000.
+        pub fastest: f64,
+        /// Whether they stop rather than walk into the robot.
+        pub yields: bool,
+    }
 }
 
 impl Default for WalkerSettings {
@@ -148,33 +154,69 @@ impl WalkerSettings {
     }
 }
 
-/// A whole configuration.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Config {
-    /// What unknown ground counts as.
-    pub unknown: UnknownPolicy,
-    /// The robot.
-    pub robot: RobotConfig,
-    /// Global planning.
-    pub global: global::Settings,
-    /// Local planning.
-    pub local: LocalSettings,
-    /// Following the path.
-    pub navigator: NavigatorSettings,
-    /// The simulated lidar.
-    pub lidar: Lidar,
-    /// The simulated base, and how its tracks slip.
-    pub dynamics: DriveDynamics,
-    /// The simulated base's measurement of its own motion.
-    pub odometry: OdometryNoise,
-    /// Simulated fixes of the robot's pose.
-    pub fixes: Fixes,
-    /// Simulated people.
-    pub walkers: WalkerSettings,
+documented! {
+    /// A whole configuration.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Config {
+        /// What unknown ground counts as: `blocked` or `free`.
+        pub unknown: UnknownPolicy,
+        /// The robot.
+        pub robot: RobotConfig,
+        /// Global planning.
+        pub global: global::Settings,
+        /// Local planning.
+        pub local: LocalSettings,
+        /// Following the path.
+        pub navigator: NavigatorSettings,
+        /// The simulated lidar.
+        pub lidar: Lidar,
+        /// The simulated base, and how its tracks slip.
+        pub dynamics: DriveDynamics,
+        /// The simulated base's measurement of its own motion.
+        pub odometry: OdometryNoise,
+        /// Simulated fixes of the robot's pose.
+        pub fixes: Fixes,
+        /// Simulated people.
+        pub walkers: WalkerSettings,
+    }
 }
 
+/// Its tables, by their paths.
+const TABLES: [(&str, Keys); 14] = [
+    ("", Config::KEYS),
+    ("robot", RobotConfig::KEYS),
+    ("robot.limits", Limits::KEYS),
+    ("global", global::Settings::KEYS),
+    ("local", LocalSettings::KEYS),
+    ("local.weights", Weights::KEYS),
+    ("navigator", NavigatorSettings::KEYS),
+    ("navigator.abilities", Abilities::KEYS),
+    ("lidar", Lidar::KEYS),
+    ("dynamics", DriveDynamics::KEYS),
+    ("dynamics.slip", Slip::KEYS),
+    ("odometry", OdometryNoise::KEYS),
+    ("fixes", Fixes::KEYS),
+    ("walkers", WalkerSettings::KEYS),
+];
+
+/// What its text begins with.
+const HEADING: &str = "Settings of `inbye drive --config` with their defaults: leave out what is to stay as it is. SI units; \
+    x forward, y left, yaw counter-clockwise.";
+
 impl Config {
+    /// As TOML: every key with its default, and in a comment what it does. Read again it is the default.
+    #[must_use]
+    pub fn documented() -> String {
+        commented_toml(HEADING, &TABLES, &defaults())
+    }
+
+    /// Every key with its default and what it does.
+    #[must_use]
+    pub fn keys() -> Vec<Described> {
+        described(&TABLES, &defaults())
+    }
+
     /// The planner of global paths for this robot, on maps of a resolution in metres.
     #[must_use]
     pub fn route_planner(&self, resolution_m: f64) -> RoutePlanner {
@@ -202,6 +244,10 @@ impl Config {
         check("fixes", self.fixes.validate())?;
         check("walkers", self.walkers.validate())
     }
+}
+
+fn defaults() -> toml::Table {
+    toml::Table::try_from(Config::default()).expect("settings are tables of plain values")
 }
 
 fn check(table: &'static str, checked: Result<(), impl Display>) -> Result<(), SimError> {

@@ -9,25 +9,28 @@ use super::odometry::{INSTANT_S, Odometry, SAMPLE_S};
 use super::slip::Ground;
 use super::{OdometryNoise, OdometryReading, SimError, Slip};
 use crate::base::{Base, BaseError, Feedback, finite};
+use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
 
-/// How a simulated base answers commands.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DriveDynamics {
-    /// Time from the sending of a command until the base acts on it, seconds, at least zero. Default 0.03 s: a USB
-    /// serial adapter holds bytes back for up to 16 ms, the command's 11 bytes take 1 ms at 115,200 baud, and a base
-    /// whose loop runs at 100 Hz looks up to 10 ms later.
-    pub command_delay_s: f64,
-    /// Time constant of each track's motor under closed-loop speed control, seconds, at least zero: a step of the
-    /// set speed is followed to 63 % within it. Default 0.05 s: our own choice for small geared motors.
-    pub motor_lag_s: f64,
-    /// Age of a command, seconds since the base has it, above which the base brakes by itself. Default 0.5 s, as that of
-    /// the ROS differential drive controller.
-    pub command_timeout_s: f64,
-    /// How the tracks slip.
-    pub slip: Slip,
+documented! {
+    /// How a simulated base answers commands.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct DriveDynamics {
+        /// Time from the sending of a command until the base acts on it, seconds, at least zero. Default 0.03 s: a USB
+        /// serial adapter holds bytes back for up to 16 ms, the command's 11 bytes take 1 ms at 115,200 baud, and a base
+        /// whose loop runs at 100 Hz looks up to 10 ms later.
+        pub command_delay_s: f64,
+        /// Time constant of each track's motor under closed-loop speed control, seconds, at least zero: a step of the
+        /// set speed is followed to 63 % within it. Default 0.05 s: our own choice for small geared motors.
+        pub motor_lag_s: f64,
+        /// Age of a command, seconds, above zero, since the base has it, above which the base brakes by itself. Default 0.5
+        /// s, as that of the ROS differential drive controller.
+        pub command_timeout_s: f64,
+        /// How the tracks slip.
+        pub slip: Slip,
+    }
 }
 
 impl Default for DriveDynamics {

@@ -7,27 +7,30 @@ use serde::{Deserialize, Serialize};
 use super::SimError;
 use super::error::{at_least_zero, require};
 use super::noise::{Source, generator, normal};
+use crate::documented::documented;
 use crate::geometry::{Pose, wrap_angle};
 
-/// How often and how well the true pose is measured.
-///
-/// A fix says where the robot is at the moment it is given; that a real one comes late is not simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Fixes {
-    /// Fixes due in a second, 0 to 1000; zero for none at all. Default 10: planar lidars commonly turn at 10 Hz, and a
-    /// scan matcher gives one for each turn.
-    pub rate_hz: f64,
-    /// Standard deviation along x and along y, metres. Default 0.01 m: localisation with a planar lidar errs by a few
-    /// millimetres at taught places (Röwekämper et al., "On the Position Accuracy of Mobile Robot Localization based on
-    /// Particle Filters Combined with Scan Matching") and by less than a centimetre amid clutter (Costa et al., "Robust
-    /// and Accurate Localization System for Mobile Manipulators in Cluttered Environments").
-    pub sigma_m: f64,
-    /// Standard deviation of the yaw, radians. Default 0.005 rad: the latter state less than a degree, of which this is a
-    /// third; our own choice.
-    pub sigma_rad: f64,
-    /// Share of the fixes due that do not come, 0 to 1. Default 0.05: our own choice.
-    pub dropout: f64,
+documented! {
+    /// How often and how well the true pose is measured.
+    ///
+    /// A fix says where the robot is at the moment it is given; that a real one comes late is not simulated.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Fixes {
+        /// Fixes due in a second, 0 to 1000; zero for none at all. Default 10: planar lidars commonly turn at 10 Hz, and a
+        /// scan matcher gives one for each turn.
+        pub rate_hz: f64,
+        /// Standard deviation along x and along y, metres, at least zero. Default 0.01 m: localisation with a planar lidar
+        /// errs by a few millimetres at taught places (Röwekämper et al., "On the Position Accuracy of Mobile Robot
+        /// Localization based on Particle Filters Combined with Scan Matching") and by less than a centimetre amid clutter
+        /// (Costa et al., "Robust and Accurate Localization System for Mobile Manipulators in Cluttered Environments").
+        pub sigma_m: f64,
+        /// Standard deviation of the yaw, radians, at least zero. Default 0.005 rad: the latter state less than a degree,
+        /// of which this is a third; our own choice.
+        pub sigma_rad: f64,
+        /// Share of the fixes due that do not come, 0 to 1. Default 0.05: our own choice.
+        pub dropout: f64,
+    }
 }
 
 impl Default for Fixes {

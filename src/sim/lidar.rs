@@ -10,32 +10,35 @@ use super::error::{at_least_zero, require};
 use super::noise::standard_normal;
 use super::ray::GridRay;
 use super::{SimError, World};
+use crate::documented::documented;
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::{MovingDisc, Scan};
 
 /// Most beams of one scan; a scan is made at every tick.
 const MAX_BEAMS: usize = 65_536;
 
-/// A lidar at the robot's own origin.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Lidar {
-    /// Beams of one scan, 1 to 65,536. Default 360.
-    pub beams: usize,
-    /// Angle the beams spread over, centred ahead, radians, above zero to a full turn. Default a full turn; many
-    /// scanners have three quarters of one, 4.71238898038469 rad.
-    pub field_of_view_rad: f64,
-    /// Shortest range, metres, at least zero: what is nearer gives no measurement. Default 0.05 m, as that of SICK's
-    /// `TiM` series.
-    pub range_min_m: f64,
-    /// Longest range, metres, above the shortest. Default 10 m.
-    pub range_max_m: f64,
-    /// Standard deviation of the range noise, metres; zero for none. Default 0.01 m: half of the 20 mm that SICK states
-    /// for the `TiM` series, as our walls are neither dark nor far.
-    pub range_sigma_m: f64,
-    /// Share of the beams, each by itself, that return no measurement whatever they meet, 0 to 1: dust, wet or dark rock,
-    /// grazing angles. Default 0.01: our own choice.
-    pub dropout: f64,
+documented! {
+    /// A lidar at the robot's own origin.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Lidar {
+        /// Beams of one scan, 1 to 65,536. Default 360.
+        pub beams: usize,
+        /// Angle the beams spread over, centred ahead, radians, above zero and at most 6.283185307179586. Default a full
+        /// turn; many scanners have three quarters of one, 4.71238898038469 rad.
+        pub field_of_view_rad: f64,
+        /// Shortest range, metres, at least zero: what is nearer gives no measurement. Default 0.05 m, as that of SICK's
+        /// `TiM` series.
+        pub range_min_m: f64,
+        /// Longest range, metres, above `range_min_m`. Default 10 m.
+        pub range_max_m: f64,
+        /// Standard deviation of the range noise, metres, at least zero; zero for none. Default 0.01 m: half of the 20 mm
+        /// that SICK states for the `TiM` series, as our walls are neither dark nor far.
+        pub range_sigma_m: f64,
+        /// Share of the beams, each by itself, that return no measurement whatever they meet, 0 to 1: dust, wet or dark rock,
+        /// grazing angles. Default 0.01: our own choice.
+        pub dropout: f64,
+    }
 }
 
 /// One scan, and which moving obstacles it shows.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::SimError;
 use super::error::{above_zero, require};
 use super::noise::{Source, generator, standard_normal};
+use crate::documented::documented;
 use crate::geometry::Twist;
 use crate::robot::{TrackSpeeds, TrackedDrive};
 
@@ -15,35 +16,37 @@ const MOST_SLIP: f64 = 0.95;
 /// However much the effective width wanders, it is at least this share of its mean.
 const LEAST_WIDTH: f64 = 0.5;
 
-/// How tracks slip.
-///
-/// A tracked base turns by dragging its tracks sideways. On given ground and at moderate speed each track then turns
-/// about a point that lies outside it and stays nearly where it is, so that the base moves like one of ideal wheels set
-/// farther apart (Martínez, Mandow et al., "Approximating Kinematics for Tracked Mobile Robots", International Journal of
-/// Robotics Research 24 (10), 2005; Mandow et al., "Experimental kinematics for wheeled skid-steer mobile robots", IROS
-/// 2007). The ratio of this effective width to the geometric one is what ROS calls the wheel separation multiplier.
-/// Sideways slip of the whole base is not simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Slip {
-    /// Share of each belt's speed that is lost on the ground, at least zero and below one; on straights and in turns.
-    /// Default 0.025: our own choice for firm ground; on sand and slopes it is many times more.
-    pub mean: f64,
-    /// Effective track width over the geometric one, above zero: 1 for ideal wheels, more for tracks. Default 1.5: our
-    /// own choice between 1 and the 1.875 that the maker of the skid-steered Husky configures for it.
-    pub width_ratio: f64,
-    /// The same as the controller of the base believes it, above zero: it turns a command into belt speeds with it.
-    /// Default 1.455, 3 % too little: our own choice. What is calibrated on one floor is off by more on another.
-    pub calibrated_width_ratio: f64,
-    /// Standard deviation of the slow change of both, 0 to 0.2: of the slip in shares of the belt's speed, of the
-    /// effective width in shares of itself. Default 0.02: our own choice, such that with the scale errors of
-    /// [`super::OdometryNoise`] dead reckoning is off by some percent of the way, as tracked robots are in the field:
-    /// with calibrated centres of rotation 1 % is reached (0.42 m of 40.5 m: Pentzer, Brennan and Reichard, Journal of
-    /// Field Robotics, 2014).
-    pub wander: f64,
-    /// Way driven, metres, above zero, after which that change has forgotten all but 1/e of itself. Default 2 m, a few
-    /// lengths of the base: our own choice for patches of different ground.
-    pub wander_length_m: f64,
+documented! {
+    /// How tracks slip.
+    ///
+    /// A tracked base turns by dragging its tracks sideways. On given ground and at moderate speed each track then turns
+    /// about a point that lies outside it and stays nearly where it is, so that the base moves like one of ideal wheels set
+    /// farther apart (Martínez, Mandow et al., "Approximating Kinematics for Tracked Mobile Robots", International Journal of
+    /// Robotics Research 24 (10), 2005; Mandow et al., "Experimental kinematics for wheeled skid-steer mobile robots", IROS
+    /// 2007). The ratio of this effective width to the geometric one is what ROS calls the wheel separation multiplier.
+    /// Sideways slip of the whole base is not simulated.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct Slip {
+        /// Share of each belt's speed that is lost on the ground, at least zero and below one; on straights and in turns.
+        /// Default 0.025: our own choice for firm ground; on sand and slopes it is many times more.
+        pub mean: f64,
+        /// Effective track width over the geometric one, above zero: 1 for ideal wheels, more for tracks. Default 1.5: our
+        /// own choice between 1 and the 1.875 that the maker of the skid-steered Husky configures for it.
+        pub width_ratio: f64,
+        /// The same as the controller of the base believes it, above zero: it turns a command into belt speeds with it.
+        /// Default 1.455, 3 % too little: our own choice. What is calibrated on one floor is off by more on another.
+        pub calibrated_width_ratio: f64,
+        /// Standard deviation of the slow change of both, 0 to 0.2: of the slip in shares of the belt's speed, of the
+        /// effective width in shares of itself. Default 0.02: our own choice, such that with the scale errors of the
+        /// odometry dead reckoning is off by some percent of the way, as tracked robots are in the field: with calibrated
+        /// centres of rotation 1 % is reached (0.42 m of 40.5 m: Pentzer, Brennan and Reichard, Journal of Field Robotics,
+        /// 2014).
+        pub wander: f64,
+        /// Way driven, metres, above zero, after which that change has forgotten all but 1/e of itself. Default 2 m, a few
+        /// lengths of the base: our own choice for patches of different ground.
+        pub wander_length_m: f64,
+    }
 }
 
 impl Default for Slip {

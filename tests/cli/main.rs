@@ -1,6 +1,7 @@
 //! The program as users and scripts meet it: what goes in, what comes out, and the exit status.
 
 mod barn;
+mod config;
 mod drawing;
 mod drive;
 mod dynabarn;

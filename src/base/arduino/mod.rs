@@ -26,25 +26,28 @@ use serde::{Deserialize, Serialize};
 
 use super::BaseError;
 use super::settings::{above_zero, require};
+use crate::documented::documented;
 
 /// Time after the last command for the motors at which the firmware stops, seconds.
 pub const WATCHDOG_S: f64 = 2.0;
 
-/// The manners of a `ROSArduinoBridge`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ArduinoSettings {
-    /// Speed of the line, baud. Default 57,600, as the firmware's.
-    pub baud: u32,
-    /// Time of one turn of the firmware's speed control, seconds, above zero. Default 0.033 s.
-    pub pid_interval_s: f64,
-    /// Time until an answer counts as lost, seconds, above zero. Default 0.05 s: its loop may move servos between two
-    /// looks at the line, and USB adapters hold bytes back for up to 0.016 s.
-    pub answer_within_s: f64,
-    /// Tries of each question, at least one. Default 3.
-    pub tries: u32,
-    /// Time from one reading of the encoders to the next, seconds, above zero. Default 0.033 s, a turn of the firmware.
-    pub poll_every_s: f64,
+documented! {
+    /// The manners of a `ROSArduinoBridge`.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct ArduinoSettings {
+        /// Speed of the line, baud, above zero. Default 57,600, as the firmware's.
+        pub baud: u32,
+        /// Time of one turn of the firmware's speed control, seconds, above zero. Default 0.033 s.
+        pub pid_interval_s: f64,
+        /// Time until an answer counts as lost, seconds, above zero. Default 0.05 s: its loop may move servos between two
+        /// looks at the line, and USB adapters hold bytes back for up to 0.016 s.
+        pub answer_within_s: f64,
+        /// Tries of each question, at least one. Default 3.
+        pub tries: u32,
+        /// Time from one reading of the encoders to the next, seconds, above zero. Default 0.033 s, a turn of the firmware.
+        pub poll_every_s: f64,
+    }
 }
 
 impl Default for ArduinoSettings {

@@ -4,22 +4,25 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::settings::{above_zero, require};
 use crate::base::{BaseError, PlausibilitySettings};
+use crate::documented::documented;
 
-/// How often a base is told what, and for how long a plan counts.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct KeeperSettings {
-    /// Commands a second, 5 to 1000. Default 50.
-    pub rate_hz: f64,
-    /// Age at which a plan no longer counts, seconds, above zero. Default 0.3 s: three periods of the planner. ROS' drive
-    /// controller allows 0.5 s, and that of a plan which a hung planner still repeats.
-    pub plan_within_s: f64,
-    /// Pause after the first failure of a line, seconds, above zero. Default 0.1 s.
-    pub first_pause_s: f64,
-    /// Longest pause, seconds, at least the first. Default 5 s.
-    pub longest_pause_s: f64,
-    /// When a base is doubted.
-    pub plausibility: PlausibilitySettings,
+documented! {
+    /// How often a base is told what, and for how long a plan counts.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct KeeperSettings {
+        /// Commands a second, 5 to 1000. Default 50.
+        pub rate_hz: f64,
+        /// Age at which a plan no longer counts, seconds, above zero. Default 0.3 s: three periods of the planner. ROS' drive
+        /// controller allows 0.5 s, and that of a plan which a hung planner still repeats.
+        pub plan_within_s: f64,
+        /// Pause after the first failure of a line, seconds, above zero. Default 0.1 s.
+        pub first_pause_s: f64,
+        /// Longest pause, seconds, at least `first_pause_s`. Default 5 s.
+        pub longest_pause_s: f64,
+        /// When a base is doubted.
+        pub plausibility: PlausibilitySettings,
+    }
 }
 
 impl Default for KeeperSettings {

@@ -21,29 +21,32 @@ use serde::{Deserialize, Serialize};
 
 use super::BaseError;
 use super::settings::{above_zero, require};
+use crate::documented::documented;
 
 /// A pause inside a packet after which a controller forgets its beginning, seconds.
 const PACKET_PAUSE_S: f64 = 0.01;
 
-/// The manners of a `RoboClaw`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RoboClawSettings {
-    /// Address, 128 to 135 (80h to 87h). Default 128.
-    pub address: u8,
-    /// Speed of the line, baud. Default 38,400, as the controller's.
-    pub baud: u32,
-    /// The watchdog to set in the controller, seconds in steps of 0.1, 0.1 to 25.5. Default 0.5 s.
-    pub watchdog_s: f64,
-    /// Bytes of the status that command 90 reads, 2 or 4. Default 4; firmware before 2017 or so sends 2.
-    pub status_bytes: usize,
-    /// Time until an answer counts as lost, seconds, above 0.01: by then the controller has forgotten a cut packet.
-    /// Default 0.02 s: the vendor's library waits 0.01 s, but USB adapters hold bytes back for up to 0.016 s.
-    pub answer_within_s: f64,
-    /// Tries of each question, at least one. Default 3, as the vendor's library.
-    pub tries: u32,
-    /// Time from the start of one round of questions to that of the next, seconds, above zero. Default 0.05 s.
-    pub poll_every_s: f64,
+documented! {
+    /// The manners of a `RoboClaw`.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct RoboClawSettings {
+        /// Address, 128 to 135 (80h to 87h). Default 128.
+        pub address: u8,
+        /// Speed of the line, baud, above zero. Default 38,400, as the controller's.
+        pub baud: u32,
+        /// The watchdog to set in the controller, seconds in steps of 0.1, 0.1 to 25.5. Default 0.5 s.
+        pub watchdog_s: f64,
+        /// Bytes of the status that command 90 reads, 2 or 4. Default 4; firmware before 2017 or so sends 2.
+        pub status_bytes: usize,
+        /// Time until an answer counts as lost, seconds, above 0.01: by then the controller has forgotten a cut packet.
+        /// Default 0.02 s: the vendor's library waits 0.01 s, but USB adapters hold bytes back for up to 0.016 s.
+        pub answer_within_s: f64,
+        /// Tries of each question, at least one. Default 3, as the vendor's library.
+        pub tries: u32,
+        /// Time from the start of one round of questions to that of the next, seconds, above zero. Default 0.05 s.
+        pub poll_every_s: f64,
+    }
 }
 
 impl Default for RoboClawSettings {
