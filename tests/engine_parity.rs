@@ -32,6 +32,9 @@ mod kernel;
 mod loss_trials;
 #[path = "support/operations.rs"]
 mod operations;
+#[cfg(feature = "gpu")]
+#[path = "support/requirements.rs"]
+mod requirements;
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();

@@ -18,6 +18,9 @@ mod ground;
 mod mine;
 mod people;
 mod places;
+#[cfg(feature = "gpu")]
+#[path = "../support/requirements.rs"]
+mod requirements;
 mod scene_drives;
 mod script;
 mod script_senses;

@@ -12,23 +12,13 @@ use std::sync::Arc;
 use inbye::local::gpu::{Adapter, adapters};
 use libtest_mimic::{Completion, Failed, Trial};
 
+use crate::requirements::{VARIABLE, required};
+
 /// A test of one adapter.
 pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
 
-const VARIABLE: &str = "INBYE_REQUIRE";
-
 /// Not adapters: the tests of the map loaders and in a browser read the same variable for what they require.
 const OTHERS: [&str; 2] = ["python", "chromium"];
-
-/// The words of the variable, in lower case.
-pub fn required() -> Vec<String> {
-    let required = std::env::var(VARIABLE).unwrap_or_default().to_lowercase();
-    let words = required.split(',').map(str::trim);
-    words
-        .filter(|word| !word.is_empty())
-        .map(str::to_owned)
-        .collect()
-}
 
 /// What an adapter's name contains when it is the one required. Any other word stands for itself.
 fn part_of_name(required: &str) -> &str {

@@ -1,15 +1,11 @@
 //! The same shaders in Chromium: neither its WGSL compiler nor its WebGPU is the engine's.
-//!
-//! Without Chromium the trials are ignored, with the reason; `INBYE_REQUIRE` with the word `chromium` makes that a
-//! failure, and `INBYE_CHROMIUM` names the program where it has another name.
 
 use inbye::bench::verify;
 use inbye::local::gpu::batch::Batch;
 use inbye::local::gpu::shaders::source;
 use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, LossKind, Prepared};
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
-use crate::adapters::required;
 use crate::batch_trials::random_batches;
 use crate::cpu_trials::{agree, golden};
 use crate::kernel::{every_difference, source as kernel_source};
@@ -19,11 +15,12 @@ use crate::operations::{OPERATIONS, Outcome};
 mod chromium;
 #[path = "browser/plan.rs"]
 mod plan;
+#[path = "browser/program.rs"]
+mod program;
 
-use chromium::{Browser, Program};
+use chromium::Browser;
 use plan::Plan;
-
-type BrowserTest = fn(&Program) -> Result<(), Failed>;
+use program::{BrowserTest, Program};
 
 const TRIALS: [(&str, BrowserTest); 7] = [
     ("operations_return_the_bits_of_rust", operations),
@@ -39,24 +36,7 @@ const TRIALS: [(&str, BrowserTest); 7] = [
 ];
 
 pub fn trials() -> Vec<Trial> {
-    let found = Program::find();
-    let trial = |(name, test): (&str, BrowserTest)| match found.clone() {
-        Ok(program) => {
-            let version = program.version.clone();
-            Trial::test(name, move || test(&program)).with_kind(version)
-        }
-        Err(why) => {
-            let missing = move || {
-                if required().iter().any(|word| word == "chromium") {
-                    Err(why.into())
-                } else {
-                    Ok(Completion::ignored_with(why))
-                }
-            };
-            Trial::ignorable_test(name, missing).with_kind("no Chromium")
-        }
-    };
-    TRIALS.into_iter().map(trial).collect()
+    program::trials(&TRIALS)
 }
 
 /// Evaluates in a page of Chromium.

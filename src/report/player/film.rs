@@ -42,7 +42,7 @@ pub(super) fn film(mission: &MissionView<'_>, reel: &Reel, view: &Viewport) -> V
         "ranges": ranges(frames),
         "scores": scores(frames),
         "moving": discs(frames.iter().map(|frame| &frame.moving[..]), view),
-        "predicted": discs(frames.iter().map(|frame| predicted(frame)), view),
+        "predicted": discs(frames.iter().map(predicted), view),
     })
 }
 

@@ -1,9 +1,8 @@
 //! Chromium without a window, and the small server whose page runs in it.
 
-use std::env;
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write;
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 use libtest_mimic::Failed;
@@ -11,10 +10,7 @@ use tempfile::TempDir;
 use tiny_http::{Header, Method, Request, Response, Server};
 
 use super::plan::Plan;
-
-/// Names a Chromium other than those below.
-const VARIABLE: &str = "INBYE_CHROMIUM";
-const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+use super::program::Program;
 
 /// A browser that has not answered after this long never will.
 const DEADLINE: Duration = Duration::from_secs(120);
@@ -23,52 +19,8 @@ const FAREWELL: Duration = Duration::from_secs(5);
 /// How often to look whether the browser is still there.
 const TICK: Duration = Duration::from_millis(100);
 
-/// WebGPU on Chromium's own software adapter, which is there on every machine; nothing that asks the network; and no
-/// sandbox, for with one Chromium refuses to run as root, as it does in a container.
-const FLAGS: [&str; 10] = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--enable-unsafe-webgpu",
-    "--use-webgpu-adapter=swiftshader",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-];
-
-/// A Chromium that can be started.
-#[derive(Clone)]
-pub struct Program {
-    path: String,
-    /// As it names itself.
-    pub version: String,
-}
-
-impl Program {
-    /// The one that `INBYE_CHROMIUM` names, or else the first of the usual names that answers; or why there is none.
-    pub fn find() -> Result<Self, String> {
-        let candidates = match env::var(VARIABLE) {
-            Ok(path) => vec![path],
-            Err(_) => NAMES.map(str::to_owned).to_vec(),
-        };
-        let answers = |path: &String| {
-            let asked = Command::new(path).arg("--version").output().ok()?;
-            let version = String::from_utf8_lossy(&asked.stdout);
-            let version = version.split(" built on").next().unwrap_or_default().trim();
-            (asked.status.success() && !version.is_empty()).then(|| Self {
-                path: path.clone(),
-                version: version.to_owned(),
-            })
-        };
-        let found = candidates.iter().find_map(answers);
-        found.ok_or_else(|| {
-            let tried = candidates.join(", ");
-            format!("no Chromium was found (tried {tried}); {VARIABLE} names one")
-        })
-    }
-}
+/// WebGPU on Chromium's own software adapter, which is there on every machine.
+const FLAGS: [&str; 2] = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"];
 
 /// One browser with one page. Both go when this is dropped, and when this process ends otherwise: then the page finds
 /// its server gone and closes itself.
@@ -79,22 +31,13 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Starts Chromium. Its profile is new and goes with it; so it reads no setting of the user's.
+    /// Starts Chromium with a profile that is new and goes with it.
     pub fn start(program: &Program) -> Result<Self, Failed> {
         // WebGPU is there on secure origins only, and this address is one.
         let server = Server::http("127.0.0.1:0").map_err(|error| error.to_string())?;
         let profile = TempDir::new()?;
-        // Chromium writes more than its profile: all of it goes where the profile goes.
-        let homes = ["HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"];
-        let child = Command::new(&program.path)
-            .args(FLAGS)
-            .envs(homes.map(|name| (name, profile.path())))
-            .arg(format!("--user-data-dir={}", profile.path().display()))
-            .arg(format!("http://{}/", server.server_addr()))
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(File::create(profile.path().join("stderr"))?)
-            .spawn()?;
+        let page = format!("http://{}/", server.server_addr());
+        let child = program.start(profile.path(), &FLAGS, &page)?;
         Ok(Self {
             child,
             server,

@@ -1,0 +1,14 @@
+//! What must be there for tests that are otherwise ignored with their reason: the words of `INBYE_REQUIRE`.
+
+/// Its name.
+pub const VARIABLE: &str = "INBYE_REQUIRE";
+
+/// Its words, in lower case.
+pub fn required() -> Vec<String> {
+    let required = std::env::var(VARIABLE).unwrap_or_default().to_lowercase();
+    let words = required.split(',').map(str::trim);
+    words
+        .filter(|word| !word.is_empty())
+        .map(str::to_owned)
+        .collect()
+}
