@@ -25,7 +25,7 @@ mod on_pseudo_terminal {
     use serialport::{ClearBuffer, SerialPort, TTYPort};
 
     use super::EmulateArguments;
-    use crate::cli::base_line::BaseFile;
+    use crate::cli::base_file::BaseFile;
     use crate::cli::{interrupt, output};
 
     /// Longest time from one turn of the controller to the next. Bytes that come begin one at once.

@@ -1,43 +1,21 @@
 //! A base on a port, and the keeper that has it.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use inbye::base::{BaseSettings, Keeper, KeeperSettings, Open, Protocol};
-use serde::{Deserialize, Serialize};
+use inbye::base::{Keeper, Open, Protocol};
 
 use super::base_arguments::{KindArguments, LineArguments};
-use super::config;
+use super::base_file::BaseFile;
 
 /// How long a base may take to answer, seconds.
 const ANSWER_WITHIN_S: f64 = 3.0;
 
 /// Time between two looks at a keeper.
 pub const LOOK: Duration = Duration::from_millis(20);
-
-/// The file of `--base-config`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BaseFile {
-    /// What the driver must know of the base.
-    pub base: BaseSettings,
-    /// How it is kept.
-    pub keeper: KeeperSettings,
-}
-
-impl BaseFile {
-    /// Reads the file, or takes the defaults.
-    pub fn read(file: Option<&Path>) -> anyhow::Result<Self> {
-        config::read("--base-config", file, |read: &Self| {
-            read.base.validate().context("base")?;
-            read.keeper.validate().context("keeper")
-        })
-    }
-}
 
 /// Which base, on which port.
 #[derive(Clone, Debug)]

@@ -27,13 +27,18 @@ pub fn read<T: Default + Serialize + DeserializeOwned>(
     let Some(file) = file else {
         return Ok(T::default());
     };
-    let place = || format!("{}", file.display());
     let text = fs::read_to_string(file)
         .with_context(|| format!("{flag} {}: cannot be read as text", file.display()))?;
-    let settings: T = toml::from_str(&text)
-        .map_err(|error| anyhow!(one_line::<T>(&error, &text)))
-        .with_context(place)?;
-    validate(&settings).with_context(place)?;
+    parse(&text, validate).with_context(|| format!("{}", file.display()))
+}
+
+/// Settings of any kind from the text of a TOML file, checked.
+pub fn parse<T: Default + Serialize + DeserializeOwned>(
+    text: &str,
+    validate: impl Fn(&T) -> anyhow::Result<()>,
+) -> anyhow::Result<T> {
+    let settings: T = toml::from_str(text).map_err(|error| anyhow!(one_line::<T>(&error, text)))?;
+    validate(&settings)?;
     Ok(settings)
 }
 

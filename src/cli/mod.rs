@@ -6,6 +6,7 @@ mod barn;
 mod barn_words;
 mod base_arguments;
 mod base_emulate;
+mod base_file;
 mod base_line;
 mod base_monitor;
 mod base_send;

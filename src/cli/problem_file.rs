@@ -9,7 +9,7 @@ use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
     ClearanceField, LocalSettings, Normalization, Outside, Problem, Situation, Stopping, Weights,
 };
-use inbye::map::{LoadOptions, MovingDisc, OccupancyGrid, UnknownPolicy, load};
+use inbye::map::{LoadOptions, MapError, MovingDisc, OccupancyGrid, UnknownPolicy, load};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
 
@@ -79,13 +79,23 @@ struct RobotState {
 
 /// Reads a problem.
 pub fn read(file: &Path) -> anyhow::Result<Problem> {
-    let place = || format!("{}", file.display());
     let text = fs::read_to_string(file)
         .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
-    let parsed: ProblemFile = serde_json::from_str(&text)
-        .map_err(|error| anyhow!(one_line(&error, &text)))
-        .with_context(place)?;
-    problem(parsed, file).with_context(place)
+    // Relative to the problem, as a map's image is relative to its YAML.
+    let folder = file.parent().unwrap_or(Path::new(""));
+    parse(&text, |map, options| load(&folder.join(map), options))
+        .with_context(|| format!("{}", file.display()))
+}
+
+/// A problem from the text of its file, and what loads the map that it may name.
+pub fn parse(
+    text: &str,
+    load: impl Fn(&str, &LoadOptions) -> Result<OccupancyGrid, MapError>,
+) -> anyhow::Result<Problem> {
+    let file: ProblemFile =
+        serde_json::from_str(text).map_err(|error| anyhow!(one_line(&error, text)))?;
+    let map = occupancy(&file.map, load)?;
+    problem(file, &map)
 }
 
 fn one_line(error: &serde_json::Error, text: &str) -> String {
@@ -109,8 +119,7 @@ fn one_line(error: &serde_json::Error, text: &str) -> String {
     )
 }
 
-fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
-    let map = occupancy(&file.map, path)?;
+fn problem(file: ProblemFile, map: &OccupancyGrid) -> anyhow::Result<Problem> {
     let field = ClearanceField::new(&map.obstacles(file.unknown))?;
     file.limits.validate().context("limits")?;
     let defaults = LocalSettings::default();
@@ -151,7 +160,10 @@ fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
     Ok(situation.problem(&settings))
 }
 
-fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid> {
+fn occupancy(
+    source: &MapSource,
+    load: impl Fn(&str, &LoadOptions) -> Result<OccupancyGrid, MapError>,
+) -> anyhow::Result<OccupancyGrid> {
     match source {
         MapSource {
             rows: Some(rows),
@@ -174,12 +186,10 @@ fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid
             file: Some(file),
             ..
         } => {
-            // Relative to the problem, as a map's image is relative to its YAML.
-            let path = problem.parent().unwrap_or(Path::new("")).join(file);
             let options = LoadOptions {
                 resolution_m: source.resolution_m.unwrap_or(1.0),
             };
-            Ok(load(&path, &options)?)
+            Ok(load(file, &options)?)
         }
         _ => bail!("map needs either `rows` or `file`"),
     }

@@ -1,0 +1,53 @@
+//! A body run on inputs, and what is said of the first that breaks it.
+
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use crate::corpus::Seed;
+use crate::mutation::mutated;
+
+/// Any number: the same mutations in every run.
+const SEED: u64 = 20_261_122;
+
+/// An input that a body does not stand.
+#[derive(Debug)]
+pub struct Breach {
+    pub of: String,
+    pub input: Vec<u8>,
+    pub said: String,
+}
+
+impl fmt::Display for Breach {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { of, input, said } = self;
+        let input = input.escape_ascii();
+        write!(formatter, "{said}\nby {of}: b\"{input}\"")
+    }
+}
+
+/// Runs a body on every seed, and on so many mutations.
+pub fn holds(body: impl Fn(&[u8]), seeds: &[Seed], mutations: usize) -> Result<(), Breach> {
+    let run = |of: &dyn fmt::Display, input: &[u8]| {
+        catch_unwind(AssertUnwindSafe(|| body(input))).map_err(|payload| {
+            let said = payload.downcast_ref::<String>().cloned();
+            let said = said.or_else(|| payload.downcast_ref::<&str>().map(|&it| it.to_owned()));
+            Breach {
+                of: of.to_string(),
+                input: input.to_vec(),
+                said: said.unwrap_or_default(),
+            }
+        })
+    };
+    for seed in seeds {
+        run(&seed.name, &seed.bytes)?;
+    }
+    let mut random = Pcg64Mcg::seed_from_u64(SEED);
+    for number in 0..mutations {
+        let input = mutated(seeds, &mut random);
+        run(&format_args!("mutation {number}"), &input)?;
+    }
+    Ok(())
+}
