@@ -2,6 +2,10 @@
 //! neither their words nor all of the defaults.
 
 #![expect(dead_code, reason = "the parts that open files are the program's")]
+#![cfg_attr(
+    test,
+    expect(unused_imports, reason = "their own tests run where the program's do")
+)]
 
 #[path = "../../src/cli/base_file.rs"]
 pub mod base_file;

@@ -1,33 +1,17 @@
-//! Settings of a file in place of a benchmark's own.
+//! Settings put in place of others, key by key: what a file does not name stays as it was.
 
-use std::fs;
-use std::path::Path;
-use std::str::FromStr;
+use anyhow::anyhow;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
-use anyhow::{Context, anyhow};
-use inbye::sim::Config;
-
-/// A benchmark's settings, changed by a TOML file if there is one. Unknown keys and numbers out of range are errors.
-pub fn changed(ours: Config, file: Option<&Path>) -> anyhow::Result<Config> {
-    let Some(file) = file else {
-        ours.validate()?;
-        return Ok(ours);
-    };
-    let text = fs::read_to_string(file).context("cannot be read as text: check the path");
-    text.and_then(|text| by_text(&ours, &text))
-        .with_context(|| format!("{}", file.display()))
-}
-
-/// Settings changed by the text of a TOML file.
-pub fn by_text(ours: &Config, text: &str) -> anyhow::Result<Config> {
+/// Settings with the changes of a TOML text.
+pub fn onto<T: Serialize + DeserializeOwned>(ours: &T, text: &str) -> anyhow::Result<T> {
     // The error's first line names the place, the others draw it.
     let plain = |error: toml::de::Error| anyhow!("{}", error.message().to_owned());
-    let changes = toml::Table::from_str(text).map_err(plain)?;
+    let changes: toml::Table = toml::from_str(text).map_err(plain)?;
     let mut table = toml::Table::try_from(ours)?;
     change(&mut table, changes);
-    let config: Config = table.try_into().map_err(plain)?;
-    config.validate()?;
-    Ok(config)
+    table.try_into().map_err(plain)
 }
 
 /// Puts values in place of others, table by table.

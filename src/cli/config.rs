@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, bail};
 use inbye::sim::Config;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::changes;
 use super::plain_words::plain_words;
 
 /// Longest line of the file that an error shows, characters.
@@ -16,6 +17,17 @@ const SHOWN: usize = 60;
 /// Settings from a TOML file, or the defaults. Unknown keys and numbers out of range are errors.
 pub fn load(file: Option<&Path>) -> anyhow::Result<Config> {
     read("--config", file, |config: &Config| Ok(config.validate()?))
+}
+
+/// A benchmark's settings, changed by a TOML file if there is one. Unknown keys and numbers out of range are errors.
+pub fn changed(ours: Config, file: Option<&Path>) -> anyhow::Result<Config> {
+    let Some(file) = file else {
+        ours.validate()?;
+        return Ok(ours);
+    };
+    let text = fs::read_to_string(file).context("cannot be read as text: check the path");
+    text.and_then(|text| parse(&text, &ours, |config| Ok(config.validate()?)))
+        .with_context(|| format!("{}", file.display()))
 }
 
 /// Settings of any kind from the TOML file of a flag, checked, or the defaults.
@@ -29,15 +41,21 @@ pub fn read<T: Default + Serialize + DeserializeOwned>(
     };
     let text = fs::read_to_string(file)
         .with_context(|| format!("{flag} {}: cannot be read as text", file.display()))?;
-    parse(&text, validate).with_context(|| format!("{}", file.display()))
+    parse(&text, &T::default(), validate).with_context(|| format!("{}", file.display()))
 }
 
-/// Settings of any kind from the text of a TOML file, checked.
+/// Settings of any kind from the text of a TOML file, checked; what it does not name is ours.
 pub fn parse<T: Default + Serialize + DeserializeOwned>(
     text: &str,
+    ours: &T,
     validate: impl Fn(&T) -> anyhow::Result<()>,
 ) -> anyhow::Result<T> {
-    let settings: T = toml::from_str(text).map_err(|error| anyhow!(one_line::<T>(&error, text)))?;
+    // Read as it is first: a table of changes knows no lines.
+    if let Err(error) = toml::from_str::<T>(text) {
+        bail!(one_line::<T>(&error, text));
+    }
+    // Parts of a table left out must not become the defaults of its type, which may be other than those of its place.
+    let settings = changes::onto(ours, text)?;
     validate(&settings)?;
     Ok(settings)
 }

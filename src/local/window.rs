@@ -15,13 +15,14 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Value number `index`: `low + index (high - low) / (count - 1)`.
+    /// Value number `index`: `low + index (high - low) / (count - 1)`, which rounding does not lift above `high`.
     #[must_use]
     pub fn value(&self, index: u32) -> f64 {
         if self.count == 1 {
             return self.low;
         }
-        self.low + f64::from(index) * (self.high - self.low) / f64::from(self.count - 1)
+        let above_low = f64::from(index) * (self.high - self.low) / f64::from(self.count - 1);
+        (self.low + above_low).min(self.high)
     }
 
     /// The value of greatest size.

@@ -166,7 +166,9 @@ fn reading() -> Options {
 /// What the YAML reader says, in one line.
 fn reason(error: &Error) -> String {
     match error.without_snippet() {
-        Error::DuplicateMappingKey { key: Some(key), .. } => format!("key `{key}` once more"),
+        Error::DuplicateMappingKey { key: Some(key), .. } => {
+            format!("key `{}` once more", key.escape_debug())
+        }
         Error::AliasError { error, .. } => reason(error),
         Error::Budget { .. } => format!("the file unfolds to more than {MAX_NODES} values"),
         Error::MultipleDocuments { .. } => "a second document".into(),

@@ -25,18 +25,20 @@ const FRAGILE: [Fragile; 4] = [
 
 pub fn trials() -> Vec<Trial> {
     let trial = |&(name, parser, seed): &Fragile| {
-        Trial::test(format!("found: {name}"), move || is_broken(parser, seed))
+        Trial::test(format!("found: {name}"), move || {
+            is_broken(name, parser, seed)
+        })
     };
     FRAGILE.iter().map(trial).collect()
 }
 
-fn is_broken(parser: fn(&[u8]), sound: &[u8]) -> Result<(), Failed> {
+fn is_broken(name: &str, parser: fn(&[u8]), sound: &[u8]) -> Result<(), Failed> {
     let seeds = [Seed {
         name: "sound".to_owned(),
         bytes: sound.to_vec(),
     }];
-    holds(parser, &seeds, 0).map_err(|breach| format!("its seed breaks it: {breach}"))?;
-    match holds(parser, &seeds, crate::MUTATIONS) {
+    holds(name, parser, &seeds, 0).map_err(|breach| format!("its seed breaks it: {breach}"))?;
+    match holds(name, parser, &seeds, crate::MUTATIONS) {
         Err(breach) if breach.of.starts_with("mutation") => Ok(()),
         outcome => Err(format!("no mutation broke it: {outcome:?}").into()),
     }

@@ -9,19 +9,23 @@ mod fragile;
 mod mutation;
 mod search;
 
+use std::env;
 use std::process::ExitCode;
 
 use bodies::TARGETS;
 use libtest_mimic::{Arguments, Trial};
 
-/// Mutations of each corpus: some seconds in all.
-const MUTATIONS: usize = 3_000;
+/// Mutations of each corpus, unless the variable `INBYE_MUTATIONS` says how many: some seconds in all.
+const MUTATIONS: usize = 5_000;
 
 fn main() -> ExitCode {
-    let of_target = |&(name, body): &(&'static str, fn(&[u8]))| {
+    let asked = env::var("INBYE_MUTATIONS").ok();
+    let asked = asked.map(|count| count.parse().expect("INBYE_MUTATIONS is a number"));
+    let mutations = asked.unwrap_or(MUTATIONS);
+    let of_target = move |&(name, body): &(&'static str, fn(&[u8]))| {
         Trial::test(name, move || {
             let seeds = corpus::read(name)?;
-            search::holds(body, &seeds, MUTATIONS).map_err(|breach| breach.to_string())?;
+            search::holds(name, body, &seeds, mutations).map_err(|breach| breach.to_string())?;
             Ok(())
         })
     };

@@ -1,7 +1,10 @@
 //! A body run on inputs, and what is said of the first that breaks it.
 
+use std::env;
 use std::fmt;
+use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -29,8 +32,20 @@ impl fmt::Display for Breach {
 }
 
 /// Runs a body on every seed, and on so many mutations.
-pub fn holds(body: impl Fn(&[u8]), seeds: &[Seed], mutations: usize) -> Result<(), Breach> {
+///
+/// An input that ends the whole process, for want of memory or of stack, says nothing. Where the variable
+/// `INBYE_INPUT_UNDER_TEST` names a folder, each input is kept there while it is tried, under the name of its target.
+pub fn holds(
+    name: &str,
+    body: impl Fn(&[u8]),
+    seeds: &[Seed],
+    mutations: usize,
+) -> Result<(), Breach> {
+    let file = under_test(name);
     let run = |of: &dyn fmt::Display, input: &[u8]| {
+        if let Some(file) = &file {
+            fs::write(file, input).expect("a folder for the input under test");
+        }
         catch_unwind(AssertUnwindSafe(|| body(input))).map_err(|payload| {
             let said = payload.downcast_ref::<String>().cloned();
             let said = said.or_else(|| payload.downcast_ref::<&str>().map(|&it| it.to_owned()));
@@ -50,4 +65,9 @@ pub fn holds(body: impl Fn(&[u8]), seeds: &[Seed], mutations: usize) -> Result<(
         run(&format_args!("mutation {number}"), &input)?;
     }
     Ok(())
+}
+
+fn under_test(name: &str) -> Option<PathBuf> {
+    let folder = env::var_os("INBYE_INPUT_UNDER_TEST");
+    folder.map(|folder| PathBuf::from(folder).join(name))
 }
