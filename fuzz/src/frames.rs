@@ -1,6 +1,7 @@
 //! Decoders of frames, packets and lines: on any bytes, in pieces of any size, and on frames of any content.
 
 use core::fmt::Debug;
+use core::slice;
 
 use inbye::base::arduino::{Answer, read_answer};
 use inbye::base::roboclaw::{Reply, Request};
@@ -135,7 +136,7 @@ fn in_pieces<S: Stream>(data: &[u8]) -> (&[u8], Vec<S::Frame>, u64) {
 /// Every byte is the mark of an end, part of a frame, dropped, or waits for the next mark.
 fn in_native_stream<S: Stream>(data: &[u8]) {
     let (stream, found, dropped) = in_pieces::<S>(data);
-    let ends = stream.iter().filter(|byte| **byte == 0).count();
+    let ends = stream.split(|byte| *byte == 0).count() - 1;
     let last = stream
         .rsplit(|byte| *byte == 0)
         .next()
@@ -167,7 +168,7 @@ fn is_found_again<S: Stream>(frame: &S::Frame) {
     assert!(line.len() <= NATIVE_HELD + ZEROS, "{line:?}");
     let mut decoder = S::default();
     decoder.push(&line);
-    assert_eq!(decoder.frames(), [frame.clone()]);
+    assert_eq!(decoder.frames(), slice::from_ref(frame));
     assert_eq!(decoder.dropped(), 0);
 }
 

@@ -11,8 +11,11 @@ pub mod wire;
 
 use core::fmt::Display;
 
-/// All targets by the names of their corpora.
-pub const TARGETS: [(&str, fn(&[u8])); 24] = [
+/// A target: the name of its corpus, and its body.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// All targets.
+pub const TARGETS: [Target; 24] = [
     ("map_yaml", maps::map_yaml),
     ("map_image", maps::map_image),
     ("map_server", maps::map_server),

@@ -106,7 +106,12 @@ pub fn scenarios(data: &[u8]) {
 
 /// A map that keeps its promises, or none where it was refused in one line.
 fn checked(map: Result<OccupancyGrid, MapError>) -> Option<OccupancyGrid> {
-    let map = map.inspect_err(one_line).ok()?;
+    let map = map.inspect_err(|error| {
+        one_line(error);
+        let letters = error.to_string().chars().count();
+        assert!(letters < 1000, "{letters} letters: {error}");
+    });
+    let map = map.ok()?;
     let frame = map.frame();
     for side in [frame.width, frame.height] {
         assert!((1..=MAX_GRID_SIDE).contains(&side), "{frame:?}");

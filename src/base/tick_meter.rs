@@ -181,7 +181,7 @@ mod tests {
             assert!(meter.read(Sides::both(tick), 3.0).is_some());
         }
         assert_eq!(meter.readings.len(), 2);
-        let speeds = meter.read(Sides::both(1000), 3.1).expect("plausible");
+        let speeds = meter.read(Sides::both(1999), 3.1).expect("plausible");
         assert!((speeds.left - 1.0).abs() < 1e-9, "{speeds:?}");
     }
 

@@ -30,10 +30,13 @@ pub(super) struct GreyImage {
 /// Bytes of the widest pixel: four channels of 16 bits.
 const MAX_PIXEL_BYTES: u64 = 8;
 
+/// Most characters of the decoder's words that are told.
+const LONGEST_REASON: usize = 200;
+
 impl GreyImage {
     /// Decodes the image in a file.
     pub(super) fn read(path: &Path) -> Result<Self, MapError> {
-        let file = File::open(path).map_err(unreadable)?;
+        let file = File::open(path).map_err(|error| unreadable(&error))?;
         Self::decode(BufReader::new(file))
     }
 
@@ -42,12 +45,13 @@ impl GreyImage {
     ///
     /// The size in the header is checked before memory is set aside for the pixels.
     pub(super) fn decode(bytes: impl BufRead + Seek) -> Result<Self, MapError> {
+        // Some of the decoder's words repeat what the file holds, however long.
         let bad_image = |error: image::ImageError| MapError::BadImage {
-            reason: error.to_string(),
+            reason: error.to_string().chars().take(LONGEST_REASON).collect(),
         };
         let mut reader = ImageReader::new(bytes)
             .with_guessed_format()
-            .map_err(unreadable)?;
+            .map_err(|error| unreadable(&error))?;
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(MAX_GRID_CELLS as u64 * MAX_PIXEL_BYTES);
         reader.limits(limits);
@@ -72,7 +76,7 @@ impl GreyImage {
     }
 }
 
-fn unreadable(error: std::io::Error) -> MapError {
+fn unreadable(error: &std::io::Error) -> MapError {
     MapError::Unreadable {
         reason: error.to_string(),
     }

@@ -12,7 +12,7 @@ mod search;
 use std::env;
 use std::process::ExitCode;
 
-use bodies::TARGETS;
+use bodies::{TARGETS, Target};
 use libtest_mimic::{Arguments, Trial};
 
 /// Mutations of each corpus, unless the variable `INBYE_MUTATIONS` says how many: some seconds in all.
@@ -22,7 +22,7 @@ fn main() -> ExitCode {
     let asked = env::var("INBYE_MUTATIONS").ok();
     let asked = asked.map(|count| count.parse().expect("INBYE_MUTATIONS is a number"));
     let mutations = asked.unwrap_or(MUTATIONS);
-    let of_target = move |&(name, body): &(&'static str, fn(&[u8]))| {
+    let of_target = move |&(name, body): &Target| {
         Trial::test(name, move || {
             let seeds = corpus::read(name)?;
             search::holds(name, body, &seeds, mutations).map_err(|breach| breach.to_string())?;
