@@ -94,9 +94,9 @@ pub fn short(settings: BaseSettings) {
     };
     // Time, a write, its way there, the base's turn, and the way back.
     let round = |count: u8| [&[0, 4, 3, 4][..], &turn(count), &[6]].concat();
-    let story: Vec<u8> = (0..24)
-        .flat_map(|count| [command, &round(10 * count)].concat())
-        .collect();
+    // Between commands there is time for questions.
+    let rounds = |from: u8| (from..from + 16).flat_map(round).collect::<Vec<u8>>();
+    let story = [command, &rounds(0), command, &rounds(16)].concat();
     let bytes = || Bytes(&story);
     let (s, b) = (settings, bytes);
     tell(NativeSession::new(s), NativePeer::new(s), NativeEar, s, b());
