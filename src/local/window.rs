@@ -122,4 +122,11 @@ mod tests {
         let middle = window.twist(7);
         assert!((middle.linear - 0.94).abs() < 1e-12 && middle.angular.abs() < 1e-12);
     }
+
+    #[test]
+    fn rounding_lifts_no_value_above_the_highest() {
+        let (low, high, count) = (0.0, 0.4, 4);
+        assert!(low + 3.0 * (high - low) / 3.0 > high, "it would here");
+        assert_eq!(Axis { low, high, count }.value(3), high);
+    }
 }

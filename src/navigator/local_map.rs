@@ -296,3 +296,22 @@ fn span(at: f64, reach: f64, cells: i32) -> core::ops::Range<i32> {
     let to = ((at + reach).floor() as i32).saturating_add(1).min(cells);
     from..to
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_is_refused_that_no_memory_holds_and_one_off_the_map_is_not() {
+        let frame = GridFrame::new(10, 10, 0.1, Pose::default()).expect("a small map");
+        let map = LocalMap::new(ObstacleGrid::new(frame, vec![false; 100]));
+        for half_m in [300.0, 1e9, f64::INFINITY] {
+            let refusal = map.window(&Point::origin(), half_m).expect_err("too large");
+            assert!(refusal.to_string().starts_with("side of the local window"));
+        }
+        for far in [-1e300, -50.0, 50.0, 1e300] {
+            let window = map.window(&Point::new(far, 0.0), 1.0).expect("small");
+            assert_eq!(window.frame().width, 21, "{far}");
+        }
+    }
+}

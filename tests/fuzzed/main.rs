@@ -16,7 +16,7 @@ use bodies::{TARGETS, Target};
 use libtest_mimic::{Arguments, Trial};
 
 /// Mutations of each corpus, unless the variable `INBYE_MUTATIONS` says how many: some seconds in all.
-const MUTATIONS: usize = 5_000;
+const MUTATIONS: usize = 20_000;
 
 fn main() -> ExitCode {
     let asked = env::var("INBYE_MUTATIONS").ok();
