@@ -322,6 +322,11 @@ fn scripts_walks_and_moments_out_of_range_are_refused_by_name() {
             "time of a keyframe is -1",
         ),
         (
+            // A way at once would be one at an infinite speed.
+            refusal(scripted_by(0.3, &[(0.0, place), (1e-7, place)], None)),
+            "time of a keyframe is 0.0000001",
+        ),
+        (
             refusal(scripted_by(0.3, &[(0.0, nowhere)], None)),
             "place of a keyframe is NaN",
         ),

@@ -81,6 +81,7 @@ impl FromStr for Protocol {
         let named = Self::ALL.into_iter().find(|known| known.name() == text);
         named.ok_or_else(|| {
             let names = Self::ALL.map(Self::name).join(", ");
+            let text = text.escape_debug();
             format!("`{text}` is no protocol: it is one of {names}")
         })
     }

@@ -69,6 +69,11 @@ impl TickMeter {
             self.readings.clear();
         }
         self.refused = None;
+        // The clock of a base may stand still, or its reports come twice: one reading of a time is enough, or they would
+        // never leave the window.
+        if self.readings.len() > 1 && self.readings.back().is_some_and(|last| last.0 == time_s) {
+            self.readings.pop_back();
+        }
         self.readings.push_back(reading);
         while self.readings.len() > 2 && time_s - self.readings[1].0 >= WINDOW_S {
             self.readings.pop_front();
@@ -176,6 +181,17 @@ mod tests {
             assert_eq!(meter.read(wild, 0.02 * f64::from(look)), None);
         }
         assert_eq!((meter.refused(), meter.faults()), (49, Faults::NONE));
+    }
+
+    #[test]
+    fn time_that_stands_still_fills_no_memory() {
+        let mut meter = meter();
+        for tick in 0..1000 {
+            assert!(meter.read(Sides::both(tick), 3.0).is_some());
+        }
+        assert_eq!(meter.readings.len(), 2);
+        let speeds = meter.read(Sides::both(1999), 3.1).expect("plausible");
+        assert!((speeds.left - 1.0).abs() < 1e-9, "{speeds:?}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use inbye::bench::barn::{BarnRow, Summary, Task, barn_config, read_worlds};
 use serde_json::{Value, json};
 
 use super::arguments::number;
-use super::changes::changed;
+use super::config::changed;
 use super::worlds::WorldsArguments;
 use super::{barn_words, output};
 

@@ -3,12 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, bail};
 use inbye::base::BaseConfig;
 use inbye::sim::Config;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::changes;
 use super::plain_words::plain_words;
 
 /// Longest line of the file that an error shows, characters.
@@ -24,6 +25,17 @@ pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> 
     read(flag, file, |config: &BaseConfig| Ok(config.validate()?))
 }
 
+/// A benchmark's settings, changed by a TOML file if there is one. Unknown keys and numbers out of range are errors.
+pub fn changed(ours: Config, file: Option<&Path>) -> anyhow::Result<Config> {
+    let Some(file) = file else {
+        ours.validate()?;
+        return Ok(ours);
+    };
+    let text = fs::read_to_string(file).context("cannot be read as text: check the path");
+    text.and_then(|text| parse(&text, &ours, |config| Ok(config.validate()?)))
+        .with_context(|| format!("{}", file.display()))
+}
+
 /// Settings of any kind from the TOML file of a flag, checked, or the defaults.
 fn read<T: Default + Serialize + DeserializeOwned>(
     flag: &str,
@@ -33,13 +45,24 @@ fn read<T: Default + Serialize + DeserializeOwned>(
     let Some(file) = file else {
         return Ok(T::default());
     };
-    let place = || format!("{}", file.display());
     let text = fs::read_to_string(file)
         .with_context(|| format!("{flag} {}: cannot be read as text", file.display()))?;
-    let settings: T = toml::from_str(&text)
-        .map_err(|error| anyhow!(one_line::<T>(&error, &text)))
-        .with_context(place)?;
-    validate(&settings).with_context(place)?;
+    parse(&text, &T::default(), validate).with_context(|| format!("{}", file.display()))
+}
+
+/// Settings of any kind from the text of a TOML file, checked; what it does not name is ours.
+pub fn parse<T: Default + Serialize + DeserializeOwned>(
+    text: &str,
+    ours: &T,
+    validate: impl Fn(&T) -> anyhow::Result<()>,
+) -> anyhow::Result<T> {
+    // Read as it is first: a table of changes knows no lines.
+    if let Err(error) = toml::from_str::<T>(text) {
+        bail!(one_line::<T>(&error, text));
+    }
+    // Parts of a table left out must not become the defaults of its type, which may be other than those of its place.
+    let settings = changes::onto(ours, text)?;
+    validate(&settings)?;
     Ok(settings)
 }
 

@@ -4,7 +4,7 @@ use clap::Args;
 use inbye::bench::dynabarn::{DynaBarnRow, Summary, Task, dynabarn_config, read_worlds};
 use serde_json::{Value, json};
 
-use super::changes::changed;
+use super::config::changed;
 use super::worlds::WorldsArguments;
 use super::{dynabarn_words, output};
 

@@ -6,11 +6,11 @@ use inbye::local::{Detail, Explainer, Prepared};
 use serde_json::json;
 
 use super::arguments::EvaluateArguments;
-use super::{engines, output, problem_file};
+use super::{engines, map_file, output, problem_file};
 
 /// Takes one decision. False when no sample is admissible.
 pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
-    let problem = problem_file::read(&arguments.problem)?;
+    let problem = problem_file::read(&arguments.problem, map_file::load)?;
     let prepared =
         Prepared::new(&problem).with_context(|| format!("{}", arguments.problem.display()))?;
     let mut engine = engines::choose(&arguments.engine, None)?;

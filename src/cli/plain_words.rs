@@ -10,19 +10,19 @@ const TYPES: [(&str, &str); 4] = [
     ("expected a sequence", "expected a list"),
 ];
 
-/// A message of serde's without names of types; with the mend, where the message is about a key or word that does not
+/// A message of serde's in one line, without names of types; with the mend, where the message is about a key or word that does not
 /// exist and there is one that is like it. `home` names the place where a key belongs that is right, but not here.
 pub fn plain_words(message: &str, home: impl Fn(&str) -> Option<String>) -> String {
-    let plain = TYPES
-        .iter()
-        .fold(message.to_owned(), |text, (rust, plain)| {
-            text.replace(rust, plain)
-        });
+    // A key in quotes may hold line breaks, and is told as it is.
+    let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    let plain = TYPES.iter().fold(message.clone(), |text, (rust, plain)| {
+        text.replace(rust, plain)
+    });
     let plain = match plain.split_once("expected struct ") {
         Some((before, _name)) => format!("{before}expected a table of keys and values"),
         None => plain,
     };
-    match mend(message, home) {
+    match mend(&message, home) {
         Some(mend) => format!("{plain}: {mend}"),
         None => plain,
     }

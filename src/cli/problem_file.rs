@@ -13,7 +13,6 @@ use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
 
-use super::map_file;
 use super::plain_words::plain_words;
 
 /// The text under `inbye evaluate --help`.
@@ -78,15 +77,30 @@ struct RobotState {
     footprint: Option<Footprint>,
 }
 
-/// Reads a problem.
-pub fn read(file: &Path) -> anyhow::Result<Problem> {
-    let place = || format!("{}", file.display());
+/// Reads a problem, with what loads a map that it names: a file and the resolution to take for one that states none.
+pub fn read(
+    file: &Path,
+    load: impl Fn(&Path, f64) -> anyhow::Result<OccupancyGrid>,
+) -> anyhow::Result<Problem> {
     let text = fs::read_to_string(file)
         .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
-    let parsed: ProblemFile = serde_json::from_str(&text)
-        .map_err(|error| anyhow!(one_line(&error, &text)))
-        .with_context(place)?;
-    problem(parsed, file).with_context(place)
+    // Relative to the problem, as a map's image is relative to its YAML.
+    let folder = file.parent().unwrap_or(Path::new(""));
+    parse(&text, |map, resolution_m| {
+        load(&folder.join(map), resolution_m)
+    })
+    .with_context(|| format!("{}", file.display()))
+}
+
+/// A problem from the text of its file, and what loads the map that it may name.
+pub fn parse(
+    text: &str,
+    load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
+) -> anyhow::Result<Problem> {
+    let file: ProblemFile =
+        serde_json::from_str(text).map_err(|error| anyhow!(one_line(&error, text)))?;
+    let map = occupancy(&file.map, load)?;
+    problem(file, &map)
 }
 
 fn one_line(error: &serde_json::Error, text: &str) -> String {
@@ -110,8 +124,7 @@ fn one_line(error: &serde_json::Error, text: &str) -> String {
     )
 }
 
-fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
-    let map = occupancy(&file.map, path)?;
+fn problem(file: ProblemFile, map: &OccupancyGrid) -> anyhow::Result<Problem> {
     let field = ClearanceField::new(&map.obstacles(file.unknown))?;
     file.limits.validate().context("limits")?;
     let defaults = LocalSettings::default();
@@ -152,7 +165,10 @@ fn problem(file: ProblemFile, path: &Path) -> anyhow::Result<Problem> {
     Ok(situation.problem(&settings))
 }
 
-fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid> {
+fn occupancy(
+    source: &MapSource,
+    load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
+) -> anyhow::Result<OccupancyGrid> {
     match source {
         MapSource {
             rows: Some(rows),
@@ -174,11 +190,7 @@ fn occupancy(source: &MapSource, problem: &Path) -> anyhow::Result<OccupancyGrid
             rows: None,
             file: Some(file),
             ..
-        } => {
-            // Relative to the problem, as a map's image is relative to its YAML.
-            let path = problem.parent().unwrap_or(Path::new("")).join(file);
-            map_file::load(&path, source.resolution_m.unwrap_or(1.0))
-        }
+        } => load(file, source.resolution_m.unwrap_or(1.0)),
         _ => bail!("map needs either `rows` or `file`"),
     }
 }

@@ -28,7 +28,8 @@ impl FromStr for Preference {
             None if text == "gpu" => Ok(Self::Gpu(None)),
             Some(("gpu", name)) if !name.is_empty() => Ok(Self::Gpu(Some(name.to_owned()))),
             _ => Err(format!(
-                "`{text}` is no engine: use auto, cpu, gpu or gpu:ADAPTER-NAME"
+                "`{}` is no engine: use auto, cpu, gpu or gpu:ADAPTER-NAME",
+                text.escape_debug()
             )),
         }
     }

@@ -15,13 +15,14 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Value number `index`: `low + index (high - low) / (count - 1)`.
+    /// Value number `index`: `low + index (high - low) / (count - 1)`, which rounding does not lift above `high`.
     #[must_use]
     pub fn value(&self, index: u32) -> f64 {
         if self.count == 1 {
             return self.low;
         }
-        self.low + f64::from(index) * (self.high - self.low) / f64::from(self.count - 1)
+        let above_low = f64::from(index) * (self.high - self.low) / f64::from(self.count - 1);
+        (self.low + above_low).min(self.high)
     }
 
     /// The value of greatest size.
@@ -120,5 +121,12 @@ mod tests {
         assert!((window.angular.low + 0.1).abs() < 1e-12);
         let middle = window.twist(7);
         assert!((middle.linear - 0.94).abs() < 1e-12 && middle.angular.abs() < 1e-12);
+    }
+
+    #[test]
+    fn rounding_lifts_no_value_above_the_highest() {
+        let (low, high, count) = (0.0, 0.4, 4);
+        assert!(low + 3.0 * (high - low) / 3.0 > high, "it would here");
+        assert_eq!(Axis { low, high, count }.value(3), high);
     }
 }

@@ -161,7 +161,10 @@ impl MapError {
 
 fn missing_key(key: &str, found: Option<&(usize, String)>) -> String {
     match found {
-        Some((line, found)) => format!("line {line}: has `{found}`, needs `{key}`: rename the key"),
+        Some((line, found)) => {
+            let found = found.escape_debug();
+            format!("line {line}: has `{found}`, needs `{key}`: rename the key")
+        }
         None => format!("needs the key `{key}`: add it"),
     }
 }

@@ -1,7 +1,7 @@
 //! Images as one grey value for each pixel.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits, Rgba};
@@ -30,22 +30,28 @@ pub(super) struct GreyImage {
 /// Bytes of the widest pixel: four channels of 16 bits.
 const MAX_PIXEL_BYTES: u64 = 8;
 
+/// Most characters of the decoder's words that are told.
+const LONGEST_REASON: usize = 200;
+
 impl GreyImage {
-    /// Decodes a PGM, PNG or BMP file; the content decides which, not the name. Values of any depth become 8 bits,
-    /// rounded; palettes are looked up; colours become their luma by the weights of Rec. 601.
+    /// Decodes the image in a file.
+    pub(super) fn read(path: &Path) -> Result<Self, MapError> {
+        let file = File::open(path).map_err(|error| unreadable(&error))?;
+        Self::decode(BufReader::new(file))
+    }
+
+    /// Decodes a PGM, PNG or BMP image; the content decides which. Values of any depth become 8 bits, rounded;
+    /// palettes are looked up; colours become their luma by the weights of Rec. 601.
     ///
     /// The size in the header is checked before memory is set aside for the pixels.
-    pub(super) fn read(path: &Path) -> Result<Self, MapError> {
-        let unreadable = |error: std::io::Error| MapError::Unreadable {
-            reason: error.to_string(),
-        };
+    pub(super) fn decode(bytes: impl BufRead + Seek) -> Result<Self, MapError> {
+        // Some of the decoder's words repeat what the file holds, however long.
         let bad_image = |error: image::ImageError| MapError::BadImage {
-            reason: error.to_string(),
+            reason: error.to_string().chars().take(LONGEST_REASON).collect(),
         };
-        let file = File::open(path).map_err(unreadable)?;
-        let mut reader = ImageReader::new(BufReader::new(file))
+        let mut reader = ImageReader::new(bytes)
             .with_guessed_format()
-            .map_err(unreadable)?;
+            .map_err(|error| unreadable(&error))?;
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(MAX_GRID_CELLS as u64 * MAX_PIXEL_BYTES);
         reader.limits(limits);
@@ -67,6 +73,12 @@ impl GreyImage {
                     .collect(),
             },
         })
+    }
+}
+
+fn unreadable(error: &std::io::Error) -> MapError {
+    MapError::Unreadable {
+        reason: error.to_string(),
     }
 }
 

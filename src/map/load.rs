@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{MAX_GRID_CELLS, MapError, MapNote, OccupancyGrid, map_server, movingai, text_map};
+use super::{MAX_GRID_CELLS, MapError, MapNote, OccupancyGrid, map_server, movingai};
 
 /// What a map file may leave unsaid.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,9 +60,9 @@ fn read(
         extension => {
             let text = read_text(path, MAX_ROWS_BYTES)?;
             if extension == "map" || movingai::begins(&text) {
-                movingai::parse(&text, options.resolution_m)
+                OccupancyGrid::from_movingai(&text, options.resolution_m)
             } else {
-                text_map::parse(&text, options.resolution_m)
+                OccupancyGrid::from_text(&text, options.resolution_m)
             }
         }
     }

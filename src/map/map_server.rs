@@ -10,6 +10,7 @@
 //! p in single precision and this file in double, so where p equals a threshold but for rounding the two may differ.
 
 use std::env;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use super::grey_image::{GreyImage, Pixel};
@@ -30,8 +31,26 @@ pub(super) fn read(
         image: image_path,
         problem: Box::new(problem),
     })?;
+    grid(&yaml, &image)
+}
+
+impl OccupancyGrid {
+    /// A map of ROS `map_server` that is in memory: the text of its YAML file, and the bytes of its PGM, PNG or BMP image.
+    /// The path of the image that the YAML file must have is not looked at.
+    ///
+    /// # Errors
+    /// When the text is not such a file, or the bytes are no such image; the message names the place.
+    pub fn from_map_server(yaml: &str, image: &[u8]) -> Result<Self, MapError> {
+        grid(
+            &MapYaml::parse(yaml)?,
+            &GreyImage::decode(Cursor::new(image))?,
+        )
+    }
+}
+
+fn grid(yaml: &MapYaml, image: &GreyImage) -> Result<OccupancyGrid, MapError> {
     let frame = GridFrame::new(image.width, image.height, yaml.resolution_m, yaml.origin)?;
-    let cells: Vec<i8> = occupancies(&yaml, &image.pixels);
+    let cells: Vec<i8> = occupancies(yaml, &image.pixels);
     Ok(OccupancyGrid::from_top_down(frame, &cells))
 }
 

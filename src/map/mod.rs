@@ -34,4 +34,4 @@ pub use moving_disc::MovingDisc;
 pub use movingai::cell_from_top_left;
 pub use note::MapNote;
 pub use scan::Scan;
-pub use scenario::{Scenario, read_scen};
+pub use scenario::{Scenario, parse_scen, read_scen};

@@ -18,8 +18,18 @@ pub const fn cell_from_top_left(frame: &GridFrame, (x, y): (i32, i32)) -> Cell {
     Cell::new(x, (frame.height - 1).saturating_sub(y))
 }
 
-/// A map from the text of its file. `.`, `G` and `S` (swamp) are free; `@`, `O`, `T` and `W` (water) are occupied.
-pub(super) fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapError> {
+impl OccupancyGrid {
+    /// A map from the text of a `.map` file of type octile. `.`, `G` and `S` (swamp) are free; `@`, `O`, `T` and `W`
+    /// (water) are occupied. The resolution is in metres a cell; the lower left corner is the origin.
+    ///
+    /// # Errors
+    /// When the text is not such a file, or the frame is refused by [`GridFrame::new`]; the message names the line.
+    pub fn from_movingai(text: &str, resolution_m: f64) -> Result<Self, MapError> {
+        parse(text, resolution_m)
+    }
+}
+
+fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapError> {
     let mut lines = (1..).zip(text.lines().map(str::trim_end));
     let (width, height) = header(&mut lines)?;
     let frame = GridFrame::new(width, height, resolution_m, Pose::default())?;

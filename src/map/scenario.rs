@@ -44,11 +44,15 @@ const MAX_BYTES: u64 = 64 << 20;
 /// When the file cannot be read, or a line does not hold the nine fields; the message names the file, line and field.
 pub fn read_scen(path: &Path) -> Result<Vec<Scenario>, MapError> {
     read_text(path, MAX_BYTES)
-        .and_then(|text| parse(&text))
+        .and_then(|text| parse_scen(&text))
         .map_err(|problem| problem.in_file(path))
 }
 
-fn parse(text: &str) -> Result<Vec<Scenario>, MapError> {
+/// The queries in the text of a `.scen` file; see [`read_scen`].
+///
+/// # Errors
+/// When a line does not hold the nine fields; the message names the line and field.
+pub fn parse_scen(text: &str) -> Result<Vec<Scenario>, MapError> {
     let mut scenarios = Vec::new();
     let mut digits = Digits::default();
     for (line, text) in (1..).zip(text.lines().map(str::trim)) {
@@ -184,7 +188,7 @@ mod tests {
             .iter()
             .map(|length| format!("0 m.map 9 9 1 1 2 2 {length}"))
             .collect();
-        let scenarios = parse(&lines.join("\n")).expect("lines of nine fields");
+        let scenarios = parse_scen(&lines.join("\n")).expect("lines of nine fields");
         scenarios.iter().map(|query| query.rounding).collect()
     }
 

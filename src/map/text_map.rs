@@ -42,15 +42,18 @@ impl OccupancyGrid {
         }
         Ok(Self::from_top_down(frame, &cells))
     }
-}
 
-/// A map file of rows of text; empty lines at its end are left out.
-pub(super) fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapError> {
-    let mut rows: Vec<&str> = text.lines().collect();
-    while rows.last().is_some_and(|row| row.is_empty()) {
-        rows.pop();
+    /// A grid drawn as the lines of a text, its lower left corner at the origin; empty lines at its end are left out.
+    ///
+    /// # Errors
+    /// Those of [`Self::from_rows`].
+    pub fn from_text(text: &str, resolution_m: f64) -> Result<Self, MapError> {
+        let mut rows: Vec<&str> = text.lines().collect();
+        while rows.last().is_some_and(|row| row.is_empty()) {
+            rows.pop();
+        }
+        Self::from_rows(&rows, resolution_m, Pose::default())
     }
-    OccupancyGrid::from_rows(&rows, resolution_m, Pose::default())
 }
 
 fn occupancy(character: char) -> Option<i8> {

@@ -35,7 +35,9 @@ fn reading(max_nodes: usize) -> Options {
 /// What the YAML reader says, in one line.
 fn reason(error: &Error, max_nodes: usize) -> String {
     match error.without_snippet() {
-        Error::DuplicateMappingKey { key: Some(key), .. } => format!("key `{key}` once more"),
+        Error::DuplicateMappingKey { key: Some(key), .. } => {
+            format!("key `{}` once more", key.escape_debug())
+        }
         Error::AliasError { error, .. } => reason(error, max_nodes),
         Error::Budget { .. } => {
             format!("the file is nested too deeply, or unfolds to more than {max_nodes} values")

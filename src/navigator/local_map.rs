@@ -19,6 +19,10 @@ const MOST_EVIDENCE: u8 = 3;
 const SEEN_THROUGH_M: f64 = 0.05;
 /// A mark that has stood for this long, seconds, stands still.
 const SETTLED_S: f64 = 2.5;
+/// Most cells along a side of the local window, which takes two bytes for each cell and is made anew at each decision.
+const MOST_WINDOW_CELLS: f64 = 4095.0;
+/// A window farther off, cells, lies beyond every map all the same.
+const FARTHEST_CELL: f64 = 1e9;
 /// No slot of the list of marks.
 const UNMARKED: u32 = u32::MAX;
 
@@ -220,14 +224,24 @@ impl LocalMap {
     /// off the map is an obstacle.
     ///
     /// # Errors
-    /// When the map's resolution is out of range.
+    /// When the map's resolution is out of range, or the window has more than [`MOST_WINDOW_CELLS`] a side.
     pub fn window(&self, center: &Point, half_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
         let frame = *self.known.frame();
         let units = frame.to_cell_units(center);
-        let half = (half_m / frame.resolution_m).ceil() as i32;
-        let left = units.x.floor() as i32 - half;
-        let bottom = units.y.floor() as i32 - half;
-        let side = 2 * half + 1;
+        let half_cells = (half_m / frame.resolution_m).ceil();
+        let side_cells = 2.0 * half_cells + 1.0;
+        let fits = side_cells <= MOST_WINDOW_CELLS;
+        if !fits {
+            return Err(ProblemError::OutOfRange {
+                quantity: "side of the local window",
+                value: side_cells,
+                unit: "cells",
+                limit: "at most 4095 cells, by a lower speed, a shorter horizon or a coarser map",
+            });
+        }
+        let (half, side) = (half_cells as i32, side_cells as i32);
+        let lowest = |units: f64| units.floor().clamp(-FARTHEST_CELL, FARTHEST_CELL) as i32 - half;
+        let (left, bottom) = (lowest(units.x), lowest(units.y));
         let corner = frame.from_cell_units(&Point::new(f64::from(left), f64::from(bottom)));
         let origin = Pose {
             x: corner.x,
@@ -281,4 +295,23 @@ fn span(at: f64, reach: f64, cells: i32) -> core::ops::Range<i32> {
     let from = (at - reach).floor().max(0.0) as i32;
     let to = ((at + reach).floor() as i32).saturating_add(1).min(cells);
     from..to
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_is_refused_that_no_memory_holds_and_one_off_the_map_is_not() {
+        let frame = GridFrame::new(10, 10, 0.1, Pose::default()).expect("a small map");
+        let map = LocalMap::new(ObstacleGrid::new(frame, vec![false; 100]));
+        for half_m in [300.0, 1e9, f64::INFINITY] {
+            let refusal = map.window(&Point::origin(), half_m).expect_err("too large");
+            assert!(refusal.to_string().starts_with("side of the local window"));
+        }
+        for far in [-1e300, -50.0, 50.0, 1e300] {
+            let window = map.window(&Point::new(far, 0.0), 1.0).expect("small");
+            assert_eq!(window.frame().width, 21, "{far}");
+        }
+    }
 }

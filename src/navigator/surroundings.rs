@@ -88,7 +88,7 @@ impl Surroundings {
     /// off the map is an obstacle.
     ///
     /// # Errors
-    /// When the map's resolution is out of range.
+    /// When the map's resolution is out of range, or the window has more than 4095 cells a side.
     pub fn window(&self, center: &Point, half_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
         self.map.window(center, half_m)
     }

@@ -4,6 +4,10 @@ use super::SimError;
 use super::error::require;
 use crate::geometry::{Point, Vector};
 
+/// Shortest time from one key to the next, seconds, and greatest coordinate, metres: within them every speed is a number.
+const SHORTEST_LEG_S: f64 = 1e-6;
+const FARTHEST_M: f64 = 1e9;
+
 /// How a script leads from one key to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Course {
@@ -24,8 +28,8 @@ impl Script {
     /// A script that goes straight and evenly from place to place. Times in seconds, places in metres, the period in seconds.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for no key, for times that are below zero or not ascending, for a period that is not above zero
-    /// or ends before the last time, or any number that is not finite.
+    /// [`SimError::BadSetting`] for no key, for times that are below zero or do not ascend by a microsecond at least, for a
+    /// period that is not above zero or ends before the last time, for a place beyond 1e9 m, or any number that is not finite.
     pub fn new(keys: &[(f64, Point)], loop_s: Option<f64>) -> Result<Self, SimError> {
         require(
             !keys.is_empty(),
@@ -33,17 +37,18 @@ impl Script {
             keys.len() as f64,
             "at least one",
         )?;
-        let mut latest = (-1.0_f64).next_up();
+        let mut latest = -SHORTEST_LEG_S;
         for &(time_s, place) in keys {
             require(
-                time_s.is_finite() && time_s >= 0.0 && time_s > latest,
+                time_s.is_finite() && time_s >= 0.0 && time_s - latest >= SHORTEST_LEG_S,
                 "time of a keyframe",
                 time_s,
-                "finite, at least zero and after the one before",
+                "finite, at least zero and a microsecond or more after the one before",
             )?;
             latest = time_s;
             for value in [place.x, place.y] {
-                require(value.is_finite(), "place of a keyframe", value, "finite")?;
+                let fits = value.abs() <= FARTHEST_M;
+                require(fits, "place of a keyframe", value, "-1e9 to 1e9")?;
             }
         }
         if let Some(period_s) = loop_s {

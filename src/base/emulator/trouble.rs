@@ -98,7 +98,8 @@ impl FromStr for PlannedTrouble {
         let Some((trouble, _)) = named else {
             let known: Vec<&str> = NAMES.iter().map(|(_, name)| *name).collect();
             return Err(format!(
-                "`{name}` is no fault: it is one of {}",
+                "`{}` is no fault: it is one of {}",
+                name.escape_debug(),
                 known.join(", ")
             ));
         };
@@ -115,7 +116,8 @@ impl FromStr for PlannedTrouble {
                 to_s,
             }),
             _ => Err(format!(
-                "`{times}` is no time: write {name}@SECONDS or {name}@FROM..TO, such as {name}@2 or {name}@2..3.5"
+                "`{}` is no time: write {name}@SECONDS or {name}@FROM..TO, such as {name}@2 or {name}@2..3.5",
+                times.escape_debug()
             )),
         }
     }

@@ -22,4 +22,4 @@ pub use row::BarnRow;
 pub use run::{Course, Task};
 pub use score::score;
 pub use summary::{Outcome, PublishedMeans, Summary};
-pub use world::{BarnWorld, Published, read_worlds};
+pub use world::{BarnWorld, Published, parse_cylinders, parse_list, read_worlds};

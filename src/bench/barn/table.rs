@@ -27,7 +27,7 @@ pub(super) struct Column {
 }
 
 impl Table {
-    /// Reads a file; lines without a letter are skipped.
+    /// Reads a file; see [`Table::parse`].
     pub fn read(file: &Path) -> Result<Self, BarnError> {
         let unreadable = |reason: String| BarnError::Unreadable {
             file: file.to_owned(),
@@ -35,6 +35,11 @@ impl Table {
         };
         let bytes = fs::read(file).map_err(|error| unreadable(error.to_string()))?;
         let text = String::from_utf8(bytes).map_err(|_| unreadable("it is no text".to_owned()))?;
+        Self::parse(&text, file)
+    }
+
+    /// The text of a file; lines without a letter are skipped.
+    pub fn parse(text: &str, file: &Path) -> Result<Self, BarnError> {
         let mut lines = text
             .trim_start_matches('\u{feff}')
             .lines()

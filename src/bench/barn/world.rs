@@ -55,9 +55,26 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
     keep_asked(&mut worlds, |world| world.number, only, &file)?;
     for world in &mut worlds {
         let name = format!("world_{:03}.csv", world.number);
-        world.cylinders = cylinders(&folder.join("worlds").join(name))?;
+        let file = folder.join("worlds").join(name);
+        world.cylinders = cylinders(&Table::read(&file)?, &file)?;
     }
     Ok(worlds)
+}
+
+/// The worlds in the text of a `worlds.csv`, without their cylinders, in the order of its rows.
+///
+/// # Errors
+/// When a field is not what its column holds; the message names the file and the line.
+pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, BarnError> {
+    listed(&Table::parse(text, file)?)
+}
+
+/// The cylinders in the text of a `world_NNN.csv`, at least one.
+///
+/// # Errors
+/// When a field is not what its column holds, or there is no cylinder; the message names the file and the line.
+pub fn parse_cylinders(text: &str, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
+    cylinders(&Table::parse(text, file)?, file)
 }
 
 /// The rows of `worlds.csv`, without their cylinders.
@@ -113,8 +130,7 @@ fn published(table: &Table, row: &TableRow) -> Result<Option<Published>, BarnErr
     }))
 }
 
-fn cylinders(file: &Path) -> Result<Vec<Cylinder>, BarnError> {
-    let table = Table::read(file)?;
+fn cylinders(table: &Table, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
     let [x, y] = [table.column("x_m")?, table.column("y_m")?];
     let radius = table.column("radius_m")?;
     let near = |value: f64| value.abs() <= 1000.0;

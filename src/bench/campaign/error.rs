@@ -19,8 +19,8 @@ pub enum CampaignError {
     },
     /// A row that was run with other settings.
     #[error(
-        "{}: line {line} was run with other settings ({found}, and these are {expected}): name a new file, or run with \
-         the settings of that one", file.display()
+        "{}: line {line} was run with other settings ({}, and these are {expected}): name a new file, or run with \
+         the settings of that one", file.display(), found.escape_debug()
     )]
     OtherSettings {
         /// The file.

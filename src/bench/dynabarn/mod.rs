@@ -22,4 +22,4 @@ pub use error::DynaBarnError;
 pub use row::{Culprit, DynaBarnRow};
 pub use run::Task;
 pub use summary::Summary;
-pub use world::{Body, DynaBarnWorld, read_world, read_worlds};
+pub use world::{Body, DynaBarnWorld, parse_world, read_world, read_worlds};

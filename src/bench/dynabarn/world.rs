@@ -90,11 +90,18 @@ pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
         file: file.to_owned(),
         reason: error.to_string(),
     })?;
-    let read: WorldFile =
-        serde_json::from_str(&text).map_err(|error| DynaBarnError::NotAWorld {
-            file: file.to_owned(),
-            reason: error.to_string(),
-        })?;
+    parse_world(&text, file)
+}
+
+/// A world from the text of its file.
+///
+/// # Errors
+/// When it is no world, or holds a number out of range; the message names the file and the place.
+pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
+    let read: WorldFile = serde_json::from_str(text).map_err(|error| DynaBarnError::NotAWorld {
+        file: file.to_owned(),
+        reason: error.to_string(),
+    })?;
     let check = Check { file };
     for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
         check.near(format!("start {name}"), value)?;

@@ -1,0 +1,122 @@
+//! What simulations and benchmarks read: moving obstacles, worlds, ledgers.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use inbye::bench::barn::{BarnRow, parse_cylinders, parse_list};
+use inbye::bench::campaign::Ledger;
+use inbye::bench::dynabarn::parse_world;
+use inbye::geometry::Pose;
+use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UnknownPolicy};
+use inbye::sim::{Config, Walkers};
+
+use super::one_line;
+
+/// Moving obstacles as JSON.
+pub fn obstacles_json(data: &[u8]) {
+    obstacles(data, "people.json");
+}
+
+/// Moving obstacles as TOML.
+pub fn obstacles_toml(data: &[u8]) {
+    obstacles(data, "people.toml");
+}
+
+static GROUND: OnceLock<ObstacleGrid> = OnceLock::new();
+
+/// A room of 6 by 4 metres with a pillar.
+fn ground() -> &'static ObstacleGrid {
+    GROUND.get_or_init(|| {
+        let mut rows = vec!["..............................".to_owned(); 20];
+        for row in &mut rows[8..12] {
+            row.replace_range(13..17, "####");
+        }
+        let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default());
+        map.expect("a sound map")
+            .obstacles(UnknownPolicy::default())
+    })
+}
+
+/// Those that are read have a radius, and are somewhere, and move by something, whatever time passes.
+fn obstacles(data: &[u8], name: &str) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    let mut walkers = match Walkers::parse(text, name, ground(), 7) {
+        Ok(walkers) => walkers,
+        Err(error) => return one_line(&error),
+    };
+    let footprint = Config::default().robot.footprint;
+    for time_s in [0.02, 0.1, 1.0, 0.1] {
+        for disc in walkers.discs() {
+            sound(&disc);
+        }
+        walkers.step(time_s, &Pose::new(1.0, 1.0, 0.0), &footprint);
+    }
+}
+
+fn sound(disc: &MovingDisc) {
+    assert!(disc.is_valid(), "{disc:?}");
+}
+
+/// A world of scripted cylinders. At any time each is somewhere.
+pub fn dynabarn_world(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    match parse_world(text, Path::new("world_0.json")) {
+        Err(error) => one_line(&error),
+        Ok(world) => {
+            assert!(world.start.is_finite(), "{:?}", world.start);
+            for body in &world.bodies {
+                for time_s in [0.0, 0.3, 1.0, 17.0, 1e4] {
+                    sound(&body.at(time_s));
+                }
+            }
+        }
+    }
+}
+
+/// The two kinds of tables of the BARN worlds.
+pub fn barn_tables(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    match parse_list(text, Path::new("worlds.csv")) {
+        Err(error) => one_line(&error),
+        Ok(worlds) => {
+            for world in worlds {
+                assert!(world.optimal_time_s > 0.0 && world.optimal_time_s <= 1e6);
+            }
+        }
+    }
+    match parse_cylinders(text, Path::new("world_000.csv")) {
+        Err(error) => one_line(&error),
+        Ok(cylinders) => {
+            assert!(!cylinders.is_empty());
+            for cylinder in cylinders {
+                let inside = |metres: f64| metres.abs() <= 1000.0;
+                assert!(inside(cylinder.x_m) && inside(cylinder.y_m), "{cylinder:?}");
+                assert!(cylinder.radius_m > 0.0 && inside(cylinder.radius_m));
+            }
+        }
+    }
+}
+
+/// The rows of a campaign. What is read and written again is the same ledger, and a torn line is cut away.
+pub fn ledger(data: &[u8]) {
+    let file = Path::new("runs.csv");
+    let read = |bytes: &[u8]| Ledger::<BarnRow>::read(bytes, file, "abc");
+    match read(data) {
+        Err(error) => one_line(&error),
+        Ok((ledger, whole)) => {
+            assert!(whole <= data.len());
+            assert!(!data[whole..].contains(&b'\n'));
+            let text = ledger.text();
+            let (again, all) = read(text.as_bytes()).expect("what is written can be read");
+            assert_eq!(all, text.len());
+            assert_eq!(again.text(), text);
+            assert_eq!(again.rows().count(), ledger.rows().count());
+        }
+    }
+}

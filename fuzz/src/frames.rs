@@ -1,0 +1,286 @@
+//! Decoders of frames, packets and lines: on any bytes, in pieces of any size, and on frames of any content.
+
+use core::fmt::Debug;
+use core::slice;
+
+use inbye::base::arduino::{Answer, read_answer};
+use inbye::base::roboclaw::{Reply, Request};
+use inbye::base::{Faults, native, wheeltec};
+use inbye::geometry::Twist;
+
+use super::bytes::Bytes;
+
+/// Longest piece that a native frame can be, bytes: what is held of a stream is no more, whatever comes.
+const NATIVE_HELD: usize = 32;
+
+/// A decoder and its frames.
+trait Stream: Default + Debug {
+    type Frame: Clone + Debug + PartialEq;
+
+    fn push(&mut self, bytes: &[u8]);
+    fn frames(&mut self) -> Vec<Self::Frame>;
+    fn dropped(&self) -> u64;
+    fn encode(frame: &Self::Frame) -> Vec<u8>;
+    /// A frame of any content that it can have.
+    fn any(bytes: &mut Bytes) -> Self::Frame;
+}
+
+macro_rules! stream {
+    ($room:ident, $frame:ident, $encode:expr, $any:expr) => {
+        impl Stream for $room::Decoder<$room::$frame> {
+            type Frame = $room::$frame;
+
+            fn push(&mut self, bytes: &[u8]) {
+                Self::push(self, bytes);
+            }
+
+            fn frames(&mut self) -> Vec<Self::Frame> {
+                self.by_ref().collect()
+            }
+
+            fn dropped(&self) -> u64 {
+                self.dropped_bytes()
+            }
+
+            fn encode(frame: &Self::Frame) -> Vec<u8> {
+                $encode(frame)
+            }
+
+            fn any(bytes: &mut Bytes) -> Self::Frame {
+                $any(bytes)
+            }
+        }
+    };
+}
+
+stream!(native, Command, native::Command::encode, any_native_command);
+stream!(native, Report, native::Report::encode, any_native_report);
+stream!(
+    wheeltec,
+    Command,
+    |frame: &wheeltec::Command| frame.encode().expect("finite").to_vec(),
+    any_wheeltec_command
+);
+stream!(
+    wheeltec,
+    Report,
+    |frame: &wheeltec::Report| frame.encode().to_vec(),
+    any_wheeltec_report
+);
+
+/// Our own frames, both ways.
+pub fn native(data: &[u8]) {
+    in_native_stream::<native::Decoder<native::Command>>(data);
+    in_native_stream::<native::Decoder<native::Report>>(data);
+    there_and_back::<native::Decoder<native::Command>>(data);
+    there_and_back::<native::Decoder<native::Report>>(data);
+}
+
+/// WHEELTEC's frames, both ways.
+pub fn wheeltec(data: &[u8]) {
+    in_wheeltec_stream::<wheeltec::Decoder<wheeltec::Command>>(data, wheeltec::COMMAND_LENGTH);
+    in_wheeltec_stream::<wheeltec::Decoder<wheeltec::Report>>(data, wheeltec::FEEDBACK_LENGTH);
+    there_and_back::<wheeltec::Decoder<wheeltec::Command>>(data);
+    there_and_back::<wheeltec::Decoder<wheeltec::Report>>(data);
+    any_rates_are_encoded_or_refused(&mut Bytes(data));
+}
+
+/// `RoboClaw` packets at a controller, and answers at a host.
+pub fn roboclaw(data: &[u8]) {
+    let mut bytes = Bytes(data);
+    let address = 0x80 | bytes.byte() & 7;
+    packets(bytes.0, address);
+    answers(bytes.0, address);
+}
+
+/// Lines of a `ROSArduinoBridge`.
+pub fn arduino(data: &[u8]) {
+    for line in data.split(|byte| *byte == b'\n') {
+        match read_answer(line) {
+            None => {}
+            Some(Answer::Done) => assert_eq!(line, b"OK"),
+            Some(Answer::Counts([first, second])) => {
+                let written = format!("{} {}", first as i32, second as i32);
+                assert_eq!(line, written.as_bytes());
+            }
+        }
+    }
+}
+
+/// Decodes a stream in pieces, whose lengths the first byte tells, and in one: the same is found and the same dropped.
+/// Returns the whole stream, what was found in it and how many bytes were dropped.
+fn in_pieces<S: Stream>(data: &[u8]) -> (&[u8], Vec<S::Frame>, u64) {
+    let mut bytes = Bytes(data);
+    let longest = usize::from(bytes.byte() % 40) + 1;
+    let (mut whole, mut pieces) = (S::default(), S::default());
+    whole.push(bytes.0);
+    let found = whole.frames();
+    let mut found_in_pieces = Vec::new();
+    for piece in bytes.0.chunks(longest) {
+        pieces.push(piece);
+        found_in_pieces.extend(pieces.frames());
+    }
+    assert_eq!(found, found_in_pieces, "in pieces of {longest}");
+    assert_eq!(whole.dropped(), pieces.dropped(), "in pieces of {longest}");
+    for frame in &found {
+        is_found_again::<S>(frame);
+    }
+    for decoder in [&whole, &pieces] {
+        // What is held is written out by `Debug`: no more than a frame's bytes, with their commas.
+        let held = format!("{decoder:?}").len();
+        assert!(held < 500, "{held} characters: {decoder:?}");
+    }
+    (bytes.0, found, whole.dropped())
+}
+
+/// Every byte is the mark of an end, part of a frame, dropped, or waits for the next mark.
+fn in_native_stream<S: Stream>(data: &[u8]) {
+    let (stream, found, dropped) = in_pieces::<S>(data);
+    let ends = stream.split(|byte| *byte == 0).count() - 1;
+    let last = stream
+        .rsplit(|byte| *byte == 0)
+        .next()
+        .map_or(0, <[u8]>::len);
+    let in_frames: usize = found
+        .iter()
+        .map(|frame| S::encode(frame).len() - ZEROS)
+        .sum();
+    assert_eq!(stream.len(), ends + in_frames + dropped as usize + last);
+}
+
+/// A native frame has so many marks, one before and one behind it.
+const ZEROS: usize = 2;
+
+/// Every byte is part of a frame, dropped, or waits for the rest of a frame.
+fn in_wheeltec_stream<S: Stream>(data: &[u8], length: usize) {
+    let (stream, found, dropped) = in_pieces::<S>(data);
+    let waiting = stream.len() - found.len() * length - dropped as usize;
+    assert!(waiting < length, "{waiting} bytes wait");
+}
+
+/// A frame of any content is found as it is, whatever came before it.
+fn there_and_back<S: Stream>(data: &[u8]) {
+    is_found_again::<S>(&S::any(&mut Bytes(data)));
+}
+
+fn is_found_again<S: Stream>(frame: &S::Frame) {
+    let line = S::encode(frame);
+    assert!(line.len() <= NATIVE_HELD + ZEROS, "{line:?}");
+    let mut decoder = S::default();
+    decoder.push(&line);
+    assert_eq!(decoder.frames(), slice::from_ref(frame));
+    assert_eq!(decoder.dropped(), 0);
+}
+
+fn packets(stream: &[u8], address: u8) {
+    let mut rest = stream;
+    while let Ok(Some((request, length))) = Request::decode(rest, address) {
+        assert_eq!(request.encode(address), rest[..length], "{request:?}");
+        rest = &rest[length..];
+    }
+    // A packet is never waited for longer than the longest.
+    if Request::decode(rest, address) == Ok(None) {
+        assert!(rest.len() < 12, "{} bytes wait", rest.len());
+    }
+}
+
+fn answers(stream: &[u8], address: u8) {
+    for request in [
+        Request::SetTimeout(5),
+        Request::GetTimeout,
+        Request::Encoder { second: false },
+        Request::Encoder { second: true },
+        Request::Speed { second: false },
+        Request::Speed { second: true },
+        Request::Battery,
+        Request::Drive([0, 1]),
+        Request::Status,
+    ] {
+        for status_bytes in [2, 4] {
+            let length = request.reply_length(status_bytes);
+            for end in [length.saturating_sub(1), length, length + 1] {
+                let _ = request.reply(address, &stream[..end.min(stream.len())]);
+            }
+            if matches!(request, Request::SetTimeout(_) | Request::Drive(_)) {
+                continue;
+            }
+            let data: [u8; 5] = Bytes(stream).array();
+            let data = &data[..length - 2];
+            let answer = request.answer(address, data.to_vec());
+            assert_eq!(answer.len(), length);
+            let reply = request.reply(address, &answer).expect("undamaged");
+            let number = match reply {
+                Reply::Timeout(number) => number.into(),
+                Reply::Encoder(number) | Reply::Status(number) => number,
+                Reply::Speed(number) => number as u32,
+                Reply::Battery(number) => number.into(),
+                Reply::Done => panic!("{request:?} is a question"),
+            };
+            let digits = &data[..data.len().min(4)];
+            let expected = digits
+                .iter()
+                .fold(0, |number, byte| number << 8 | u32::from(*byte));
+            assert_eq!(number, expected, "{request:?}");
+        }
+    }
+}
+
+/// Rates come back to within half a unit, or at the end of what 16 bits hold; what is not finite is refused.
+fn any_rates_are_encoded_or_refused(bytes: &mut Bytes) {
+    let twist = Twist::new(bytes.real(), bytes.real());
+    let line = wheeltec::Command { twist }.encode();
+    assert_eq!(line.is_ok(), twist.is_finite(), "{twist:?}");
+    let Ok(line) = line else { return };
+    let mut decoder = wheeltec::Decoder::<wheeltec::Command>::default();
+    decoder.push(&line);
+    let found = decoder.next().expect("an undamaged frame").twist;
+    for (sent, found) in [(twist.linear, found.linear), (twist.angular, found.angular)] {
+        let nearest = sent.clamp(-32.768, 32.767);
+        assert!((nearest - found).abs() < 0.000_500_1, "{sent} as {found}");
+    }
+}
+
+fn any_native_command(bytes: &mut Bytes) -> native::Command {
+    let flags = bytes.byte();
+    native::Command {
+        sequence: bytes.u16(),
+        stop: flags & 1 != 0,
+        release: flags & 2 != 0,
+        speeds: [bytes.u32() as i32, bytes.u32() as i32],
+    }
+}
+
+/// A report of any content; what is not said is as one that is not there.
+pub fn any_native_report(bytes: &mut Bytes) -> native::Report {
+    let flags = bytes.byte();
+    let flag = |bit: u8| flags >> bit & 1 != 0;
+    native::Report {
+        sequence: bytes.u16(),
+        echo: flag(2).then(|| bytes.u16()),
+        stopped: flag(0),
+        button_pressed: flag(1),
+        faults: Faults::from_bits(bytes.u16()),
+        time_ms: bytes.u32(),
+        counts: [bytes.u32(), bytes.u32()],
+        yaw_rate_mrad_s: flag(3).then(|| bytes.u16() as i16),
+        battery_mv: flag(4).then(|| bytes.u16()),
+    }
+}
+
+/// One that is on the grid of what the wire holds.
+fn any_wheeltec_command(bytes: &mut Bytes) -> wheeltec::Command {
+    wheeltec::Command {
+        twist: Twist::new(bytes.plain(), bytes.plain()),
+    }
+}
+
+/// One that is on the grid of what the wire holds.
+pub fn any_wheeltec_report(bytes: &mut Bytes) -> wheeltec::Report {
+    wheeltec::Report {
+        motors_disabled: bytes.byte() & 1 != 0,
+        twist: Twist::new(bytes.plain(), bytes.plain()),
+        lateral: bytes.plain(),
+        battery_v: f64::from(bytes.u16()) / 1000.0,
+        ..wheeltec::Report::default()
+    }
+}

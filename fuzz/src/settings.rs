@@ -1,0 +1,253 @@
+//! What the program is told: problems, settings, words.
+
+use std::sync::{Arc, OnceLock};
+
+use inbye::base::{BaseConfig, PlannedTrouble, Protocol, Trouble};
+use inbye::bench::barn::barn_config;
+use inbye::geometry::{Point, Pose};
+use inbye::local::{CpuEngine, Detail, Engine, Evaluation, Preference, Prepared};
+use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};
+use inbye::navigator::Goal;
+use inbye::sim::{Config, Mission, Observer, Walkers, run_mission};
+
+use super::one_line;
+use super::program::{config, problem_file};
+use super::wire;
+
+/// Problems above so many samples times steps are prepared and not evaluated: it would only take long.
+const MOST_WORK: usize = 20_000;
+
+/// A problem of `inbye evaluate`. One that is read is prepared or refused, and its answer is one of its samples.
+pub fn problem_json(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    // No file is opened for a name that chance has written.
+    let load = |name: &str, resolution_m: f64| match name {
+        "" => Err(MapError::NoRows.into()),
+        _ => Ok(OccupancyGrid::from_text(
+            "....\n.##.\n....\n",
+            resolution_m,
+        )?),
+    };
+    let problem = match problem_file::parse(text, load) {
+        Ok(problem) => problem,
+        Err(error) => return one_line(&format!("{error:#}")),
+    };
+    let prepared = match Prepared::new(&problem) {
+        Ok(prepared) => prepared,
+        Err(error) => return one_line(&error),
+    };
+    assert!(!prepared.is_empty());
+    assert_eq!(prepared.len(), problem.window.len());
+    if prepared.len() * problem.steps as usize <= MOST_WORK {
+        let evaluated = evaluate(&prepared);
+        let counts = &evaluated.counts;
+        let rejected = counts.collision + counts.cannot_stop + counts.outside;
+        assert_eq!((counts.admissible + rejected) as usize, prepared.len());
+        assert_eq!(evaluated.winner.is_some(), counts.admissible > 0);
+        if let Some(winner) = evaluated.winner {
+            let command = problem.window.twist(winner.index);
+            let (v, omega) = (&problem.window.linear, &problem.window.angular);
+            let (fastest, sharpest) = (v.largest(), omega.largest());
+            assert!(command.linear.abs() <= fastest, "{command:?}");
+            assert!(command.angular.abs() <= sharpest, "{command:?}");
+        }
+    }
+}
+
+fn evaluate(prepared: &Prepared) -> Evaluation {
+    thread_local! {
+        static ENGINE: std::cell::RefCell<CpuEngine> = CpuEngine::single_threaded().into();
+    }
+    let evaluated = ENGINE.with_borrow_mut(|engine| engine.evaluate(prepared, Detail::Samples));
+    evaluated.expect("the CPU answers")
+}
+
+/// A configuration of `--config`, and of a benchmark's. What is read is sound, and the same when it is written and read again;
+/// what is not named stays as it was.
+pub fn drive_config(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    for ours in [Config::default(), barn_config(2.0)] {
+        match config::parse(text, &ours, sound) {
+            Err(error) => one_line(&format!("{error:#}")),
+            Ok(config) => {
+                config.validate().expect("it was just checked");
+                let written = toml::to_string(&config).expect("a configuration is a table");
+                let again = config::parse(&written, &ours, sound);
+                assert_eq!(again.expect("what is written is sound"), config);
+                let table = |config: &Config| toml::Table::try_from(config).expect("a table");
+                let named = toml::from_str(text).expect("it was just read");
+                unnamed_stay(&table(&ours), &named, &table(&config));
+            }
+        }
+    }
+}
+
+fn sound(config: &Config) -> anyhow::Result<()> {
+    Ok(config.validate()?)
+}
+
+/// Values that a text does not name are ours.
+fn unnamed_stay(ours: &toml::Table, named: &toml::Table, read: &toml::Table) {
+    for (name, value) in ours {
+        match (value, named.get(name), read.get(name)) {
+            (_, None, read) => assert_eq!(read, Some(value), "{name}"),
+            (toml::Value::Table(ours), Some(toml::Value::Table(named)), Some(read)) => {
+                // Another choice has other keys.
+                let read = read.as_table().expect("a table stays one");
+                if ours.keys().all(|key| read.contains_key(key)) {
+                    unnamed_stay(ours, named, read);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A file of `--base-config`. What is read is sound, the same when it is written and read again, and a base of such
+/// settings is talked to in every protocol within its limits.
+pub fn base_config(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    match config::parse(text, &BaseConfig::default(), |read| Ok(read.validate()?)) {
+        Err(error) => one_line(&format!("{error:#}")),
+        Ok(file) => {
+            let written = toml::to_string(&file).expect("settings are a table");
+            let again = config::parse(
+                &written,
+                &BaseConfig::default(),
+                |read| Ok(read.validate()?),
+            );
+            assert_eq!(again.expect("what is written is sound"), file);
+            wire::short(file.base);
+        }
+    }
+}
+
+/// Nav2's parameters. What is taken over is sound, and each parameter is either taken over or not.
+pub fn nav2_params(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    for namespace in [None, Some("robot")] {
+        match inbye::nav2::import(text, namespace) {
+            Err(error) => one_line(&error),
+            Ok(import) => {
+                let read = toml::from_str::<Config>(&import.config).expect("settings are TOML");
+                read.validate().expect("what is taken over is sound");
+                let base = toml::from_str::<BaseConfig>(&import.base_config).expect("TOML");
+                base.validate().expect("what is taken over is sound");
+                let taken = import.mapped.iter().map(|one| &one.key);
+                let left = import.not_mapped.iter().map(|one| &one.key);
+                let mut keys: Vec<&String> = taken.chain(left).collect();
+                let all = keys.len();
+                keys.sort();
+                keys.dedup();
+                assert_eq!(keys.len(), all, "a parameter in two lists");
+            }
+        }
+    }
+}
+
+/// Words of the command line: planned troubles, protocols, engines.
+pub fn words(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    match text.parse::<PlannedTrouble>() {
+        Err(error) => one_line(&error),
+        Ok(planned) => {
+            let PlannedTrouble {
+                trouble,
+                from_s,
+                to_s,
+            } = planned;
+            assert!(Trouble::ALL.contains(&trouble));
+            assert!(
+                from_s.is_finite() && from_s >= 0.0 && to_s > from_s,
+                "{planned:?}"
+            );
+            let written = if to_s.is_finite() {
+                format!("{trouble}@{from_s}..{to_s}")
+            } else {
+                format!("{trouble}@{from_s}")
+            };
+            assert_eq!(written.parse(), Ok(planned), "{written}");
+        }
+    }
+    match text.parse::<Protocol>() {
+        Err(error) => one_line(&error),
+        Ok(protocol) => assert_eq!(protocol.name(), text),
+    }
+    if let Err(error) = text.parse::<Preference>() {
+        one_line(&error);
+    }
+}
+
+/// Settings above these many beams, or samples times steps, or seconds between decisions are not driven with: it would only
+/// take long.
+const MOST_BEAMS: usize = 1000;
+const LONGEST_PERIOD_S: f64 = 2.0;
+
+/// A configuration of `--config` with which a robot is driven for a few ticks. No setting that was found sound makes it
+/// panic, be nowhere, or be told to move as no limit allows.
+pub fn short_drive(data: &[u8]) {
+    let text = str::from_utf8(data).unwrap_or_default();
+    let Ok(config) = config::parse(text, &Config::default(), sound) else {
+        return;
+    };
+    let local = &config.local;
+    let samples = local.vx_samples as usize * local.vtheta_samples as usize;
+    let is_much = samples * local.steps() as usize > MOST_WORK
+        || config.lidar.beams > MOST_BEAMS
+        || local.control_period_s > LONGEST_PERIOD_S;
+    if is_much {
+        return;
+    }
+    let goal = Goal {
+        position: Point::new(4.5, 3.0),
+        yaw: Some(1.0),
+    };
+    let start = Pose::new(1.0, 1.0, 0.0);
+    let mut mission = Mission::new(Arc::clone(room()), start, goal);
+    mission.time_limit_s = 6.0 * local.control_period_s;
+    let people = r#"[{"x": 2, "y": 2, "radius": 0.2, "speed": 0.5, "route": [[4, 2]]}]"#;
+    let ground = room().obstacles(UnknownPolicy::Blocked);
+    mission.walkers = Walkers::parse(people, "people.json", &ground, 1).expect("a walker");
+    let engine = Box::new(CpuEngine::single_threaded());
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        witness: &mut |_| {},
+    };
+    match run_mission(&mission, &config, engine, &mut observer) {
+        Err(error) => one_line(&error),
+        Ok(result) => {
+            let limits = &config.robot.limits;
+            let fastest = limits.max_vel_x.abs().max(limits.min_vel_x.abs());
+            for row in &result.trace.rows {
+                assert!(row.pose.is_finite(), "{row:?}");
+                let command = &row.command;
+                assert!(command.is_finite(), "{row:?}");
+                assert!(command.linear.abs() <= fastest, "{row:?}");
+                assert!(command.angular.abs() <= limits.max_vel_theta, "{row:?}");
+            }
+        }
+    }
+}
+
+/// A room of 6 by 4 metres with a pillar.
+fn room() -> &'static Arc<OccupancyGrid> {
+    static ROOM: OnceLock<Arc<OccupancyGrid>> = OnceLock::new();
+    ROOM.get_or_init(|| {
+        let mut rows = vec![".".repeat(30); 20];
+        for row in &mut rows[8..12] {
+            row.replace_range(13..17, "####");
+        }
+        let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default());
+        Arc::new(map.expect("a sound map"))
+    })
+}
