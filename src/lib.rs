@@ -16,6 +16,7 @@
 //! | [`navigator`] | when to do which? |
 //! | [`base`] | what goes over the wire? |
 //! | [`sim`] | what would happen? |
+//! | `recording` | what was decided, and is it decided so again? (feature `mcap`) |
 //! | [`mod@bench`] | how fast, and is it right? |
 //! | [`report`] | what does it look like? |
 //!
@@ -75,6 +76,9 @@ pub mod navigator;
 pub mod base;
 
 pub mod sim;
+
+#[cfg(feature = "mcap")]
+pub mod recording;
 
 pub mod bench;
 

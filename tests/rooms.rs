@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order in which data flows. A room may use those before it; the first three are before all.
-const ROOMS: [&str; 13] = [
+const ROOMS: [&str; 14] = [
     "digest",
     "geometry",
     "numeric",
@@ -15,6 +15,7 @@ const ROOMS: [&str; 13] = [
     "navigator",
     "base",
     "sim",
+    "recording",
     "bench",
     "report",
     "cli",
