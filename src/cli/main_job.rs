@@ -153,6 +153,6 @@ fn drive_scene(
         time_limit_s: 600.0,
         ..Mission::new(Arc::new(scene.map.clone()), start, goal)
     };
-    let result = drive::simulate(&mission, config, engine, scene.name, None)?;
+    let result = drive::simulate(&mission, config, engine, scene.name, None, None)?;
     Ok((mission, result))
 }

@@ -2,10 +2,11 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "",
     "plan",
     "drive",
+    "replay",
     "evaluate",
     "verify",
     "devices",
