@@ -8,6 +8,8 @@ use inbye::recording::{DiskBusy, Head, Recorded, Recorder};
 use inbye::sim::{Config, Mission, MissionResult, Moment};
 use serde_json::{Value, json};
 
+use super::output;
+
 /// A drive on its way into a file.
 pub struct Recording<'a> {
     name: &'a Path,
@@ -72,8 +74,13 @@ impl<'a> Recording<'a> {
         Some(warning(self.name, recorder.stopped()?))
     }
 
-    /// Ends it with the drive.
+    /// Ends it with the drive. The user is told here where it stopped only now.
     pub fn end(self, result: &MissionResult) -> Ending<'a> {
+        let is_told = match &self.kind {
+            Kind::Mcap(recorder) => recorder.stopped().is_some(),
+            Kind::Lines(_) => false,
+            Kind::Stopped(_) => true,
+        };
         let recorded = match self.kind {
             Kind::Mcap(recorder) => recorder.finish(result.trace.digest()),
             Kind::Lines(file) => lines(file, result),
@@ -82,6 +89,9 @@ impl<'a> Recording<'a> {
                 ..Recorded::default()
             },
         };
+        if let Some(why) = recorded.stopped.as_ref().filter(|_| !is_told) {
+            output::note(warning(self.name, why));
+        }
         Ending {
             name: self.name,
             recorded,
@@ -91,7 +101,7 @@ impl<'a> Recording<'a> {
 
 fn warning(name: &Path, why: &str) -> String {
     format!(
-        "warning: the recording stopped: --record {}: {why}; the drive goes on",
+        "warning: the recording stopped: --record {}: {why}; the drive does not",
         name.display()
     )
 }

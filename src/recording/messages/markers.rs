@@ -11,8 +11,8 @@ pub const FAN: Sampling = Sampling {
     vx_samples: 7,
     vtheta_samples: 15,
 };
-/// Pieces of a line that stand for an arc of a horizon of 3 s: it turns by less than 0.5 rad in each.
-const PIECES: u32 = 6;
+/// An arc is drawn as chords that turn by no more than this, radians: they are off it by less than 1 % of its radius.
+const CHORD_RAD: f64 = 0.25;
 /// Times at which predicted discs are shown, as shares of the horizon.
 const PREDICTED: [f64; 3] = [0.33, 0.67, 1.0];
 /// Height of the disc that stands for a moving obstacle, metres.
@@ -101,8 +101,14 @@ fn arcs(fan: &Fan) -> Marker {
 }
 
 fn arc(fan: &Fan, twist: &Twist) -> Vec<Point> {
-    let time_s = |piece: u32| fan.horizon_s * f64::from(piece) / f64::from(PIECES);
-    let points = (0..=PIECES).map(|piece| fan.from.after(twist, time_s(piece)).position());
+    let turned_rad = if twist.linear == 0.0 {
+        0.0
+    } else {
+        twist.angular.abs() * fan.horizon_s
+    };
+    let chords = (turned_rad / CHORD_RAD).ceil().max(1.0);
+    let time_s = |chord: u32| fan.horizon_s * f64::from(chord) / chords;
+    let points = (0..=chords as u32).map(|chord| fan.from.after(twist, time_s(chord)).position());
     points.collect()
 }
 
