@@ -101,7 +101,7 @@ impl<'a> Recording<'a> {
 
 fn warning(name: &Path, why: &str) -> String {
     format!(
-        "warning: the recording stopped: --record {}: {why}; the drive does not",
+        "warning: the recording stopped: --record {}: {why}; the drive is not affected",
         name.display()
     )
 }

@@ -7,8 +7,9 @@
 //! decision to the bit. With the configuration, the journey and the map, which the file holds too, [`replay()`] makes the
 //! navigator anew, shows it what it saw, and compares every decision.
 //!
-//! **Memory.** A recorder holds at most 64 ticks that wait for the disk, and the file at most a chunk of 1 MiB and a tick
-//! besides an index of a few hundred bytes for each chunk. A reader holds one chunk, and the map.
+//! **Memory.** A recorder holds at most 64 ticks that wait for the disk, and the file at most a chunk of 1 MiB and a tick, or
+//! the map where that is larger, besides an index of a few hundred bytes for each chunk. A reader holds one chunk, and the
+//! map.
 //!
 //! **Errors.** A full disk, a broken one and, for a drive in real time, one that is too slow end the recording, never the
 //! drive. What was written before can be read: so can a file that was cut, up to its last whole chunk, which ends every 2 s.

@@ -126,12 +126,10 @@ fn what_is_no_recording_is_refused_in_one_line() {
     let mut damaged = file.clone();
     damaged[ends[2] - 5000] ^= 1;
     place.write("damaged.mcap", damaged);
-    let mut newer = file;
-    let at = newer
-        .windows(10)
-        .position(|bytes| bytes == b"format = 1")
-        .expect("the format is told");
-    newer[at + 9] = b'2';
+    let newer = altered(&file, "drive.toml", 0, |text| {
+        let told = text.windows(10).position(|bytes| bytes == b"format = 1");
+        text[told.expect("the format is told") + 9] = b'2';
+    });
     place.write("newer.mcap", newer);
     for (name, said) in [
         ("gone.mcap", "name a recording"),

@@ -56,9 +56,31 @@ fn late_decisions() {
     assert_eq!(recorded.stopped, None);
     let punctuality = result.punctuality.expect("there is a deadline");
     assert!(punctuality.misses > 5, "{punctuality:?}");
-    let replay = replay_on(&file.bytes(), cpu(2));
+    let bytes = file.bytes();
+    let mut recording = Recording::open(&bytes[..]).expect("a recording");
+    let mut answers = Vec::new();
+    while let Some(tick) = recording.next_tick().expect("it is whole") {
+        answers.push(tick.answers_taken);
+    }
+    assert!(
+        answers.last() > Some(&0),
+        "no plan was asked for on the way"
+    );
+    let replay = replay_on(&bytes, cpu(2));
     assert_eq!(replay.first_difference, None);
     assert!(replay.is_complete);
+    // When a plan came is one of the numbers: told that the first came a tick later, the replay does otherwise.
+    let first = answers
+        .iter()
+        .position(|&taken| taken > 0)
+        .expect("one was");
+    let at = command_at(config.lidar.beams) + 72;
+    let copy = altered(&bytes, "/inbye/tick", first, |message| {
+        assert_eq!(message[at..at + 8], 1_u64.to_le_bytes());
+        message[at] = 0;
+    });
+    let difference = replay_on(&copy, cpu(1)).first_difference;
+    assert!(difference.is_some_and(|difference| difference.tick >= first as u64));
 }
 
 /// Place of the command's speed in a tick with so many beams: behind the ranges, which stand at 108.

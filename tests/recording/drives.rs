@@ -71,9 +71,13 @@ pub fn tour() -> (Mission, Config) {
     (mission, config)
 }
 
-/// The tour with late decisions and plans that come when they come, as on a real robot: every seventh decision takes long.
+/// The tour past something that the map does not show, with late decisions and plans that come when they come, as on a real
+/// robot: every seventh decision takes long.
 pub fn late_tour() -> (Mission, Config, impl FnMut() -> f64) {
-    let (mission, mut config) = tour();
+    let (mut mission, mut config) = tour();
+    let mut truth = mission.map.obstacles(config.unknown);
+    truth.fill_disc(&Point::new(3.0, 3.0), 0.4);
+    mission.truth = Some(truth);
     config.navigator.deadline_s = Some(0.05);
     config.navigator.wait_for_plans = false;
     let (mut now_s, mut reading) = (0.0, 0_u64);

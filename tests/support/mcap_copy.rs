@@ -1,4 +1,4 @@
-//! A recording copied record by record, with one message altered: the copy's checksums are right, so that only who compares
+//! A recording copied record by record, with one thing in it altered: the copy's checksums are right, so that only who compares
 //! the numbers can tell.
 
 use mcap::records::Record;
@@ -6,8 +6,9 @@ use mcap::write::WriteOptions;
 use mcap::{Attachment, read::LinearReader};
 use std::io::Cursor;
 
-/// Copies a file; `alter` gets the bytes of the message with this number on a topic.
-pub fn altered(file: &[u8], topic: &str, number: usize, alter: impl Fn(&mut [u8])) -> Vec<u8> {
+/// Copies a file; `alter` gets the bytes of the message with this number on a topic, or of an attachment of this
+/// name.
+pub fn altered(file: &[u8], what: &str, number: usize, alter: impl Fn(&mut [u8])) -> Vec<u8> {
     let mut copy = WriteOptions::new()
         .profile("ros2")
         .create(Cursor::new(Vec::new()))
@@ -20,7 +21,7 @@ pub fn altered(file: &[u8], topic: &str, number: usize, alter: impl Fn(&mut [u8]
                     .expect("its first");
             }
             Record::Channel(channel) => {
-                if channel.topic == topic {
+                if channel.topic == what {
                     wanted = Some(channel.id);
                 }
                 copy.add_channel_with_id(
@@ -43,21 +44,27 @@ pub fn altered(file: &[u8], topic: &str, number: usize, alter: impl Fn(&mut [u8]
                 copy.write_to_known_channel(&header, &data)
                     .expect("memory takes it");
             }
-            Record::Attachment { header, data, .. } => copy
-                .attach(&Attachment {
+            Record::Attachment { header, data, .. } => {
+                let mut data = data.into_owned();
+                if header.name == what {
+                    alter(&mut data);
+                    seen = number + 1;
+                }
+                copy.attach(&Attachment {
                     log_time: header.log_time,
                     create_time: header.create_time,
                     name: header.name,
                     media_type: header.media_type,
-                    data,
+                    data: data.into(),
                 })
-                .expect("memory takes it"),
+                .expect("memory takes it");
+            }
             Record::Metadata(metadata) => copy.write_metadata(&metadata).expect("as above"),
             Record::DataEnd(_) => break,
             _ => {}
         }
     }
-    assert!(seen > number, "{topic} has {seen} messages");
+    assert!(seen > number, "{what} has {seen} messages");
     copy.finish().expect("memory takes it");
     copy.into_inner().into_inner()
 }
