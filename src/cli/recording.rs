@@ -38,7 +38,7 @@ impl<'a> Recording<'a> {
         engine: String,
         is_real_time: bool,
     ) -> Self {
-        if !name.extension().is_some_and(|ending| ending == "mcap") {
+        if name.extension().is_none_or(|ending| ending != "mcap") {
             let kind = Kind::Lines(file);
             return Self { name, kind };
         }

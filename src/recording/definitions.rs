@@ -40,7 +40,7 @@ pub fn schema(name: &str) -> String {
         told.push(part);
         let body = definition(part).unwrap_or_default();
         ahead.extend(parts(body));
-        text += &format!("{}MSG: {part}\n{body}", separator());
+        text.extend([separator().as_str(), "MSG: ", part, "\n", body]);
     }
     text
 }

@@ -67,7 +67,7 @@ fn one_flipped_bit_is_told_with_its_tick_and_field() {
     let file = fs::read(place.path("run.mcap")).expect("it is there");
     // The last bit of the speed that was commanded, behind 360 ranges.
     let copy = altered(&file, "/inbye/tick", 11, |message| {
-        message[108 + 8 * 360] ^= 1
+        message[108 + 8 * 360] ^= 1;
     });
     place.write("other.mcap", copy);
     let (status, replay) = place.json("replay other.mcap --engine cpu");

@@ -76,6 +76,7 @@ pub fn tick(
 
 impl Tick {
     /// Reads the message; none of one that is damaged.
+    #[must_use]
     pub fn read(message: &[u8]) -> Option<Self> {
         let mut read = Decoder::new(message)?;
         let _ = (read.i32()?, read.u32()?);
