@@ -77,7 +77,7 @@ fn a_mission_in_real_time_is_recorded_and_decided_again() {
     fs::write(path("robot.toml"), settings).expect("written");
     let (settings, file) = (path("robot.toml"), path("run.mcap"));
     let base = Emulated::start("native", "");
-    let more = format!("--time-limit 6 --obstacles 1 --config {settings} --record {file}");
+    let more = format!("--time-limit 6 --config {settings} --record {file}");
     let driven = base.host(&drive(&room, &more)).wait().object();
     base.end();
     assert_eq!(driven["recording"]["stopped"], Value::Null, "{driven}");
