@@ -17,6 +17,7 @@
 //! | [`base`] | what goes over the wire? |
 //! | [`sim`] | what would happen? |
 //! | [`nav2`] | what would a Nav2 file say here? |
+//! | `recording` | what was decided, and is it decided so again? (feature `mcap`) |
 //! | [`mod@bench`] | how fast, and is it right? |
 //! | [`report`] | what does it look like? |
 //!
@@ -80,6 +81,8 @@ pub mod base;
 pub mod sim;
 
 pub mod nav2;
+#[cfg(feature = "mcap")]
+pub mod recording;
 
 pub mod bench;
 

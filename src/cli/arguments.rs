@@ -38,6 +38,8 @@ pub enum Command {
     Plan(PlanArguments),
     /// Drive to a goal in a closed loop, simulated; with --port on a real base.
     Drive(DriveArguments),
+    /// Decide again on what was recorded, and compare all bits.
+    Replay(super::replay::ReplayArguments),
     /// Take one decision of the dynamic window approach and explain it.
     Evaluate(EvaluateArguments),
     /// Put random problems to every engine here and compare all bits.
@@ -109,7 +111,7 @@ pub struct PlanArguments {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
-    --seed 7 --report out\n\n\
+    --seed 7 --report out\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n\n\
     With --port the base is a real or an emulated one on a serial line, and time is real: world and lidar are simulated, and \
     the robot is where the base reports to have come. It is stopped when no plan comes for 0.3 s, when it does not do what it \
     is told, and at the end however that comes: `inbye base send --help`."
@@ -158,7 +160,9 @@ pub struct DriveArguments {
     /// Write a report page into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Write every tick as a line of JSON into this file.
+    /// Record the drive in this file: a name that ends in .mcap gets ROS 2 messages, for Foxglove, `ros2 bag` and `inbye
+    /// replay`; any other gets every tick as a line of JSON. A full disk stops the recording, never the drive: then the
+    /// exit status is 1, and `recording.stopped` says why.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     #[command(flatten)]

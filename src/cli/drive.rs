@@ -1,7 +1,5 @@
 //! `inbye drive`.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
@@ -19,11 +17,12 @@ use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
 use super::clock::wall_clock;
+use super::recording::{Ending, Recording};
 use super::{
     engines, hardship_words, map_file, output, plan, report_file, unknown_words, wired_drive,
 };
 
-/// Drives to a goal. False when it is not reached, or something was touched.
+/// Drives to a goal. False when it is not reached, something was touched, or the recording asked for is not whole.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let (map, mut config) = map_file::read(&arguments.map)?;
     if let Some(deadline_ms) = arguments.deadline {
@@ -59,6 +58,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
     let mut reel = Reel::default();
+    let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
+        let is_real_time = wired.is_some();
+        Recording::begin(file, &mission, &config, engine.name(), is_real_time)
+    });
     let driven = simulate(
         &mission,
         &config,
@@ -66,6 +69,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         "driving",
         wired.as_mut(),
         &mut reel,
+        recording.as_mut(),
     );
     // Before anything is written: the base is stopped by now.
     let base = wired.map(wired_drive::Wired::end);
@@ -76,9 +80,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(Fault::Choose(ChooseError::Problem(error))) = &result.fault {
         return Err(anyhow!(error.clone())).with_context(|| settings_of(arguments));
     }
-    if let Some((file, name)) = record_file.zip(arguments.record.as_deref()) {
-        record(file, &result).with_context(|| format!("--record {}", name.display()))?;
-    }
+    let recording = recording.map(|recording| recording.end(&result));
     if let Some(folder) = &arguments.report {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let page = report_file::of_drive(&mission, &config, &result, &reel, &map_name, &command);
@@ -87,6 +89,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if json {
         let mut object = object(&result);
         object["unknown"] = unknown_words::object(&mission.map, config.unknown);
+        object["recording"] = json!(recording.as_ref().map(Ending::object));
         if let Some(base) = &base {
             object["base"] = base.object();
         }
@@ -99,11 +102,16 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         for line in base.iter().flat_map(wired_drive::Ending::lines) {
             output::line(line);
         }
+        if let Some(recording) = &recording {
+            output::line(recording.line());
+        }
     }
-    Ok(result.reached && !result.collided)
+    let is_recorded = recording.as_ref().is_none_or(Ending::is_whole);
+    Ok(result.reached && !result.collided && is_recorded)
 }
 
-/// Runs a mission by the wall clock, with a bar that shows the way covered, with a base on a line where there is one.
+/// Runs a mission by the wall clock, with a bar that shows the way covered, with a base on a line and into a recording where
+/// there is one.
 pub fn simulate(
     mission: &Mission,
     config: &Config,
@@ -111,16 +119,24 @@ pub fn simulate(
     what: &str,
     wired: Option<&mut wired_drive::Wired>,
     reel: &mut Reel,
+    mut recording: Option<&mut Recording<'_>>,
 ) -> Result<MissionResult, MissionError> {
     let goal = mission.goal.position;
     let whole_cm = |metres: f64| (metres * 100.0) as u64;
     let far_m = (goal - mission.start.position()).norm();
+    if let Some(warning) = recording.as_ref().and_then(|it| it.warning()) {
+        output::note(warning);
+    }
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
     let mut witness = |moment: &Moment<'_>| {
         reel.take(moment);
         nearest_m = nearest_m.min((goal - moment.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
+        let warning = recording.as_mut().and_then(|it| it.record(moment));
+        if let Some(warning) = warning {
+            bar.suspend(|| output::note(warning));
+        }
     };
     let mut clock = wall_clock();
     let mut observer = Observer {
@@ -300,14 +316,4 @@ fn print(result: &MissionResult) {
 fn miss(what: &str, x_m: f64, y_m: f64, yaw_rad: Option<f64>) -> String {
     let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));
     format!("{what:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
-}
-
-/// Writes every tick as a line of JSON.
-pub fn record(file: File, result: &MissionResult) -> anyhow::Result<()> {
-    let mut out = BufWriter::new(file);
-    for row in &result.trace.rows {
-        serde_json::to_writer(&mut out, row)?;
-        out.write_all(b"\n")?;
-    }
-    Ok(out.flush()?)
 }

@@ -154,6 +154,6 @@ fn drive_scene(
         ..Mission::new(Arc::new(scene.map.clone()), start, goal)
     };
     let mut reel = Reel::default();
-    let result = drive::simulate(&mission, config, engine, scene.name, None, &mut reel)?;
+    let result = drive::simulate(&mission, config, engine, scene.name, None, &mut reel, None)?;
     Ok((mission, result, reel))
 }

@@ -46,6 +46,8 @@ mod plan_drawing;
 mod plan_words;
 mod problem_file;
 mod record_file;
+mod recording;
+mod replay;
 mod report_file;
 mod soak;
 mod soak_words;
@@ -73,6 +75,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         None => main_job::run(arguments),
         Some(Command::Plan(command)) => plan::run(command, json),
         Some(Command::Drive(command)) => drive::run(command, json),
+        Some(Command::Replay(command)) => replay::run(command, json),
         Some(Command::Evaluate(command)) => evaluate::run(command, json),
         Some(Command::Verify(command)) => verify::run(command, json),
         Some(Command::Devices) => devices::run(json),

@@ -4,14 +4,15 @@ use std::fs::File;
 use std::path::Path;
 use std::str::FromStr;
 
+use anyhow::bail;
 use inbye::map::OccupancyGrid;
 use inbye::report::{DriveView, drive_svg};
 use inbye::sim::{Mission, MissionResult};
 
 use super::arguments::whole;
-use super::drive::{one_line, record};
-use super::output;
+use super::drive::one_line;
 use super::output_file::Output;
+use super::{output, recording};
 
 /// Which run.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +74,10 @@ impl<'a> Files<'a> {
             }))?;
         }
         if let Some(file) = self.ticks {
-            record(file, result)?;
+            let recorded = recording::lines(file, result);
+            recorded
+                .stopped
+                .map_or(Ok(()), |why| bail!("--record: {why}"))?;
         }
         Ok(())
     }

@@ -27,3 +27,22 @@ pub enum Mode {
     /// Stopped: what it senses cannot be believed.
     Doubting,
 }
+
+impl Mode {
+    /// Its word in JSON and diagnostics.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Driving => "driving",
+            Self::Turning => "turning",
+            Self::Blocked => "blocked",
+            Self::BackingUp => "backing_up",
+            Self::Arrived => "arrived",
+            Self::Failed => "failed",
+            Self::Parking => "parking",
+            Self::Stopped => "stopped",
+            Self::Evading => "evading",
+            Self::Doubting => "doubting",
+        }
+    }
+}

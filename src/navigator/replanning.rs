@@ -53,6 +53,10 @@ pub(super) struct Replanning {
     blocked: Since,
     /// Why the last attempt found no way.
     no_way: Option<PlanError>,
+    /// Answers taken so far.
+    taken: u64,
+    /// Whether the next tick takes the answer that is due, where that is told.
+    told: Option<bool>,
 }
 
 impl Replanning {
@@ -64,7 +68,19 @@ impl Replanning {
             next_shorter_s: f64::NEG_INFINITY,
             blocked: Since::default(),
             no_way: None,
+            taken: 0,
+            told: None,
         })
+    }
+
+    /// The answer that this tick takes.
+    fn answer(&mut self, now_s: f64, waits: bool) -> Option<(Reason, Result<Plan, PlanError>)> {
+        let answer = match self.told.take() {
+            Some(false) => None,
+            told => self.background.due(now_s, waits || told.is_some()),
+        };
+        self.taken += u64::from(answer.is_some());
+        answer
     }
 
     /// Why there is no way on, if the last plan that was asked for found none.
@@ -81,6 +97,18 @@ impl Replanning {
 }
 
 impl Navigator {
+    /// How many answers of the planning thread it has taken, plans or that there is none.
+    #[must_use]
+    pub const fn answers_taken(&self) -> u64 {
+        self.replanning.taken
+    }
+
+    /// Tells whether the next step takes the answer that is due. Without `wait_for_plans` that is a matter of how busy the
+    /// machine is: who repeats a run tells what it was.
+    pub const fn repeat_answer(&mut self, is_taken: bool) {
+        self.replanning.told = Some(is_taken);
+    }
+
     /// Takes the plan that is due, and asks for one when the way ahead is blocked, the robot strayed, it has stood for
     /// long behind something moving, or from time to time for a shorter way.
     pub(super) fn replan(
@@ -96,7 +124,7 @@ impl Navigator {
         let is_blocked = self.is_blocked(field);
         let blocked_s = self.replanning.blocked.update(now.time_s, is_blocked);
         let waits = self.settings.wait_for_plans;
-        if let Some((reason, plan)) = self.replanning.background.due(now.time_s, waits) {
+        if let Some((reason, plan)) = self.replanning.answer(now.time_s, waits) {
             if matches!(plan, Err(PlanError::NoValidPath { .. })) {
                 // What stood there may have gone since: Nav2 clears its costmaps then.
                 let since_s = now.time_s - REMEMBERED_S;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::simulation::Simulation;
-use super::{Config, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers};
+use super::{Config, OdometryReading, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers};
 use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Fan, Incidents, Sampling};
 use crate::map::{ObstacleGrid, OccupancyGrid};
@@ -52,7 +52,8 @@ impl Mission {
     }
 
     /// All stops in order, the goal last.
-    pub(super) fn stops(&self) -> Vec<Goal> {
+    #[must_use]
+    pub fn stops(&self) -> Vec<Goal> {
         self.via.iter().chain([&self.goal]).copied().collect()
     }
 }
@@ -135,6 +136,8 @@ pub struct Moment<'a> {
     pub row: &'a TraceRow,
     /// What the robot saw.
     pub observation: &'a Observation,
+    /// What its base knows of its own motion: the pose in the `odom` frame.
+    pub odometry: &'a OdometryReading,
     /// What it decided.
     pub decision: &'a Decision,
     /// How long that took by the observer's clock, seconds.

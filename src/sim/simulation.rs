@@ -5,7 +5,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::fixes::FixSource;
 use super::mission::{Mission, MissionError, MissionResult, Moment, Observer, StopError};
-use super::{Config, Trace, TraceRow, Vehicle, Walkers, World};
+use super::{Config, OdometryReading, Trace, TraceRow, Vehicle, Walkers, World};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
 use crate::map::MovingDisc;
@@ -104,7 +104,7 @@ impl<'a> Simulation<'a> {
 
     /// Look, decide, record, move: in this order.
     fn tick(&mut self, time_s: f64, observer: &mut Observer<'_>) -> TraceRow {
-        let observation = self.observe(time_s);
+        let (observation, odometry) = self.observe(time_s);
         let (decision, took_s) = self.navigator.step_by(&observation, observer.clock);
         self.decision_s.push(took_s);
         self.note_stop(decision.mode);
@@ -135,6 +135,7 @@ impl<'a> Simulation<'a> {
         (observer.witness)(&Moment {
             row: &row,
             observation: &observation,
+            odometry: &odometry,
             decision: &decision,
             took_s,
             moving_radii: &self.trace.moving_radii,
@@ -144,7 +145,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// What the robot can know: its odometry held to the map by fixes, and what its lidar sees.
-    fn observe(&mut self, time_s: f64) -> Observation {
+    fn observe(&mut self, time_s: f64) -> (Observation, OdometryReading) {
         self.world.moving = self.walkers.discs();
         let truth = self.vehicle.pose();
         let odometry = self.vehicle.odometry();
@@ -154,13 +155,14 @@ impl<'a> Simulation<'a> {
         }
         let lidar = &self.config.lidar;
         let seen = lidar.scan(&self.world, &truth, &mut self.lidar_noise);
-        Observation {
+        let observation = Observation {
             time_s,
             pose: *self.belief.pose(),
             twist: odometry.twist,
             scan: seen.scan,
             scan_s: time_s,
-        }
+        };
+        (observation, odometry)
     }
 
     /// Measures how well it stands at each stop but the last, once.

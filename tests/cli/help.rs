@@ -2,10 +2,11 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 19] = [
     "",
     "plan",
     "drive",
+    "replay",
     "evaluate",
     "verify",
     "devices",

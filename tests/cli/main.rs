@@ -7,11 +7,14 @@ mod drive;
 mod dynabarn;
 mod evaluate;
 mod help;
+#[path = "../support/mcap_copy.rs"]
+mod mcap_copy;
 mod memory;
 mod movingai;
 mod paper;
 mod plan;
 mod program;
+mod recording;
 mod refusals;
 mod soak;
 mod tools;

@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use crate::processes::Emulated;
+use crate::processes::{Emulated, Process};
 
 /// A room of 7.2 by 4.4 m at 0.2 m a cell, with a block in the way.
 fn room() -> TempDir {
@@ -67,6 +67,25 @@ fn completes(protocol: &'static str) {
         libm::hypot(x_m - 6.0, y_m - 2.0) < 0.5,
         "{driven} {summary}"
     );
+}
+
+#[test]
+fn a_mission_in_real_time_is_recorded_and_decided_again() {
+    let room = room();
+    let path = |name: &str| format!("{}", room.path().join(name).display());
+    let settings = "[navigator]\nwait_for_plans = false\ndeadline_s = 0.05\n";
+    fs::write(path("robot.toml"), settings).expect("written");
+    let (settings, file) = (path("robot.toml"), path("run.mcap"));
+    let base = Emulated::start("native", "");
+    let more = format!("--time-limit 6 --config {settings} --record {file}");
+    let driven = base.host(&drive(&room, &more)).wait().object();
+    base.end();
+    assert_eq!(driven["recording"]["stopped"], Value::Null, "{driven}");
+    let replayed = Process::start(&format!("replay {file} --engine cpu --threads 1 --json")).wait();
+    assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
+    let replay = replayed.object();
+    assert_eq!(replay["ticks"], driven["ticks"], "{replay}");
+    assert_eq!(replay["complete"], json!(true), "{replay}");
 }
 
 #[test]

@@ -1,0 +1,156 @@
+//! The file of `drive --record`: ROS 2 messages as the drive goes on, or the ticks as lines of JSON after it.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use inbye::recording::{DiskBusy, Head, Recorded, Recorder};
+use inbye::sim::{Config, Mission, MissionResult, Moment};
+use serde_json::{Value, json};
+
+use super::output;
+
+/// A drive on its way into a file.
+pub struct Recording<'a> {
+    name: &'a Path,
+    kind: Kind,
+}
+
+enum Kind {
+    Lines(File),
+    Mcap(Box<Recorder>),
+    /// Could not begin.
+    Stopped(String),
+}
+
+/// What became of it.
+pub struct Ending<'a> {
+    name: &'a Path,
+    recorded: Recorded,
+}
+
+impl<'a> Recording<'a> {
+    /// Begins a recording in an empty file: MCAP by the file's ending. A base in real time does not wait for the disk.
+    pub fn begin(
+        (file, name): (File, &'a Path),
+        mission: &Mission,
+        config: &Config,
+        engine: String,
+        is_real_time: bool,
+    ) -> Self {
+        if name.extension().is_none_or(|ending| ending != "mcap") {
+            let kind = Kind::Lines(file);
+            return Self { name, kind };
+        }
+        let disk_busy = if is_real_time {
+            DiskBusy::Stop
+        } else {
+            DiskBusy::Wait
+        };
+        let head = Head::new(mission, config, engine);
+        let kind = match Recorder::new(file, &head, disk_busy) {
+            Ok(recorder) => Kind::Mcap(Box::new(recorder)),
+            Err(error) => Kind::Stopped(error.to_string()),
+        };
+        Self { name, kind }
+    }
+
+    /// What to tell the user before the drive, if it could not begin.
+    pub fn warning(&self) -> Option<String> {
+        match &self.kind {
+            Kind::Stopped(why) => Some(warning(self.name, why)),
+            Kind::Lines(_) | Kind::Mcap(_) => None,
+        }
+    }
+
+    /// Records a tick; what to tell the user where that ended the recording.
+    pub fn record(&mut self, moment: &Moment<'_>) -> Option<String> {
+        let Kind::Mcap(recorder) = &mut self.kind else {
+            return None;
+        };
+        if recorder.record(moment) {
+            return None;
+        }
+        Some(warning(self.name, recorder.stopped()?))
+    }
+
+    /// Ends it with the drive. The user is told here where it stopped only now.
+    pub fn end(self, result: &MissionResult) -> Ending<'a> {
+        let is_told = match &self.kind {
+            Kind::Mcap(recorder) => recorder.stopped().is_some(),
+            Kind::Lines(_) => false,
+            Kind::Stopped(_) => true,
+        };
+        let recorded = match self.kind {
+            Kind::Mcap(recorder) => recorder.finish(result.trace.digest()),
+            Kind::Lines(file) => lines(file, result),
+            Kind::Stopped(why) => Recorded {
+                stopped: Some(why),
+                ..Recorded::default()
+            },
+        };
+        if let Some(why) = recorded.stopped.as_ref().filter(|_| !is_told) {
+            output::note(warning(self.name, why));
+        }
+        Ending {
+            name: self.name,
+            recorded,
+        }
+    }
+}
+
+fn warning(name: &Path, why: &str) -> String {
+    format!(
+        "warning: the recording stopped: --record {}: {why}; the drive is not affected",
+        name.display()
+    )
+}
+
+impl Ending<'_> {
+    /// Whether the file holds the whole drive.
+    pub const fn is_whole(&self) -> bool {
+        self.recorded.stopped.is_none()
+    }
+
+    /// As scripts read it.
+    pub fn object(&self) -> Value {
+        let Recorded {
+            messages,
+            bytes,
+            stopped,
+        } = &self.recorded;
+        json!({ "file": self.name, "messages": messages, "bytes": bytes, "stopped": stopped })
+    }
+
+    /// As people read it.
+    pub fn line(&self) -> String {
+        let Recorded {
+            messages,
+            bytes,
+            stopped,
+        } = &self.recorded;
+        let name = self.name.display();
+        let mb = *bytes as f64 / 1e6;
+        let stopped = stopped.as_ref().map_or_else(String::new, |why| {
+            format!("; STOPPED before the end: {why}")
+        });
+        format!("recording    {name}: {messages} messages, {mb:.1} MB{stopped}")
+    }
+}
+
+/// Every tick as a line of JSON.
+pub fn lines(file: File, result: &MissionResult) -> Recorded {
+    let mut recorded = Recorded::default();
+    let mut out = BufWriter::new(file);
+    let mut write = || -> io::Result<()> {
+        for row in &result.trace.rows {
+            let line = serde_json::to_string(row)? + "\n";
+            out.write_all(line.as_bytes())?;
+            recorded.messages += 1;
+            recorded.bytes += line.len() as u64;
+        }
+        out.flush()
+    };
+    recorded.stopped = write().err().map(|error| error.to_string());
+    recorded
+}

@@ -1,0 +1,158 @@
+//! Short drives to record, and files to record them in.
+
+use std::io::{self, Write};
+use std::sync::{Arc, Mutex};
+
+use inbye::geometry::{Point, Pose};
+use inbye::local::{CpuEngine, Engine};
+use inbye::map::OccupancyGrid;
+use inbye::navigator::Goal;
+use inbye::recording::{DiskBusy, Head, Recorded, Recorder, Recording, Replay, replay};
+use inbye::sim::{
+    Config, Mission, MissionResult, Moment, Observer, Walkers, crossing, run_mission,
+};
+
+/// A file in memory that others can look at.
+#[derive(Clone, Default)]
+pub struct Memory(Arc<Mutex<Vec<u8>>>);
+
+impl Memory {
+    pub fn bytes(&self) -> Vec<u8> {
+        self.0.lock().expect("nobody panicked").clone()
+    }
+}
+
+impl Write for Memory {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0
+            .lock()
+            .expect("nobody panicked")
+            .extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Rows of a room of 12 by 5.2 m with a pillar in the way, highest first, in cells of 0.2 m.
+pub fn rows() -> Vec<String> {
+    let row = |index: usize| match index {
+        0 | 25 => "#".repeat(60),
+        11..=14 => format!("#{}###{}#", ".".repeat(27), ".".repeat(28)),
+        _ => format!("#{}#", ".".repeat(58)),
+    };
+    (0..26).map(row).collect()
+}
+
+/// Through the room by way of a stop, past a person who crosses.
+pub fn tour() -> (Mission, Config) {
+    let origin = Pose::new(-1.0 / 3.0, 0.1, 0.0);
+    let map = OccupancyGrid::from_rows(&rows(), 0.2, origin).expect("rows of equal length");
+    let goal = |x, y, yaw| Goal {
+        position: Point::new(x, y),
+        yaw,
+    };
+    let mut config = Config::default();
+    config.navigator.stop_s = 1.0;
+    let map = Arc::new(map);
+    let known = map.obstacles(config.unknown);
+    let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];
+    let crowd = config.walkers.crowd(1, 3);
+    let walkers = Walkers::seeded(&crowd, &known, &way, &way).expect("there is room");
+    let mission = Mission {
+        via: vec![goal(5.0, 4.0, Some(1.0))],
+        walkers,
+        seed: 3,
+        time_limit_s: 40.0,
+        ..Mission::new(map, Pose::new(1.2, 2.5, 0.0), goal(9.5, 2.5, None))
+    };
+    (mission, config)
+}
+
+/// The tour past something that the map does not show, with late decisions and plans that come when they come, as on a real
+/// robot: every seventh decision takes long.
+pub fn late_tour() -> (Mission, Config, impl FnMut() -> f64) {
+    let (mut mission, mut config) = tour();
+    let mut truth = mission.map.obstacles(config.unknown);
+    truth.fill_disc(&Point::new(3.0, 3.0), 0.4);
+    mission.truth = Some(truth);
+    config.navigator.deadline_s = Some(0.05);
+    config.navigator.wait_for_plans = false;
+    let (mut now_s, mut reading) = (0.0, 0_u64);
+    let clock = move || {
+        reading += 1;
+        // Each decision reads the clock twice, so every second of these falls within one.
+        now_s += if reading.is_multiple_of(7) {
+            0.2
+        } else {
+            0.001
+        };
+        now_s
+    };
+    (mission, config, clock)
+}
+
+pub fn cpu(threads: usize) -> Box<dyn Engine> {
+    Box::new(CpuEngine::with_threads(threads).expect("the system has threads"))
+}
+
+/// Drives a mission into a recorder's file, by a clock.
+pub fn record_by<W: Write + Send + 'static>(
+    (mission, config): (&Mission, &Config),
+    clock: &mut dyn FnMut() -> f64,
+    file: W,
+    disk_busy: DiskBusy,
+) -> (MissionResult, Recorded) {
+    let engine = cpu(1);
+    let head = Head::new(mission, config, engine.name());
+    let mut recorder = Recorder::new(file, &head, disk_busy).expect("the head fits");
+    let mut witness = |moment: &Moment<'_>| {
+        recorder.record(moment);
+    };
+    let mut observer = Observer {
+        clock,
+        witness: &mut witness,
+    };
+    let result = run_mission(mission, config, engine, &mut observer).expect("it can begin");
+    let recorded = recorder.finish(result.trace.digest());
+    (result, recorded)
+}
+
+/// Drives a mission into memory.
+pub fn record(mission: &Mission, config: &Config) -> (MissionResult, Vec<u8>) {
+    let file = Memory::default();
+    let mut clock = || 0.0;
+    let (result, recorded) = record_by((mission, config), &mut clock, file.clone(), DiskBusy::Wait);
+    assert_eq!(recorded.stopped, None);
+    let bytes = file.bytes();
+    assert_eq!(recorded.bytes, bytes.len() as u64);
+    (result, bytes)
+}
+
+/// A crossing with people, for a few seconds.
+pub fn crowded() -> (Mission, Config) {
+    let scene = crossing();
+    let config = Config::default();
+    let goal = Goal {
+        position: scene.goal,
+        yaw: None,
+    };
+    let known = scene.map.obstacles(config.unknown);
+    let way = [scene.start.position(), scene.goal];
+    let crowd = config.walkers.crowd(4, 5);
+    let walkers = Walkers::seeded(&crowd, &known, &way, &way).expect("there is room");
+    let mission = Mission {
+        walkers,
+        seed: 5,
+        time_limit_s: 12.0,
+        ..Mission::new(Arc::new(scene.map), scene.start, goal)
+    };
+    (mission, config)
+}
+
+pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {
+    let mut recording = Recording::open(file).expect("a recording");
+    replay(&mut recording, engine).expect("it is whole, or cut cleanly")
+}
