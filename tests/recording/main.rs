@@ -16,6 +16,8 @@ mod drives;
 #[path = "../support/mcap_copy.rs"]
 mod mcap_copy;
 mod python;
+#[path = "../support/requirements.rs"]
+mod requirements;
 
 /// A test by its name.
 type Test = (&'static str, fn());

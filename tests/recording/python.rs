@@ -13,6 +13,7 @@ use libtest_mimic::{Completion, Failed, Trial};
 
 use crate::drives::{crowded, record, tour};
 use crate::mcap_copy::altered;
+use crate::requirements::required;
 
 const SCRIPT: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -126,10 +127,9 @@ impl Place {
 }
 
 fn with_python(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Completion, Failed> {
-    let required = env::var("INBYE_REQUIRE").unwrap_or_default();
     match find_python() {
         Some(python) => test(&python).map(|()| Completion::Completed),
-        None if required.split(',').any(|word| word.trim() == "python") => Err(NO_PYTHON.into()),
+        None if required().iter().any(|word| word == "python") => Err(NO_PYTHON.into()),
         None => Ok(Completion::ignored_with(NO_PYTHON)),
     }
 }
