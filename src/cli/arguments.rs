@@ -212,6 +212,8 @@ pub enum BenchCommand {
     Barn(super::barn::BarnArguments),
     /// Sampling density against latency and quality, on every engine here.
     Density(DensityArguments),
+    /// Draw records again without measuring: a picture, a page.
+    Draw(super::draw::DrawArguments),
     /// Closed loop over the worlds of the `DynaBARN` benchmark: cylinders that move and take no notice of the robot.
     Dynabarn(super::dynabarn::DynaBarnArguments),
     /// Grid search against the published optimal lengths of the `MovingAI` benchmark.

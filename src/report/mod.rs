@@ -6,6 +6,7 @@
 
 mod ablation_page;
 mod axis;
+mod bench_page;
 mod closed_loop_chart;
 mod curves;
 mod density_chart;
@@ -23,6 +24,7 @@ mod map_picture;
 mod mission;
 mod motion_chart;
 mod number;
+mod own_picture;
 mod page;
 mod panel;
 mod paper_bars;
@@ -45,6 +47,8 @@ mod sheet;
 mod simplify;
 mod snapshot;
 mod viewport;
+mod world_runs;
+mod worlds_chart;
 
 use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::{Point, Pose};
@@ -53,6 +57,7 @@ use crate::robot::Footprint;
 use crate::sim::Trace;
 
 pub use ablation_page::{AblationReport, ablation_html};
+pub use bench_page::{BenchReport, ReportFile, bench_files, bench_svg};
 pub use density_picture::density_svg;
 pub use drive_picture::{DriveView, drive_svg};
 pub use page::html;
