@@ -34,7 +34,7 @@ fn field(value: &Value) -> String {
 }
 
 /// The line of these fields, with its end.
-pub(super) fn csv_line(fields: impl IntoIterator<Item: AsRef<[u8]>>) -> String {
+pub(crate) fn csv_line(fields: impl IntoIterator<Item: AsRef<[u8]>>) -> String {
     let mut writer = Writer::from_writer(Vec::new());
     writer.write_record(fields).expect("memory takes all");
     let bytes = writer.into_inner().expect("memory takes all");

@@ -28,6 +28,7 @@ pub mod worlds;
 
 pub use ablation::{ABLATION_VARIANTS, AblationRow, AblationVariant, ablation_rows};
 pub use closed_loop::{ClosedLoopRow, closed_loop_of_record, closed_loop_rows, closed_loop_setups};
+pub(crate) use columns::csv_line;
 pub use columns::{Columns, csv_text};
 pub use crossover::{Crossover, crossovers};
 pub use deadlines::{Misses, RATES_HZ};

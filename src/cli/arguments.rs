@@ -267,6 +267,9 @@ pub struct DensityArguments {
     /// Draw latency, regret, and success and time in closed loop over the number of samples into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub chart: Option<PathBuf>,
+    /// Write `index.html` into this folder, and beside it each chart as SVG and its rows as CSV and JSON.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
 }
 
 /// `inbye bench movingai`.

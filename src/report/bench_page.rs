@@ -1,11 +1,12 @@
 //! The pages of the benchmarks: each chart with its table, and its rows in files beside the page.
 
 use maud::{Markup, html};
-use serde::Serialize;
 
 use super::curves::Plot;
+use super::figure::files_beside;
 use super::own_picture::own_picture;
 use super::page::{Extras, document};
+use super::report_files::{ReportFile, json_text};
 use super::samples_axis::samples_axis;
 use super::world_runs::{of_barn, of_dynabarn};
 use super::{closed_loop_chart, density_chart, quality_chart, worlds_chart};
@@ -13,7 +14,8 @@ use crate::bench::barn::BarnRow;
 use crate::bench::dynabarn::DynaBarnRow;
 use crate::bench::{ClosedLoopRow, Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 
-const OWN_STYLE: &str = include_str!("bench.css");
+/// Files of the first chart.
+const LATENCY: &str = "latency";
 
 const NOTHING: &str = "No engine was timed at any density.";
 
@@ -42,15 +44,6 @@ pub struct BenchReport<'a> {
     pub dynabarn: &'a [DynaBarnRow],
 }
 
-/// A file of a report's folder.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ReportFile {
-    /// Its name, without a folder.
-    pub name: String,
-    /// What it holds.
-    pub text: String,
-}
-
 /// A chart on the page, and what its files are made of.
 struct Chart {
     /// Name of its files without their endings.
@@ -76,15 +69,9 @@ pub fn bench_svg(report: &BenchReport) -> String {
 #[must_use]
 pub fn bench_files(report: &BenchReport) -> Vec<ReportFile> {
     let charts = charts(report);
-    let mut files = vec![ReportFile {
-        name: "index.html".to_owned(),
-        text: page(report, &charts),
-    }];
+    let mut files = vec![ReportFile::new("index.html", page(report, &charts))];
     for chart in charts {
-        let file = |ending: &str, text: String| ReportFile {
-            name: format!("{}.{ending}", chart.name),
-            text,
-        };
+        let file = |ending: &str, text| ReportFile::new(format!("{}.{ending}", chart.name), text);
         files.extend([file("csv", chart.csv), file("json", chart.json)]);
         files.extend(
             chart
@@ -100,7 +87,7 @@ fn charts(report: &BenchReport) -> Vec<Chart> {
     let (density, quality, closed_loop) = (report.density, report.quality, report.closed_loop);
     let (barn, dynabarn) = (of_barn(report.barn), of_dynabarn(report.dynabarn));
     let charts = [
-        chart("latency", density, |rows| {
+        chart(LATENCY, density, |rows| {
             (
                 density_chart::figure(rows, samples),
                 density_chart::plot(rows, samples),
@@ -149,12 +136,6 @@ fn chart<R: Columns>(
     })
 }
 
-/// Rows as JSON, one list.
-pub(super) fn json_text<T: Serialize>(rows: &[T]) -> String {
-    // Rows are made of numbers and texts, which JSON has no trouble with.
-    serde_json::to_string_pretty(rows).unwrap_or_default() + "\n"
-}
-
 fn page(report: &BenchReport, charts: &[Chart]) -> String {
     let content = html! {
         header {
@@ -164,8 +145,13 @@ fn page(report: &BenchReport, charts: &[Chart]) -> String {
         }
         section {
             div class="charts" {
-                @for chart in charts { div { (chart.figure) (beside(chart.name, chart.plot.is_some())) } }
-                (density_chart::beside(report.density, report.skipped))
+                @for chart in charts {
+                    div {
+                        (chart.figure)
+                        (files_beside(chart.name, if chart.plot.is_some() { &["csv", "json", "svg"] } else { &["csv", "json"] }))
+                    }
+                    @if chart.name == LATENCY { (density_chart::beside(report.density, report.skipped)) }
+                }
             }
             @if charts.is_empty() { p class="nothing" { (NOTHING) } }
         }
@@ -174,20 +160,5 @@ fn page(report: &BenchReport, charts: &[Chart]) -> String {
             pre tabindex="0" { code { (report.command) } }
         }
     };
-    document(report.title, &Extras::of_style(OWN_STYLE), &content)
-}
-
-/// The files of a chart, to be taken along.
-pub(super) fn beside(name: &str, has_picture: bool) -> Markup {
-    html! {
-        p class="files" {
-            "Beside this page: "
-            @let endings: &[&str] = if has_picture { &["csv", "json", "svg"] } else { &["csv", "json"] };
-            @for (index, ending) in endings.iter().enumerate() {
-                @if index > 0 { ", " }
-                @let file = format!("{name}.{ending}");
-                a href=(file) { (file) }
-            }
-        }
-    }
+    document(report.title, &Extras::default(), &content)
 }

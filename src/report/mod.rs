@@ -41,6 +41,7 @@ mod player;
 mod png;
 mod quality_chart;
 mod raster;
+mod report_files;
 mod samples_axis;
 mod sampling_shape;
 mod sheet;
@@ -56,16 +57,17 @@ use crate::map::OccupancyGrid;
 use crate::robot::Footprint;
 use crate::sim::Trace;
 
-pub use ablation_page::{AblationReport, ablation_html};
-pub use bench_page::{BenchReport, ReportFile, bench_files, bench_svg};
+pub use ablation_page::{AblationReport, ablation_files};
+pub use bench_page::{BenchReport, bench_files, bench_svg};
 pub use density_picture::density_svg;
 pub use drive_picture::{DriveView, drive_svg};
 pub use page::html;
-pub use paper_page::{PaperReport, paper_html};
+pub use paper_page::{PaperReport, paper_files};
 pub use plan_picture::{PlanFigures, PlanOutcome, PlanView, plan_svg};
 pub use player::Reel;
 #[cfg(feature = "png")]
 pub use png::{PngError, png};
+pub use report_files::ReportFile;
 
 /// All that one page shows. Text may hold any characters; it is escaped.
 #[derive(Clone, Debug, Default)]

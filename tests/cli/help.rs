@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 19] = [
     "",
     "plan",
     "drive",
@@ -17,6 +17,7 @@ const COMMANDS: [&str; 18] = [
     "bench ablation",
     "bench barn",
     "bench density",
+    "bench draw",
     "bench dynabarn",
     "bench movingai",
     "bench paper",
@@ -61,6 +62,7 @@ fn every_example_works() {
     place.write("mine.toml", "[local]\nvx_samples = 8\n");
     crate::barn::write_worlds(&place);
     crate::dynabarn::write_worlds(&place);
+    crate::records::write_records(&place);
     let mut tried = 0;
     for command in COMMANDS {
         let examples = examples(&place, command);

@@ -12,6 +12,7 @@ mod movingai;
 mod paper;
 mod plan;
 mod program;
+mod records;
 mod refusals;
 mod soak;
 mod tools;
