@@ -48,7 +48,7 @@ pub(super) struct Worlds {
     pub(super) caption: String,
     pub(super) has_scores: bool,
     /// From the easiest to the hardest: by the share of runs that did not arrive, then by the median time of the others.
-    pub(super) worlds: Vec<World>,
+    pub(super) ranked: Vec<World>,
 }
 
 /// Score and time over the optimal time: what `OT / clip(T, 2 OT, 8 OT)` looks at.
@@ -69,7 +69,7 @@ pub(super) fn of_barn(rows: &[BarnRow]) -> Worlds {
     });
     Worlds {
         title: "BARN by world",
-        times: "Time over the optimal time, of the runs that arrived (logarithmic)",
+        times: "Time over the optimal, runs that arrived (logarithmic)",
         level: Some((2.0, "up to here the full score")),
         caption: format!(
             "{} worlds, {} runs: success {}, {} collided, score {} of 0.5. The score of a run is OT / clip(T, 2 OT, 8 OT) \
@@ -81,7 +81,7 @@ pub(super) fn of_barn(rows: &[BarnRow]) -> Worlds {
             fixed(all.score, 4),
         ),
         has_scores: true,
-        worlds: from_the_easiest(runs),
+        ranked: from_the_easiest(runs),
     }
 }
 
@@ -116,7 +116,7 @@ pub(super) fn of_dynabarn(rows: &[DynaBarnRow]) -> Worlds {
             all.collided,
         ),
         has_scores: false,
-        worlds: from_the_easiest(runs),
+        ranked: from_the_easiest(runs),
     }
 }
 
@@ -180,6 +180,6 @@ fn spread(values: impl Iterator<Item = f64>) -> Option<[f64; 3]> {
         .collect();
     values.sort_by(f64::total_cmp);
     let (first, last) = (values.first()?, values.last()?);
-    let middle = (values[(values.len() - 1) / 2] + values[values.len() / 2]) / 2.0;
+    let middle = f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2]);
     Some([*first, middle, *last])
 }

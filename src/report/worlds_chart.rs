@@ -51,7 +51,7 @@ pub(super) fn figure(worlds: &Worlds) -> Markup {
 
 /// The panels of failures and of times, one below the other; none where there is no world.
 pub(super) fn plot(of: &Worlds) -> Option<Plot> {
-    let count = of.worlds.len();
+    let count = of.ranked.len();
     if count == 0 {
         return None;
     }
@@ -63,7 +63,7 @@ pub(super) fn plot(of: &Worlds) -> Option<Plot> {
         (missed.axes_with(&[], None, "Runs that did not arrive, % of a world's"))
         (time.axes_with(&numbers(of, pitch), Some("Number of the world, the hardest to the right"), of.times))
         @if let Some((value, meaning)) = of.level { (level(&time, value, meaning)) }
-        @for (rank, world) in of.worlds.iter().enumerate() {
+        @for (rank, world) in of.ranked.iter().enumerate() {
             g {
                 title { (said(world)) }
                 (bars(&missed, rank, world, pitch))
@@ -82,7 +82,7 @@ pub(super) fn plot(of: &Worlds) -> Option<Plot> {
 
 /// From the fastest to the slowest, and to the level.
 fn times_axis(of: &Worlds) -> Axis {
-    let spreads = of.worlds.iter().filter_map(World::spread);
+    let spreads = of.ranked.iter().filter_map(World::spread);
     let levels = of.level.map(|(value, _)| value);
     let values = spreads.flatten().chain(levels);
     let (least, most) = values.fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), value| {
@@ -98,7 +98,7 @@ fn times_axis(of: &Worlds) -> Axis {
 /// The numbers of as many worlds as there is room for, the hardest among them.
 fn numbers(of: &Worlds, pitch: f64) -> Vec<Tick> {
     let every = libm::ceil(LABEL_PITCH / pitch).max(1.0) as usize;
-    let worlds = of.worlds.iter().enumerate().rev().step_by(every);
+    let worlds = of.ranked.iter().enumerate().rev().step_by(every);
     worlds
         .map(|(rank, world)| Tick {
             value: rank as f64 + 0.5,
@@ -151,7 +151,7 @@ fn spread(panel: &Panel, rank: usize, world: &World, pitch: f64) -> Markup {
 
 /// Kinds of ends that occur, and the mark of times.
 fn keys(of: &Worlds) -> Vec<(Markup, String)> {
-    let occurs = |end| of.worlds.iter().any(|world| world.count(end) > 0);
+    let occurs = |end| of.ranked.iter().any(|world| world.count(end) > 0);
     let missed = MISSED.iter().filter(|(end, ..)| occurs(*end));
     let mut keys: Vec<(Markup, String)> = missed
         .map(|(_, class, meaning)| (area_mark(class), (*meaning).to_owned()))
@@ -181,17 +181,17 @@ fn said(world: &World) -> String {
 }
 
 fn alternative(of: &Worlds) -> String {
-    let runs: usize = of.worlds.iter().map(|world| world.runs.len()).sum();
+    let runs: usize = of.ranked.iter().map(|world| world.runs.len()).sum();
     let arrived: usize = of
-        .worlds
+        .ranked
         .iter()
         .map(|world| world.count(End::Arrived))
         .sum();
-    let hardest: Vec<String> = of.worlds.iter().rev().take(NAMED).map(said).collect();
+    let hardest: Vec<String> = of.ranked.iter().rev().take(NAMED).map(said).collect();
     format!(
         "{}: {arrived} of {runs} runs through {} worlds arrived. The hardest: {}.",
         of.title,
-        of.worlds.len(),
+        of.ranked.len(),
         hardest.join("; ")
     )
 }
@@ -236,6 +236,6 @@ fn table(of: &Worlds) -> Table<'static> {
         } else {
             &HEADS
         },
-        rows: of.worlds.iter().map(row).collect(),
+        rows: of.ranked.iter().map(row).collect(),
     }
 }

@@ -142,7 +142,10 @@ fn benchmarks_write_pages() {
         let rows: Vec<Value> = serde_json::from_str(&read("json")).expect("a list");
         assert_eq!(read("csv").lines().count(), 1 + rows.len());
         let page = fs::read_to_string(place.path(&format!("{chart}/index.html"))).expect("a page");
-        assert!(page.contains(&format!("inbye bench {command}")), "{command}");
+        assert!(
+            page.contains(&format!("inbye bench {command}")),
+            "{command}"
+        );
         assert!(page.contains("Measured on: "), "{command}");
     }
 }
@@ -211,6 +214,9 @@ fn the_pictures_of_the_readme_are_those_of_its_commands() {
         assert_eq!(run.status, 0, "{run:?}");
         let again = fs::read_to_string(place.path("again.svg")).expect("a picture");
         let committed = fs::read_to_string(root.join(picture)).expect("a committed picture");
-        assert!(again == committed, "draw it again: inbye bench draw {command}");
+        assert!(
+            again == committed,
+            "draw it again: inbye bench draw {command}"
+        );
     }
 }
