@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::Columns;
 use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
 use crate::navigator::Abilities;
 use crate::sim::Config;
@@ -100,6 +101,25 @@ pub struct AblationRow {
     pub shared: usize,
     /// This one's mean time over these, seconds; none where there are none, or it has no success.
     pub mean_shared_time_s: Option<f64>,
+}
+
+impl Columns for AblationRow {
+    const COLUMNS: &[&str] = &[
+        "variant",
+        "title",
+        "missions",
+        "reached",
+        "reached_share",
+        "contacts_robot",
+        "contacts_other",
+        "failed",
+        "timeouts",
+        "unexplained",
+        "mean_time_s",
+        "mean_clearance_m",
+        "shared",
+        "mean_shared_time_s",
+    ];
 }
 
 /// The table of an ablation, in the order of the variants.

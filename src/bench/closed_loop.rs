@@ -1,9 +1,11 @@
 //! What sampling density is worth in a closed loop: the same missions with more and more samples.
 
+use core::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::Columns;
 use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
 use super::quality::grid_counts;
 use super::soak::percentile;
@@ -41,6 +43,24 @@ pub struct ClosedLoopRow {
     pub tick_p99_ms: Option<f64>,
 }
 
+impl Columns for ClosedLoopRow {
+    const COLUMNS: &[&str] = &[
+        "vx_samples",
+        "vtheta_samples",
+        "samples",
+        "missions",
+        "reached",
+        "contacts",
+        "mean_time_ratio",
+        "shared",
+        "time_p50_s",
+        "time_p90_s",
+        "mean_clearance_m",
+        "tick_p50_ms",
+        "tick_p99_ms",
+    ];
+}
+
 /// A configuration with each sampling: numbers of samples in so many shapes, forward speeds for each turn rate. Samplings
 /// that come out the same are one.
 #[must_use]
@@ -49,16 +69,50 @@ pub fn closed_loop_setups(config: &Config, samples: &[usize], shapes: &[f64]) ->
     for &samples in samples {
         for &shape in shapes {
             let (vx_samples, vtheta_samples) = grid_counts(samples, shape);
-            let mut config = config.clone();
-            config.local.vx_samples = vx_samples;
-            config.local.vtheta_samples = vtheta_samples;
-            let name = format!("{vx_samples}x{vtheta_samples}");
-            if setups.iter().all(|setup| setup.name != name) {
-                setups.push(Setup { name, config });
+            let setup = setup(config, vx_samples, vtheta_samples);
+            if setups.iter().all(|other| other.name != setup.name) {
+                setups.push(setup);
             }
         }
     }
     setups
+}
+
+/// A configuration with so many forward speeds and turn rates, which give it its name.
+fn setup(config: &Config, vx_samples: u32, vtheta_samples: u32) -> Setup {
+    let mut config = config.clone();
+    config.local.vx_samples = vx_samples;
+    config.local.vtheta_samples = vtheta_samples;
+    Setup {
+        name: format!("{vx_samples}x{vtheta_samples}"),
+        config,
+    }
+}
+
+/// The same table from the rows of a record, whose setups tell the samplings by their names, as in `16x64`. From the
+/// fewest samples to the most, and of as many first with the most forward speeds.
+///
+/// # Errors
+/// The name of a setup that is no sampling.
+pub fn closed_loop_of_record(rows: &[MissionRow]) -> Result<Vec<ClosedLoopRow>, String> {
+    let mut names: Vec<&str> = rows.iter().map(|row| row.setup.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let sampling = |name: &str| {
+        let (vx_samples, vtheta_samples) = name.split_once('x')?;
+        let made = setup(
+            &Config::default(),
+            vx_samples.parse().ok()?,
+            vtheta_samples.parse().ok()?,
+        );
+        (made.name == name).then_some(made)
+    };
+    let setups = names
+        .into_iter()
+        .map(|name| sampling(name).ok_or_else(|| name.to_owned()));
+    let mut setups: Vec<Setup> = setups.collect::<Result<_, _>>()?;
+    setups.sort_by_key(|setup| (samples(setup), Reverse(setup.config.local.vx_samples)));
+    Ok(closed_loop_rows(&setups, &rows.iter().collect::<Vec<_>>()))
 }
 
 /// The table of a closed loop, in the order of the setups. The densest of them is the yardstick; of equally dense ones the

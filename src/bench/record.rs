@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Columns;
+
 /// One cell of `bench density`: one engine at one sampling density. Fields from `name` on are missing in older records.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DensityRow {
@@ -39,6 +41,26 @@ pub struct DensityRow {
     /// Decisions that took longer than 10 ms, the period of a loop at 100 Hz.
     #[serde(default)]
     pub missed_100_hz: usize,
+}
+
+impl Columns for DensityRow {
+    const COLUMNS: &[&str] = &[
+        "engine",
+        "adapter",
+        "threads",
+        "samples",
+        "steps",
+        "p50_ms",
+        "p95_ms",
+        "p99_ms",
+        "max_ms",
+        "decisions",
+        "steps_per_s",
+        "name",
+        "missed_20_hz",
+        "missed_50_hz",
+        "missed_100_hz",
+    ];
 }
 
 /// A cell that was not measured.
@@ -82,6 +104,24 @@ pub struct QualityRow {
     pub omega_off_p50_rad_s: Option<f64>,
     /// The same, the greatest, rad/s.
     pub omega_off_max_rad_s: Option<f64>,
+}
+
+impl Columns for QualityRow {
+    const COLUMNS: &[&str] = &[
+        "window_s",
+        "samples",
+        "vx_samples",
+        "vtheta_samples",
+        "densest",
+        "decisions",
+        "without_command",
+        "regret_p50",
+        "regret_max",
+        "v_off_p50_m_s",
+        "v_off_max_m_s",
+        "omega_off_p50_rad_s",
+        "omega_off_max_rad_s",
+    ];
 }
 
 #[cfg(test)]

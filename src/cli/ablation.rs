@@ -1,22 +1,17 @@
 //! `inbye bench ablation`.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
 use inbye::bench::missions::{MissionRow, Setup};
 use inbye::bench::{ABLATION_VARIANTS, AblationRow, ablation_rows};
-use inbye::report::{AblationReport, ablation_html};
+use inbye::report::{AblationReport, ablation_files};
 use serde_json::json;
 
 use super::arguments::whole;
 use super::missions::{Driving, MissionsArguments, cells, one_core};
 use super::soak::share;
 use super::{engines, output, report_file, soak_words};
-
-/// The page.
-const PAGE: &str = "ablation.html";
 
 /// `inbye bench ablation`.
 #[derive(Debug, Args)]
@@ -37,7 +32,7 @@ pub struct AblationArguments {
     /// Share of missions, 0 to 1, with boxes or pillars on the way that the map does not show.
     #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
-    /// Write `ablation.html` into this folder.
+    /// Write `ablation.html` into this folder, and its rows as CSV and JSON beside it.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
@@ -65,13 +60,13 @@ pub fn run(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
     let table = ablation_rows(&rows);
     if let Some(folder) = &arguments.report {
         let maps: Vec<&str> = sites.iter().map(|site| site.name.as_str()).collect();
-        let page = ablation_html(&AblationReport {
+        let files = ablation_files(&AblationReport {
             machine: &engines::machine(),
-            command: &std::env::args().collect::<Vec<_>>().join(" "),
+            command: &report_file::command_line(),
             maps: &maps,
             rows: &table,
         });
-        write(folder, &page)?;
+        report_file::write_files(folder, &files)?;
     }
     if json {
         output::json(&json!({ "variants": table, "rows": rows }))?;
@@ -104,11 +99,4 @@ fn words(table: &[AblationRow]) -> Vec<String> {
         }
     }
     lines
-}
-
-fn write(folder: &Path, page: &str) -> anyhow::Result<()> {
-    let file = folder.join(PAGE);
-    fs::write(&file, page).with_context(|| format!("--report {}", folder.display()))?;
-    output::note(format!("report: {}", file.display()));
-    Ok(())
 }

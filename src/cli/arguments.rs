@@ -216,6 +216,8 @@ pub enum BenchCommand {
     Barn(super::barn::BarnArguments),
     /// Sampling density against latency and quality, on every engine here.
     Density(DensityArguments),
+    /// Draw records again without measuring: a picture, a page.
+    Draw(super::draw::DrawArguments),
     /// Closed loop over the worlds of the `DynaBARN` benchmark: cylinders that move and take no notice of the robot.
     Dynabarn(super::dynabarn::DynaBarnArguments),
     /// Grid search against the published optimal lengths of the `MovingAI` benchmark.
@@ -269,6 +271,9 @@ pub struct DensityArguments {
     /// Draw latency, regret, and success and time in closed loop over the number of samples into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub chart: Option<PathBuf>,
+    /// Write `index.html` into this folder, and beside it each chart as SVG and its rows as CSV and JSON.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
 }
 
 /// `inbye bench movingai`.

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use inbye::bench::barn::{BarnRow, Summary, Task, barn_config, read_worlds};
+use inbye::report::BenchReport;
 use serde_json::{Value, json};
 
 use super::arguments::number;
@@ -12,7 +13,7 @@ use super::{barn_words, output};
 /// `inbye bench barn`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench barn --worlds barn --seeds 3 --record runs.csv\n\n\
+    after_help = "Example:\n  inbye bench barn --worlds barn --seeds 3 --record runs.csv\n  inbye bench barn --worlds barn --report report\n\n\
     The folder holds worlds.csv and worlds/world_NNN.csv. The robot, a Jackal, has an empty map and sees the cylinders by \
     its laser alone. A run ends when its true pose is within 1 m of the goal, on contact, or after 100 s; its score is \
     OT / clip(T, 2 OT, 8 OT) if it arrived, else 0, where OT is what the benchmark's path takes at 2 m/s.\n\
@@ -41,7 +42,18 @@ pub fn run(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     if of.trace.is_some() {
         return of.one_run("BARN", &tasks[0], &config, barn_words::one_run, json);
     }
+    of.make_folder()?;
     let rows = of.campaign(&tasks, &config)?;
+    of.write_report(BenchReport {
+        title: "inbye: BARN",
+        intro: &format!(
+            "Driven at up to {} m/s in {}.",
+            arguments.max_speed,
+            barn_words::SIMULATOR
+        ),
+        barn: &rows,
+        ..BenchReport::default()
+    })?;
     let rows: Vec<&BarnRow> = rows.iter().collect();
     let summary = Summary::of(&rows, &worlds);
     if json {

@@ -5,13 +5,18 @@ use inbye::bench::{
     Density, DensityPlan, QualityPlan, QualityRow, crossovers, measure_density, measure_quality,
 };
 use inbye::local::{CpuEngine, Engine};
-use inbye::report::density_svg;
+use inbye::report::{BenchReport, bench_files, density_svg};
 use serde_json::json;
 
 use super::arguments::DensityArguments;
 use super::clock::wall_clock;
 use super::output_file::Output;
-use super::{closed_loop, density_words, engines, output, record_file};
+use super::{closed_loop, density_words, engines, output, record_file, report_file};
+
+const TITLE: &str = "inbye: sampling density";
+const INTRO: &str = "One decision of the dynamic window with more and more samples, on every engine of this machine: how long it \
+    takes from end to end, what its command loses against that of the densest sampling, and what that is worth in a closed \
+    loop. All engines answer with the same bits, which is checked before they are timed.";
 
 /// Samples of the sampling that the others are judged by, unless more are measured.
 const DENSEST: usize = 1 << 20;
@@ -35,6 +40,9 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
         &["csv", "json"],
     )?;
     let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
+    if let Some(folder) = &arguments.report {
+        report_file::make_folder(folder)?;
+    }
     let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);
     let mut all = with_every_thread_count(engines::all()?, engines::cores())?;
     let Density { rows, skipped } = measure(&mut all, &plan)?;
@@ -54,6 +62,20 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
     }
     if let Some(chart) = chart {
         chart.write(density_svg(&rows, &quality, &closed_loop))?;
+    }
+    if let Some(folder) = &arguments.report {
+        let files = bench_files(&BenchReport {
+            title: TITLE,
+            intro: INTRO,
+            machine: &engines::machine(),
+            command: &report_file::command_line(),
+            density: &rows,
+            skipped: &skipped,
+            quality: &quality,
+            closed_loop: &closed_loop,
+            ..BenchReport::default()
+        });
+        report_file::write_files(folder, &files)?;
     }
     if json {
         output::json(&json!({

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use inbye::bench::dynabarn::{DynaBarnRow, Summary, Task, dynabarn_config, read_worlds};
+use inbye::report::BenchReport;
 use serde_json::{Value, json};
 
 use super::config::changed;
@@ -41,7 +42,14 @@ pub fn run(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<bool> {
             json,
         );
     }
+    of.make_folder()?;
     let rows = of.campaign(&tasks, &config)?;
+    of.write_report(BenchReport {
+        title: "inbye: DynaBARN",
+        intro: &format!("Driven in {}.", dynabarn_words::SIMULATOR),
+        dynabarn: &rows,
+        ..BenchReport::default()
+    })?;
     let rows: Vec<&DynaBarnRow> = rows.iter().collect();
     let summary = Summary::of(&rows);
     if json {

@@ -20,6 +20,7 @@ mod config_arguments;
 mod config_command;
 mod density_words;
 mod devices;
+mod draw;
 mod drive;
 mod dynabarn;
 mod dynabarn_words;
@@ -89,6 +90,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             BenchCommand::Ablation(command) => ablation::run(command, json),
             BenchCommand::Barn(command) => barn::run(command, json),
             BenchCommand::Density(command) => bench::density(command, json),
+            BenchCommand::Draw(command) => draw::run(command, json),
             BenchCommand::Dynabarn(command) => dynabarn::run(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),

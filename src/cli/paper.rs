@@ -1,7 +1,6 @@
 //! `inbye bench paper`.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
@@ -9,7 +8,7 @@ use inbye::bench::paper::drives::{Course, Drives, Traffic, drive_all, drive_tabl
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, Table, TaskRuns, made_mine, measure, path_tables,
 };
-use inbye::report::{PaperReport, paper_html};
+use inbye::report::{PaperReport, paper_files};
 use inbye::sim::Config;
 use serde_json::json;
 
@@ -21,8 +20,6 @@ use super::{engines, map_file, output, paper_words, report_file};
 const WAYS: usize = 5;
 /// A way through the mine takes many times as long as one through a roadway, and is planned so many times less often.
 const MINE_SHARE: usize = 5;
-/// The page.
-const PAGE: &str = "paper.html";
 
 /// `inbye bench paper`.
 #[derive(Debug, Args)]
@@ -46,7 +43,7 @@ pub struct PaperArguments {
     /// Seed of the made mine, of the ways through a mine, and of the first drive; each further drive has the next.
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
-    /// Write `paper.html` into this folder: maps and tables.
+    /// Write `paper.html` into this folder: maps and tables, each table as CSV and JSON beside it.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
@@ -87,7 +84,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
         tables.push(Table::Drives(table));
     }
     if let Some(folder) = &arguments.report {
-        let page = paper_html(&PaperReport {
+        let files = paper_files(&PaperReport {
             machine: &engines::machine(),
             command: &command(arguments),
             roadways: sites.iter().zip(&roadways).collect(),
@@ -98,7 +95,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
             tables: &tables,
             faults: &faults,
         });
-        write(folder, &page)?;
+        report_file::write_files(folder, &files)?;
     }
     if json {
         output::json(&json!({ "tables": tables, "faults": faults }))?;
@@ -162,11 +159,4 @@ fn command(arguments: &PaperArguments) -> String {
     format!(
         "inbye bench paper{mine} --repetitions {repetitions} --runs {runs} --seed {seed} --report DIR"
     )
-}
-
-fn write(folder: &Path, page: &str) -> anyhow::Result<()> {
-    let file = folder.join(PAGE);
-    fs::write(&file, page).with_context(|| format!("--report {}", folder.display()))?;
-    output::note(format!("report: {}", file.display()));
-    Ok(())
 }

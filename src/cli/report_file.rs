@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use inbye::geometry::Pose;
-use inbye::report::{MissionView, Outcome, Reel, Report, html};
+use inbye::report::{MissionView, Outcome, Reel, Report, ReportFile, html};
 use inbye::sim::{Config, Mission, MissionResult};
 
 use super::{hardship_words, output};
@@ -120,4 +120,24 @@ pub fn write(folder: &Path, page: &str) -> anyhow::Result<()> {
     fs::write(&file, page).with_context(|| format!("--report {}", folder.display()))?;
     output::note(format!("report: {}", file.display()));
     Ok(())
+}
+
+/// Writes the files of a report into a folder, which is made where it is missing, and names the first, its page.
+pub fn write_files(folder: &Path, files: &[ReportFile]) -> anyhow::Result<()> {
+    make_folder(folder)?;
+    for file in files {
+        fs::write(folder.join(&file.name), &file.text)
+            .with_context(|| format!("--report {}", folder.display()))?;
+    }
+    if let Some(page) = files.first() {
+        output::note(format!("report: {}", folder.join(&page.name).display()));
+    }
+    Ok(())
+}
+
+/// What was typed, with the program's name alone in front.
+pub fn command_line() -> String {
+    let words = std::env::args().skip(1);
+    let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();
+    words.join(" ")
 }

@@ -6,13 +6,14 @@ use std::path::PathBuf;
 use clap::Args;
 use inbye::bench::campaign::{Row, settings_digest};
 use inbye::bench::worlds::{RunKey, WorldTask, drive};
+use inbye::report::{BenchReport, bench_files};
 use inbye::sim::Config;
 
 use super::arguments::whole;
 use super::campaign::Campaign;
 use super::clock::wall_clock;
 use super::one_run::{Files, OneRun};
-use super::{engines, output};
+use super::{engines, output, report_file};
 
 /// Which worlds are driven how often, and what is kept of it.
 #[derive(Debug, Args)]
@@ -35,8 +36,11 @@ pub struct WorldsArguments {
     /// Keep a row for each run in this file, and go on where it ends.
     #[arg(long, value_name = "FILE.csv")]
     pub record: Option<PathBuf>,
+    /// Write `index.html` into this folder, and beside it the chart by world as SVG and its rows as CSV and JSON.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// Make this one run instead, to be looked at, with --svg or --ticks.
-    #[arg(long, value_name = "WORLD,SEED", conflicts_with_all = ["only", "seeds", "record"])]
+    #[arg(long, value_name = "WORLD,SEED", conflicts_with_all = ["only", "seeds", "record", "report"])]
     pub trace: Option<OneRun>,
     /// Draw the run of --trace into this file: what was there, what was planned, what was driven.
     #[arg(long, value_name = "FILE.svg", requires = "trace")]
@@ -83,6 +87,26 @@ impl WorldsArguments {
         let asked: BTreeSet<RunKey> = tasks.iter().map(T::key).collect();
         let rows = ledger.rows().filter(|row| asked.contains(&row.key()));
         Ok(rows.cloned().collect())
+    }
+
+    /// Makes the folder of the report, so that a bad name is told before anything is driven.
+    pub fn make_folder(&self) -> anyhow::Result<()> {
+        self.report
+            .as_deref()
+            .map_or(Ok(()), report_file::make_folder)
+    }
+
+    /// Writes the report, where one is asked for: these rows, and where and how they came about.
+    pub fn write_report(&self, rows: BenchReport) -> anyhow::Result<()> {
+        let Some(folder) = &self.report else {
+            return Ok(());
+        };
+        let files = bench_files(&BenchReport {
+            machine: &engines::machine(),
+            command: &report_file::command_line(),
+            ..rows
+        });
+        report_file::write_files(folder, &files)
     }
 
     /// Makes one run: drawn, written tick by tick, and told in words or as JSON.

@@ -2,11 +2,12 @@
 
 use maud::{Markup, html};
 
-use super::figure::{Table, area_key};
+use super::figure::{Table, area_key, files_beside};
 use super::number::{coordinate, fixed};
 use super::page::{Extras, document};
 use super::panel::chart;
-use crate::bench::AblationRow;
+use super::report_files::{ReportFile, json_text};
+use crate::bench::{AblationRow, csv_text};
 
 const OWN_STYLE: &str = include_str!("ablation.css");
 
@@ -31,9 +32,17 @@ pub struct AblationReport<'a> {
     pub rows: &'a [AblationRow],
 }
 
-/// The page as text, complete, to be written to a file that ends in `.html`. It holds everything it needs.
+/// The page, `ablation.html`, which holds everything it needs, and its rows as CSV and JSON.
 #[must_use]
-pub fn ablation_html(report: &AblationReport) -> String {
+pub fn ablation_files(report: &AblationReport) -> Vec<ReportFile> {
+    vec![
+        ReportFile::new("ablation.html", page(report)),
+        ReportFile::new("ablation.csv", csv_text(report.rows)),
+        ReportFile::new("ablation.json", json_text(report.rows)),
+    ]
+}
+
+fn page(report: &AblationReport) -> String {
     let missions = report.rows.first().map_or(0, |row| row.tally.missions);
     let content = html! {
         header {
@@ -64,6 +73,7 @@ fn section(rows: &[AblationRow]) -> Markup {
                 (shared) " missions were reached by every variant that reached any; the lighter bar is the mean time over these."
             }
             (table(rows).markup())
+            (files_beside("ablation", &["csv", "json"]))
         }
     }
 }

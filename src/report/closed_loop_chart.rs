@@ -4,8 +4,9 @@ use maud::{Markup, html};
 
 use super::axis::Axis;
 use super::curves::{Curve, Far, Plot, class, far_mark};
+use super::figure::{Figure, Table, nothing_to_show};
 use super::number::{coordinate, fixed, significant};
-use super::panel::Panel;
+use super::panel::{Panel, chart};
 use super::samples_axis::SAMPLES;
 use super::sampling_shape::SamplingShape;
 use crate::bench::ClosedLoopRow;
@@ -19,6 +20,22 @@ const BAR: f64 = 9.0;
 struct Series<'a> {
     shape: SamplingShape,
     rows: Vec<&'a ClosedLoopRow>,
+}
+
+pub(super) fn figure(rows: &[ClosedLoopRow], samples: Axis) -> Markup {
+    let Some(plot) = plot(rows, samples) else {
+        return nothing_to_show(TITLE, "No mission was driven.");
+    };
+    Figure {
+        title: TITLE,
+        picture: chart(plot.height, &plot.alternative, &plot.content),
+        legend: plot.legend(),
+        caption: "The same random missions with each sampling. Lines are median times, dashed ones the 90th percentile; \
+            v : omega is forward speeds to turn rates."
+            .to_owned(),
+        table: table(rows),
+    }
+    .markup()
 }
 
 /// The panels of success and of time, one below the other; none where no row can be shown.
@@ -149,4 +166,44 @@ fn alternative(series: &[Series]) -> String {
         "Share of missions that reached their goal, and their median time, against the number of samples.{}",
         words.concat()
     )
+}
+
+fn table(rows: &[ClosedLoopRow]) -> Table<'static> {
+    let number = |value: Option<f64>, decimals| fixed(value.unwrap_or(f64::NAN), decimals);
+    Table {
+        title: "density in closed loop".to_owned(),
+        heads: &[
+            "samples",
+            "forward speeds",
+            "turn rates",
+            "missions",
+            "reached",
+            "contacts",
+            "time, median, s",
+            "time, 90th percentile, s",
+            "time by that of the densest",
+            "mean smallest gap, m",
+            "tick, median, ms",
+            "tick, p99, ms",
+        ],
+        rows: rows
+            .iter()
+            .map(|row| {
+                vec![
+                    row.samples.to_string(),
+                    row.vx_samples.to_string(),
+                    row.vtheta_samples.to_string(),
+                    row.missions.to_string(),
+                    row.reached.to_string(),
+                    row.contacts.to_string(),
+                    number(row.time_p50_s, 1),
+                    number(row.time_p90_s, 1),
+                    number(row.mean_time_ratio, 3),
+                    number(row.mean_clearance_m, 3),
+                    number(row.tick_p50_ms, 3),
+                    number(row.tick_p99_ms, 3),
+                ]
+            })
+            .collect(),
+    }
 }

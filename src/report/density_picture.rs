@@ -1,74 +1,20 @@
 //! The density charts as one picture, to be looked at without a page.
 
-use maud::{PreEscaped, html};
-
-use super::curves::Plot;
-use super::number::coordinate;
-use super::panel::CHART_WIDTH;
-use super::samples_axis::samples_axis;
-use super::{closed_loop_chart, density_chart, quality_chart};
+use super::bench_page::{BenchReport, bench_svg};
 use crate::bench::{ClosedLoopRow, DensityRow, QualityRow};
-
-const STYLE: &str = concat!(
-    include_str!("colours.css"),
-    include_str!("drawing.css"),
-    include_str!("chart.css")
-);
-
-/// What only a picture of its own needs: a ground to stand on, and the size of its text.
-const OWN_STYLE: &str = "svg { font-family: system-ui, \"DejaVu Sans\", sans-serif; } text { font-size: 11.5px; } \
-    .ground { fill: var(--panel); } .headline { font-size: 14px; font-weight: 600; }";
-
-/// Around the plots, and between them.
-const MARGIN: f64 = 16.0;
-/// Height of the headline above a plot.
-const HEADLINE: f64 = 30.0;
 
 /// An SVG file: latency against samples; beside it regret, and success and time in closed loop, where there are such rows.
 /// It holds everything it needs. Without any row it says so.
 #[must_use]
 pub fn density_svg(
-    rows: &[DensityRow],
+    density: &[DensityRow],
     quality: &[QualityRow],
     closed_loop: &[ClosedLoopRow],
 ) -> String {
-    let samples = samples_axis(rows, quality, closed_loop);
-    let plots: Vec<Plot> = [
-        density_chart::plot(rows, samples),
-        quality_chart::plot(quality, samples),
-        closed_loop_chart::plot(closed_loop, samples),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    let columns = plots.len().max(1) as f64;
-    let width = columns * CHART_WIDTH + (columns + 1.0) * MARGIN;
-    let tallest = plots
-        .iter()
-        .map(Plot::height_with_legend)
-        .fold(HEADLINE, f64::max);
-    let height = tallest + HEADLINE + 2.0 * MARGIN;
-    let alternatives: Vec<&str> = plots.iter().map(|plot| plot.alternative.as_str()).collect();
-    let (width, height) = (coordinate(width), coordinate(height));
-    html! {
-        svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(alternatives.join(" "))
-            width=(width) height=(height) viewBox=(format!("0 0 {width} {height}")) {
-            style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-            rect class="ground" width="100%" height="100%" {}
-            @if plots.is_empty() {
-                text x=(coordinate(MARGIN)) y=(coordinate(MARGIN + HEADLINE)) { "No engine was timed at any density." }
-            }
-            @for (column, plot) in plots.iter().enumerate() {
-                @let x = MARGIN + column as f64 * (CHART_WIDTH + MARGIN);
-                g transform=(format!("translate({} {})", coordinate(x), coordinate(MARGIN))) {
-                    text class="headline" x="0" y="14" { (plot.title) }
-                    g transform=(format!("translate(0 {})", coordinate(HEADLINE))) {
-                        (plot.content)
-                        (plot.drawn_legend())
-                    }
-                }
-            }
-        }
-    }
-    .into_string()
+    bench_svg(&BenchReport {
+        density,
+        quality,
+        closed_loop,
+        ..BenchReport::default()
+    })
 }

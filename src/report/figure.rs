@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::number::coordinate;
+use super::number::{NONE, coordinate};
+use crate::bench::csv_line;
 
 /// Rows that a table shows of a long run.
 const TABLE_ROWS: usize = 50;
@@ -41,6 +42,19 @@ impl Figure<'_> {
 }
 
 impl Table<'_> {
+    /// The table as a CSV file; what it has no number for is left empty.
+    pub(super) fn csv(&self) -> String {
+        let filled = |cell: &String| {
+            if cell == NONE {
+                String::new()
+            } else {
+                cell.clone()
+            }
+        };
+        let lines = self.rows.iter().map(|row| csv_line(row.iter().map(filled)));
+        csv_line(self.heads) + &lines.collect::<String>()
+    }
+
     pub(super) fn markup(&self) -> Markup {
         html! {
             div class="scroll" tabindex="0" role="region" aria-label=(self.title) {
@@ -48,6 +62,20 @@ impl Table<'_> {
                     thead { tr { @for head in self.heads { th scope="col" { (head) } } } }
                     tbody { @for row in &self.rows { tr { @for cell in row { td { (cell) } } } } }
                 }
+            }
+        }
+    }
+}
+
+/// The files of a chart by their endings, to be taken along.
+pub(super) fn files_beside(name: &str, endings: &[&str]) -> Markup {
+    html! {
+        p class="files" {
+            "Beside this page: "
+            @for (index, ending) in endings.iter().enumerate() {
+                @if index > 0 { ", " }
+                @let file = format!("{name}.{ending}");
+                a href=(file) { (file) }
             }
         }
     }

@@ -6,6 +6,7 @@
 
 mod ablation_page;
 mod axis;
+mod bench_page;
 mod closed_loop_chart;
 mod curves;
 mod density_chart;
@@ -23,6 +24,7 @@ mod map_picture;
 mod mission;
 mod motion_chart;
 mod number;
+mod own_picture;
 mod page;
 mod panel;
 mod paper_bars;
@@ -39,12 +41,15 @@ mod player;
 mod png;
 mod quality_chart;
 mod raster;
+mod report_files;
 mod samples_axis;
 mod sampling_shape;
 mod sheet;
 mod simplify;
 mod snapshot;
 mod viewport;
+mod world_runs;
+mod worlds_chart;
 
 use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::{Point, Pose};
@@ -52,15 +57,17 @@ use crate::map::OccupancyGrid;
 use crate::robot::Footprint;
 use crate::sim::Trace;
 
-pub use ablation_page::{AblationReport, ablation_html};
+pub use ablation_page::{AblationReport, ablation_files};
+pub use bench_page::{BenchReport, bench_files, bench_svg};
 pub use density_picture::density_svg;
 pub use drive_picture::{DriveView, drive_svg};
 pub use page::html;
-pub use paper_page::{PaperReport, paper_html};
+pub use paper_page::{PaperReport, paper_files};
 pub use plan_picture::{PlanFigures, PlanOutcome, PlanView, plan_svg};
 pub use player::Reel;
 #[cfg(feature = "png")]
 pub use png::{PngError, png};
+pub use report_files::ReportFile;
 
 /// All that one page shows. Text may hold any characters; it is escaped.
 #[derive(Clone, Debug, Default)]

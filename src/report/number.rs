@@ -1,7 +1,7 @@
 //! Numbers as text: sensible digits for people, short coordinates for drawings.
 
 /// What stands where a number is not finite: nothing was near, or nothing was measured.
-const NONE: &str = "–";
+pub(super) const NONE: &str = "–";
 
 /// A number with a fixed count of decimals; a dash where it is not finite.
 pub(super) fn fixed(value: f64, decimals: usize) -> String {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::axis::Axis;
+use super::axis::{Axis, Tick};
 use super::number::coordinate;
 use super::simplify::{TOLERANCE, simplify};
 
@@ -77,6 +77,16 @@ impl Panel {
     /// The frame, the grid lines with their labels, and the title of the vertical axis above it; that of the
     /// horizontal one below. Without a horizontal title its tick labels are left out too.
     pub(super) fn axes(&self, x_title: Option<&str>, y_title: &str) -> Markup {
+        self.axes_with(&self.x.ticks(), x_title, y_title)
+    }
+
+    /// The same with these places along the horizontal axis.
+    pub(super) fn axes_with(
+        &self,
+        x_ticks: &[Tick],
+        x_title: Option<&str>,
+        y_title: &str,
+    ) -> Markup {
         let (left, right) = (coordinate(self.left), coordinate(self.right()));
         let (top, bottom) = (coordinate(self.top), coordinate(self.bottom()));
         html! {
@@ -86,7 +96,7 @@ impl Panel {
                     line x1=(left) x2=(right) y1=(y) y2=(y) {}
                     text class="end" x=(coordinate(self.left - 6.0)) y=(y) dy=".35em" { (tick.label) }
                 }
-                @for tick in self.x.ticks() {
+                @for tick in x_ticks {
                     @let x = coordinate(self.x_at(tick.value));
                     line x1=(x) x2=(x) y1=(top) y2=(bottom) {}
                     @if x_title.is_some() {

@@ -95,7 +95,7 @@ pub(super) fn section(report: &PaperReport, table: &DriveTable) -> Markup {
             (paper_drives_maps::side_by_side(figure, report.courses, shown, report.footprint))
             div class="charts" { (paper_drives_chart::figures(table)) }
             div class="whole steps" { (summary_table(table)) }
-            div class="whole steps narrow" { (run_table(table)) }
+            div class="whole steps narrow" { (run_table(table).markup()) }
         }
     }
 }
@@ -161,7 +161,7 @@ fn summary_row(summary: &DriveSummary) -> Vec<String> {
     cells
 }
 
-fn run_table(table: &DriveTable) -> Markup {
+pub(super) fn run_table(table: &DriveTable) -> Table<'static> {
     let first = table.rows.first().map(|run| run.scene.as_str());
     let rows = table.rows.iter().enumerate().map(|(index, run)| {
         // The paper's ten stand beside those of the first scene.
@@ -173,7 +173,6 @@ fn run_table(table: &DriveTable) -> Markup {
         heads: &RUN_HEADS,
         rows: rows.collect(),
     }
-    .markup()
 }
 
 fn run_row(run: &DriveRun, paper: Option<&Deviation>) -> Vec<String> {

@@ -2,10 +2,12 @@
 
 use maud::{Markup, html};
 
+use super::figure::files_beside;
 use super::mission::badge;
 use super::page::{Extras, document};
 use super::paper_maps::{legend, overview, side_by_side};
 use super::paper_tables::{findings, path_table, reduction_table, step_table};
+use super::report_files::{ReportFile, json_text};
 use super::{paper_bars, paper_drives};
 use crate::bench::paper::drives::{Course, Drives};
 use crate::bench::paper::{AblationTable, PathTable, Site, Table, TaskRuns};
@@ -57,9 +59,25 @@ pub struct PaperReport<'a> {
     pub faults: &'a [String],
 }
 
-/// The page as text, complete, to be written to a file that ends in `.html`. It holds everything it needs.
+/// The page, `paper.html`, which holds everything it needs, and each of its tables, the paper's values among ours, as CSV
+/// and with all its digits as JSON.
 #[must_use]
-pub fn paper_html(report: &PaperReport) -> String {
+pub fn paper_files(report: &PaperReport) -> Vec<ReportFile> {
+    let mut files = vec![ReportFile::new("paper.html", page(report))];
+    for table in report.tables {
+        let csv = match table {
+            Table::Paths(table) => path_table(table),
+            Table::Ablation(table) => step_table(table),
+            Table::Drives(table) => paper_drives::run_table(table),
+        }
+        .csv();
+        let file = |ending: &str, text| ReportFile::new(format!("{}.{ending}", table.name()), text);
+        files.extend([file("csv", csv), file("json", json_text(table))]);
+    }
+    files
+}
+
+fn page(report: &PaperReport) -> String {
     let title = "inbye: the paper's experiments, repeated";
     let content = html! {
         header {
@@ -68,7 +86,10 @@ pub fn paper_html(report: &PaperReport) -> String {
             p class="machine" { "Measured on: " (report.machine) }
         }
         (verdict(report))
-        @for table in report.tables { (section(report, table)) }
+        @for table in report.tables {
+            (section(report, table))
+            (files_beside(table.name(), &["csv", "json"]))
+        }
         section {
             h2 { "The same again" }
             pre tabindex="0" { code { (report.command) } }
@@ -131,7 +152,7 @@ fn paths(report: &PaperReport, table: &PathTable) -> Markup {
             }
             @if table.name == "figure_5" { (paper_bars::angles(&table.rows)) }
             @if table.name == "table_2" { (mine(report)) }
-            div class="whole" { (path_table(table)) }
+            div class="whole" { (path_table(table).markup()) }
             // Those of the others stand at the top, as a table of reductions.
             @if table.reductions.is_empty() { (findings(&table.findings)) }
         }
@@ -153,7 +174,7 @@ fn steps(table: &AblationTable) -> Markup {
         section id=(table.name) {
             h2 { (table.title) }
             div class="charts" { (paper_bars::stages("Where the time goes: sums of median times", &table.rows)) }
-            div class="whole steps" { (step_table(table)) }
+            div class="whole steps" { (step_table(table).markup()) }
         }
     }
 }

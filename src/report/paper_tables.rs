@@ -35,7 +35,7 @@ const STEP_HEADS: [&str; 8] = [
 ];
 
 /// What was measured, and the paper's rows.
-pub(super) fn path_table(table: &PathTable) -> Markup {
+pub(super) fn path_table(table: &PathTable) -> Table<'static> {
     let rows = table.rows.iter().map(path_row);
     let rows = rows.chain(table.paper.iter().map(printed_row)).collect();
     Table {
@@ -43,7 +43,6 @@ pub(super) fn path_table(table: &PathTable) -> Markup {
         heads: &PATH_HEADS,
         rows,
     }
-    .markup()
 }
 
 fn path_row(row: &PathRow) -> Vec<String> {
@@ -139,13 +138,12 @@ fn signed(reduction: f64, decimals: usize) -> String {
 }
 
 /// What each step earns.
-pub(super) fn step_table(table: &AblationTable) -> Markup {
+pub(super) fn step_table(table: &AblationTable) -> Table<'static> {
     Table {
         title: table.title.clone(),
         heads: &STEP_HEADS,
         rows: table.rows.iter().map(step_row).collect(),
     }
-    .markup()
 }
 
 fn step_row(row: &StepRow) -> Vec<String> {

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use inbye::bench::Columns;
 use inbye::bench::barn::BarnRow;
 use inbye::bench::campaign::{CampaignError, Ledger, Row, run_cells, settings_digest};
 use inbye::bench::dynabarn::DynaBarnRow;
@@ -34,10 +35,12 @@ struct Line {
     even: bool,
 }
 
+impl Columns for Line {
+    const COLUMNS: &[&str] = &["number", "root", "word", "even"];
+}
+
 impl Row for Line {
     type Key = u64;
-
-    const COLUMNS: &[&str] = &["number", "root", "word", "even"];
 
     fn key(&self) -> u64 {
         self.number

@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 20] = [
     "",
     "plan",
     "drive",
@@ -18,6 +18,7 @@ const COMMANDS: [&str; 19] = [
     "bench ablation",
     "bench barn",
     "bench density",
+    "bench draw",
     "bench dynabarn",
     "bench movingai",
     "bench paper",
@@ -62,6 +63,7 @@ fn every_example_works() {
     place.write("mine.toml", "[local]\nvx_samples = 8\n");
     crate::barn::write_worlds(&place);
     crate::dynabarn::write_worlds(&place);
+    crate::records::write_records(&place);
     let mut tried = 0;
     for command in COMMANDS {
         let examples = examples(&place, command);

@@ -15,6 +15,7 @@ mod paper;
 mod plan;
 mod program;
 mod recording;
+mod records;
 mod refusals;
 mod soak;
 mod tools;

@@ -100,6 +100,17 @@ fn the_page_holds_all_it_needs() {
     assert!(page.ends_with("</html>"));
     // Three scenes and two paths of the mine with three maps each, the whole mine, and four charts, two of fig. 5.
     assert_eq!(page.matches("role=\"img\"").count(), 5 * 3 + 1 + 4);
+    // What the first table shows, the paper's rows among ours, and the same with all digits.
+    let read = |name: &str| fs::read_to_string(place.path(name)).expect("beside the page");
+    let table = read("out/deep/table_1.csv");
+    assert!(
+        table.starts_with("scene or path,variant,\"length, m\""),
+        "{table}"
+    );
+    assert_eq!(table.lines().count(), 1 + 15 + 6, "{table}");
+    assert!(!table.contains('\u{2013}'), "{table}");
+    let rows: Value = serde_json::from_str(&read("out/deep/table_1.json")).expect("JSON");
+    assert_eq!(rows["name"], "table_1");
     let own = page.replace("http://www.w3.org/2000/svg", "");
     for outside in [
         "http:", "https:", "<script", "<link", "url(", "NaN", ">inf<",

@@ -94,6 +94,12 @@ fn an_ablation_has_all_variants() {
     let run = place.run(&format!("{ablation} --report out --record rows.csv"));
     assert_eq!(run.status, 0, "{run:?}");
     assert!(run.stdout.contains("A* and DWA as printed"), "{run:?}");
+    let table = fs::read_to_string(place.path("out/ablation.csv")).expect("beside the page");
+    assert!(
+        table.starts_with("variant,title,missions,reached,"),
+        "{table}"
+    );
+    assert_eq!(table.lines().count(), 1 + 7, "{table}");
     // The rows are all there: nothing is driven again.
     let (status, object) = place.json(&format!("{ablation} --record rows.csv"));
     assert_eq!(status, 0);

@@ -1,5 +1,6 @@
 //! The page: self-contained, well formed, readable by all, the same for the same data, and never broken.
 
+mod benchmarks;
 mod markup;
 mod scene;
 

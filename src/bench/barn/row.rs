@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::bench::Columns;
 use crate::bench::campaign::Row;
 use crate::bench::worlds::{RunKey, Verdict};
 
@@ -32,9 +33,7 @@ pub struct BarnRow {
     pub decision_p99_ms: Option<f64>,
 }
 
-impl Row for BarnRow {
-    type Key = RunKey;
-
+impl Columns for BarnRow {
     const COLUMNS: &[&str] = &[
         "world",
         "seed",
@@ -48,6 +47,10 @@ impl Row for BarnRow {
         "decision_p50_ms",
         "decision_p99_ms",
     ];
+}
+
+impl Row for BarnRow {
+    type Key = RunKey;
 
     fn key(&self) -> RunKey {
         RunKey {

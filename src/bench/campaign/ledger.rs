@@ -4,27 +4,24 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 
-use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Writer};
-use serde::Serialize;
+use csv::{Position, ReaderBuilder, StringRecord};
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
 use super::CampaignError;
+use crate::bench::Columns;
+use crate::bench::columns::{csv_line, fields, said};
 
-/// What one run leaves behind: a flat record of numbers, texts and truths.
-pub trait Row: Serialize + DeserializeOwned + Send {
+/// What one run leaves behind, every field of it in a column.
+pub trait Row: Columns + DeserializeOwned + Send {
     /// What tells the run from all others of its campaign.
     type Key: Ord + Clone + Display;
-
-    /// The names of its fields, in the order of the file's columns.
-    const COLUMNS: &[&str];
 
     /// Which run it is of.
     fn key(&self) -> Self::Key;
 }
 
 /// The last column: the digest of the settings that a row was run with.
-const SETTINGS: &str = "settings";
+pub(in crate::bench) const SETTINGS: &str = "settings";
 
 /// The rows so far, by their keys.
 #[derive(Clone, Debug)]
@@ -69,7 +66,7 @@ impl<R: Row> Ledger<R> {
         if whole > 0 && *reader.headers().map_err(bad)? != header {
             return Err(CampaignError::OtherColumns {
                 file: file.to_owned(),
-                expected: line(&header).trim_end().to_owned(),
+                expected: csv_line(&header).trim_end().to_owned(),
             });
         }
         for record in reader.records() {
@@ -132,16 +129,13 @@ impl<R: Row> Ledger<R> {
     /// The first line of the file, with its end.
     #[must_use]
     pub fn header(&self) -> String {
-        line(columns::<R>())
+        csv_line(columns::<R>())
     }
 
     /// The line of a row, with its end.
     #[must_use]
     pub fn line(&self, row: &R) -> String {
-        // A row is a flat record, which JSON has no trouble with; were it not, its line would be empty fields.
-        let record = serde_json::to_value(row).unwrap_or_default();
-        let fields = R::COLUMNS.iter().map(|&name| field(&record[name]));
-        line(fields.chain([self.settings.clone()]))
+        csv_line(fields(row).chain([self.settings.clone()]))
     }
 
     /// The whole file, its rows in the order of their keys: the same whatever the order in which the runs finished.
@@ -154,33 +148,4 @@ impl<R: Row> Ledger<R> {
 
 fn columns<R: Row>() -> Vec<&'static str> {
     [R::COLUMNS, &[SETTINGS]].concat()
-}
-
-/// A value as text; nothing for null.
-fn field(value: &Value) -> String {
-    match value {
-        Value::Null => String::new(),
-        // A line is a line: what is torn off ends at a break.
-        Value::String(text) => text.replace(['\n', '\r'], " "),
-        other => other.to_string(),
-    }
-}
-
-/// The line of these fields, with its end.
-fn line(fields: impl IntoIterator<Item: AsRef<[u8]>>) -> String {
-    let mut writer = Writer::from_writer(Vec::new());
-    writer.write_record(fields).expect("memory takes all");
-    let bytes = writer.into_inner().expect("memory takes all");
-    String::from_utf8(bytes).expect("texts joined by commas are text")
-}
-
-/// What is wrong with a row, by the name of the column.
-fn said(error: &csv::Error, header: &StringRecord) -> String {
-    match error.kind() {
-        ErrorKind::Deserialize { err, .. } => {
-            let column = err.field().and_then(|field| header.get(field as usize));
-            format!("{}: {}", column.unwrap_or("the row"), err.kind())
-        }
-        _ => error.to_string(),
-    }
 }

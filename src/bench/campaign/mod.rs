@@ -10,5 +10,6 @@ mod settings;
 
 pub use crew::run_cells;
 pub use error::CampaignError;
+pub(super) use ledger::SETTINGS;
 pub use ledger::{Ledger, Row};
 pub use settings::settings_digest;

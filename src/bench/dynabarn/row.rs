@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Blame;
+use crate::bench::Columns;
 use crate::bench::campaign::Row;
 use crate::bench::worlds::{RunKey, Verdict};
 
@@ -60,9 +61,7 @@ pub struct DynaBarnRow {
     pub decision_p99_ms: Option<f64>,
 }
 
-impl Row for DynaBarnRow {
-    type Key = RunKey;
-
+impl Columns for DynaBarnRow {
     const COLUMNS: &[&str] = &[
         "world",
         "seed",
@@ -76,6 +75,10 @@ impl Row for DynaBarnRow {
         "decision_p50_ms",
         "decision_p99_ms",
     ];
+}
+
+impl Row for DynaBarnRow {
+    type Key = RunKey;
 
     fn key(&self) -> RunKey {
         RunKey {

@@ -5,6 +5,7 @@ use core::fmt::{self, Display};
 use serde::{Deserialize, Serialize};
 
 use super::People;
+use crate::bench::Columns;
 use crate::bench::campaign::Row;
 
 /// How a mission ended.
@@ -101,9 +102,7 @@ pub struct MissionRow {
     pub tick_p99_ms: Option<f64>,
 }
 
-impl Row for MissionRow {
-    type Key = MissionKey;
-
+impl Columns for MissionRow {
     const COLUMNS: &[&str] = &[
         "setup",
         "map",
@@ -128,6 +127,10 @@ impl Row for MissionRow {
         "tick_p50_ms",
         "tick_p99_ms",
     ];
+}
+
+impl Row for MissionRow {
+    type Key = MissionKey;
 
     fn key(&self) -> MissionKey {
         MissionKey {

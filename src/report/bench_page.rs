@@ -1,0 +1,164 @@
+//! The pages of the benchmarks: each chart with its table, and its rows in files beside the page.
+
+use maud::{Markup, html};
+
+use super::curves::Plot;
+use super::figure::files_beside;
+use super::own_picture::own_picture;
+use super::page::{Extras, document};
+use super::report_files::{ReportFile, json_text};
+use super::samples_axis::samples_axis;
+use super::world_runs::{of_barn, of_dynabarn};
+use super::{closed_loop_chart, density_chart, quality_chart, worlds_chart};
+use crate::bench::barn::BarnRow;
+use crate::bench::dynabarn::DynaBarnRow;
+use crate::bench::{ClosedLoopRow, Columns, DensityRow, QualityRow, SkippedCell, csv_text};
+
+/// Files of the first chart.
+const LATENCY: &str = "latency";
+
+const NOTHING: &str = "No engine was timed at any density.";
+
+/// All that such a page shows. Without rows a section is left out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BenchReport<'a> {
+    /// The page's title.
+    pub title: &'a str,
+    /// What a reader should know first.
+    pub intro: &'a str,
+    /// Where it was measured: processor, system.
+    pub machine: &'a str,
+    /// What repeats it.
+    pub command: &'a str,
+    /// Latencies.
+    pub density: &'a [DensityRow],
+    /// What was left out of them.
+    pub skipped: &'a [SkippedCell],
+    /// Regrets.
+    pub quality: &'a [QualityRow],
+    /// Missions with several samplings.
+    pub closed_loop: &'a [ClosedLoopRow],
+    /// Runs through BARN's worlds.
+    pub barn: &'a [BarnRow],
+    /// Runs through `DynaBARN`'s.
+    pub dynabarn: &'a [DynaBarnRow],
+}
+
+/// A chart on the page, and what its files are made of.
+struct Chart {
+    /// Name of its files without their endings.
+    name: &'static str,
+    figure: Markup,
+    plot: Option<Plot>,
+    csv: String,
+    json: String,
+}
+
+/// The charts of all rows as one picture, an SVG file. It holds everything it needs.
+#[must_use]
+pub fn bench_svg(report: &BenchReport) -> String {
+    let plots: Vec<Plot> = charts(report)
+        .into_iter()
+        .filter_map(|chart| chart.plot)
+        .collect();
+    own_picture(&plots, NOTHING)
+}
+
+/// The files of a report: `index.html`, and for each chart a picture and its rows as CSV and JSON. The page holds all it
+/// shows, and can go without the others.
+#[must_use]
+pub fn bench_files(report: &BenchReport) -> Vec<ReportFile> {
+    let charts = charts(report);
+    let mut files = vec![ReportFile::new("index.html", page(report, &charts))];
+    for chart in charts {
+        let file = |ending: &str, text| ReportFile::new(format!("{}.{ending}", chart.name), text);
+        files.extend([file("csv", chart.csv), file("json", chart.json)]);
+        files.extend(
+            chart
+                .plot
+                .map(|plot| file("svg", own_picture(&[plot], NOTHING))),
+        );
+    }
+    files
+}
+
+fn charts(report: &BenchReport) -> Vec<Chart> {
+    let samples = samples_axis(report.density, report.quality, report.closed_loop);
+    let (density, quality, closed_loop) = (report.density, report.quality, report.closed_loop);
+    let (barn, dynabarn) = (of_barn(report.barn), of_dynabarn(report.dynabarn));
+    let charts = [
+        chart(LATENCY, density, |rows| {
+            (
+                density_chart::figure(rows, samples),
+                density_chart::plot(rows, samples),
+            )
+        }),
+        chart("quality", quality, |rows| {
+            (
+                quality_chart::figure(rows, samples),
+                quality_chart::plot(rows, samples),
+            )
+        }),
+        chart("closed_loop", closed_loop, |rows| {
+            (
+                closed_loop_chart::figure(rows, samples),
+                closed_loop_chart::plot(rows, samples),
+            )
+        }),
+        chart("barn", report.barn, |_| {
+            (worlds_chart::figure(&barn), worlds_chart::plot(&barn))
+        }),
+        chart("dynabarn", report.dynabarn, |_| {
+            (
+                worlds_chart::figure(&dynabarn),
+                worlds_chart::plot(&dynabarn),
+            )
+        }),
+    ];
+    charts.into_iter().flatten().collect()
+}
+
+fn chart<R: Columns>(
+    name: &'static str,
+    rows: &[R],
+    draw: impl Fn(&[R]) -> (Markup, Option<Plot>),
+) -> Option<Chart> {
+    if rows.is_empty() {
+        return None;
+    }
+    let (figure, plot) = draw(rows);
+    Some(Chart {
+        name,
+        figure,
+        plot,
+        csv: csv_text(rows),
+        json: json_text(rows),
+    })
+}
+
+fn page(report: &BenchReport, charts: &[Chart]) -> String {
+    let content = html! {
+        header {
+            h1 { (report.title) }
+            @if !report.intro.is_empty() { p { (report.intro) } }
+            @if !report.machine.is_empty() { p class="machine" { "Measured on: " (report.machine) } }
+        }
+        section {
+            div class="charts" {
+                @for chart in charts {
+                    div {
+                        (chart.figure)
+                        (files_beside(chart.name, if chart.plot.is_some() { &["csv", "json", "svg"] } else { &["csv", "json"] }))
+                    }
+                    @if chart.name == LATENCY { (density_chart::beside(report.density, report.skipped)) }
+                }
+            }
+            @if charts.is_empty() { p class="nothing" { (NOTHING) } }
+        }
+        section {
+            h2 { "The same again" }
+            pre tabindex="0" { code { (report.command) } }
+        }
+    };
+    document(report.title, &Extras::default(), &content)
+}

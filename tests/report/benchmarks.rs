@@ -1,0 +1,171 @@
+//! The pages and pictures of benchmarks.
+
+use inbye::bench::barn::BarnRow;
+use inbye::bench::dynabarn::{Culprit, DynaBarnRow};
+use inbye::bench::worlds::Verdict;
+use inbye::report::{BenchReport, bench_files, bench_svg};
+use roxmltree::Document;
+
+use crate::check;
+use crate::scene::{closed_loop, density, quality, skipped};
+
+/// World 7 is easy, in world 5 one of two runs gave up, in world 9 none arrived.
+fn barn() -> Vec<BarnRow> {
+    let run = |world, seed, result, time_s, score| BarnRow {
+        world,
+        seed,
+        result,
+        time_s,
+        travelled_m: 10.0,
+        min_clearance_m: Some(0.1),
+        optimal_time_s: 5.0,
+        score,
+        fault: None,
+        decision_p50_ms: Some(0.5),
+        decision_p99_ms: Some(2.0),
+    };
+    vec![
+        run(5, 0, Verdict::Succeeded, 12.0, 0.42),
+        run(5, 1, Verdict::Failed, 62.0, 0.0),
+        run(7, 0, Verdict::Succeeded, 8.0, 0.5),
+        run(7, 1, Verdict::Succeeded, 9.0, 0.5),
+        run(9, 0, Verdict::Collided, 3.0, 0.0),
+        run(9, 1, Verdict::Timeout, 100.0, 0.0),
+    ]
+}
+
+fn dynabarn() -> Vec<DynaBarnRow> {
+    let run = |world, result, blame| DynaBarnRow {
+        world,
+        seed: 0,
+        result,
+        blame,
+        time_s: 11.0,
+        travelled_m: 19.0,
+        min_clearance_m: None,
+        plans: 1,
+        fault: None,
+        decision_p50_ms: None,
+        decision_p99_ms: None,
+    };
+    vec![
+        run(0, Verdict::Succeeded, Culprit::Nobody),
+        run(2, Verdict::Collided, Culprit::Robot),
+        run(4, Verdict::Collided, Culprit::Avoidable),
+        run(6, Verdict::Collided, Culprit::Other),
+    ]
+}
+
+fn page_of(report: &BenchReport) -> String {
+    let files = bench_files(report);
+    assert_eq!(files[0].name, "index.html");
+    files[0].text.clone()
+}
+
+#[test]
+fn a_page_of_all_benchmarks_is_self_contained_and_its_files_are_beside_it() {
+    let report = BenchReport {
+        title: "All",
+        machine: "a made machine",
+        command: "inbye bench draw",
+        density: &density(),
+        skipped: &skipped(),
+        quality: &quality(),
+        closed_loop: &closed_loop(),
+        barn: &barn(),
+        dynabarn: &dynabarn(),
+        ..BenchReport::default()
+    };
+    let files = bench_files(&report);
+    let page = page_of(&report);
+    check(&page);
+    assert_eq!(page.matches("role=\"img\"").count(), 5);
+    // One under each chart, and the densest windows.
+    assert_eq!(page.matches("<table").count(), 6);
+    for file in &files[1..] {
+        assert!(
+            page.contains(&format!("href=\"{}\"", file.name)),
+            "{}",
+            file.name
+        );
+        if file.text.starts_with("<svg") {
+            check(&file.text);
+        }
+    }
+    assert_eq!(files.len(), 1 + 5 * 3);
+    assert_eq!(files, bench_files(&report));
+    check(&bench_svg(&report));
+}
+
+#[test]
+fn worlds_stand_from_the_easiest_to_the_hardest() {
+    let picture = bench_svg(&BenchReport {
+        barn: &barn(),
+        ..BenchReport::default()
+    });
+    let document = Document::parse(&picture).expect("sound markup");
+    let titles = document
+        .descendants()
+        .filter(|node| node.has_tag_name("title"));
+    let told: Vec<&str> = titles.filter_map(|node| node.text()).collect();
+    assert_eq!(
+        told,
+        [
+            "world 7: 2 of 2 runs arrived, in 8.0 to 9.0 s",
+            "world 5: 1 of 2 runs arrived, in 12.0 to 12.0 s",
+            "world 9: 0 of 2 runs arrived",
+        ]
+    );
+    let drawn = |class: &str| {
+        let node = |node: &roxmltree::Node| node.attribute("class") == Some(class);
+        document.descendants().filter(node).count()
+    };
+    // Each in a world and in the legend; two worlds have a median.
+    assert_eq!((drawn("end-robot"), drawn("end-stopped")), (2, 3));
+    assert_eq!((drawn("end-avoidable"), drawn("end-other")), (0, 0));
+    assert_eq!(drawn("engine-0 middle-mark"), 2);
+    assert!(picture.contains("2 of") && picture.contains("up to here the full score"));
+}
+
+#[test]
+fn whose_a_contact_was_is_told_apart() {
+    let picture = bench_svg(&BenchReport {
+        dynabarn: &dynabarn(),
+        ..BenchReport::default()
+    });
+    for class in ["end-robot", "end-avoidable", "end-other"] {
+        let drawn = picture.matches(&format!("<rect class=\"{class}\"")).count();
+        assert_eq!(drawn, 2, "{class}");
+    }
+    assert!(!picture.contains("<rect class=\"end-stopped\""));
+}
+
+#[test]
+fn times_that_are_none_and_hostile_text_do_no_harm() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0] {
+        let mut rows = barn();
+        rows[0].time_s = bad;
+        (rows[2].optimal_time_s, rows[3].score) = (bad, bad);
+        let mut moving = dynabarn();
+        moving[0].time_s = bad;
+        let report = BenchReport {
+            title: "</title><script>alert('&')</script>",
+            intro: "<script>",
+            machine: "<script>",
+            command: "<script>",
+            barn: &rows,
+            dynabarn: &moving,
+            ..BenchReport::default()
+        };
+        check(&page_of(&report));
+        check(&bench_svg(&report));
+    }
+}
+
+#[test]
+fn nothing_measured_is_said() {
+    let page = page_of(&BenchReport::default());
+    check(&page);
+    assert!(page.contains("No engine was timed at any density."));
+    assert_eq!(bench_files(&BenchReport::default()).len(), 1);
+}
