@@ -17,6 +17,7 @@
 //! | [`base`] | what goes over the wire? |
 //! | [`sim`] | what would happen? |
 //! | [`nav2`] | what would a Nav2 file say here? |
+//! | [`node`] | what do other ROS 2 nodes hear of it? |
 //! | [`mod@bench`] | how fast, and is it right? |
 //! | [`report`] | what does it look like? |
 //!
@@ -80,6 +81,8 @@ pub mod base;
 pub mod sim;
 
 pub mod nav2;
+
+pub mod node;
 
 pub mod bench;
 

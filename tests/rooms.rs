@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order in which data flows. A room may use those before it; the first five are before all.
-const ROOMS: [&str; 16] = [
+const ROOMS: [&str; 17] = [
     "digest",
     "documented",
     "geometry",
@@ -18,6 +18,7 @@ const ROOMS: [&str; 16] = [
     "base",
     "sim",
     "nav2",
+    "node",
     "bench",
     "report",
     "cli",
