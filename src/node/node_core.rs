@@ -210,6 +210,8 @@ impl NodeCore {
                     self.note(format!("stands: {missing}"));
                 }
                 self.missing = Some(missing);
+                // That its clock has jumped when this is over is no news.
+                self.was_doubting = true;
                 return None;
             }
         };

@@ -128,3 +128,61 @@ fn require(
         expected,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(ranges: &[f32]) -> LaserScan {
+        LaserScan {
+            angle_min: 0.0,
+            angle_max: 0.5 * (ranges.len() - 1) as f32,
+            angle_increment: 0.5,
+            range_min: 0.2,
+            range_max: 8.0,
+            ranges: ranges.to_vec(),
+            ..LaserScan::default()
+        }
+    }
+
+    #[test]
+    fn ranges_mean_what_rep_117_says() {
+        let (far, near) = (f32::INFINITY, f32::NEG_INFINITY);
+        let scan = scan(&message(&[1.0, far, near, 0.1, 9.0, f32::NAN])).expect("sound");
+        assert_eq!(&scan.ranges[..2], [1.0, f64::INFINITY]);
+        assert_eq!(scan.ranges[2], f64::from(0.2_f32));
+        assert!(scan.ranges[3..].iter().all(|range| range.is_nan()));
+    }
+
+    #[test]
+    fn a_clockwise_scan_is_turned_round() {
+        let mut clockwise = message(&[1.0, 2.0, 3.0]);
+        (clockwise.angle_min, clockwise.angle_max) = (1.0, 0.0);
+        clockwise.angle_increment = -0.5;
+        let scan = scan(&clockwise).expect("sound");
+        assert_eq!((scan.angle_min, scan.angle_increment), (0.0, 0.5));
+        assert_eq!(scan.ranges, [3.0, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn a_mounted_scan_hits_the_same_points() {
+        let ranges: Vec<f32> = (0..12).map(|beam| 2.0 + 0.1 * beam as f32).collect();
+        let seen = scan(&message(&ranges)).expect("sound");
+        let mount = Pose::new(0.3, -0.2, 1.0);
+        let moved = from_origin(seen.clone(), &mount);
+        let hits: Vec<Point> = moved.hits(&Pose::default()).collect();
+        assert_eq!(hits.len(), 12);
+        for there in seen.hits(&mount) {
+            // Within half a beam's angle of so coarse a scan.
+            let nearest = hits.iter().map(|hit| (hit - there).norm());
+            let nearest = nearest.fold(f64::INFINITY, f64::min);
+            assert!(nearest <= there.coords.norm() * 0.25 + 1e-9, "{nearest}");
+        }
+        let turned = from_origin(seen.clone(), &Pose::new(0.0, 0.0, 1.0));
+        assert_eq!((turned.angle_min, &turned.ranges), (1.0, &seen.ranges));
+        let nothing = scan(&message(&[f32::INFINITY; 12])).expect("sound");
+        let open = from_origin(nothing, &mount);
+        assert!(open.ranges.iter().any(|range| range.is_infinite()));
+        assert!(open.hits(&Pose::default()).next().is_none());
+    }
+}

@@ -233,8 +233,14 @@ def to_the_goal(program):
     robot.until(lambda: False, 2.0, mount=mount)
     silent = len(robot.commands)
     robot.send_goal(*GOAL)
-    took_s = robot.until(lambda: robot.stands_near(*GOAL[:2]), 90.0, mount=mount)
-    shown = [len(array.markers) for array in markers.take(N=100)]
+    shown = set()
+
+    def stands():
+        for array in markers.take(N=20):
+            shown.update((marker.ns, marker.type, len(marker.points)) for marker in array.markers)
+        return robot.stands_near(*GOAL[:2])
+
+    took_s = robot.until(stands, 90.0, mount=mount)
     # A second of zeros, then silence: another may drive.
     robot.until(lambda: False, 2.5, mount=mount)
     count = len(robot.commands)
@@ -246,7 +252,7 @@ def to_the_goal(program):
         "away_m": robot.away_m(*GOAL[:2]),
         "yaw_error": error,
         "contacts": robot.contacts,
-        "most_markers": max(shown, default=0),
+        "markers": sorted(shown),
         "commands_after_end": len(robot.commands) - count,
         **node.end(),
     }

@@ -17,8 +17,9 @@ pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
 
 const VARIABLE: &str = "INBYE_REQUIRE";
 
-/// Not adapters: the tests of the map loaders and in a browser read the same variable for what they require.
-const OTHERS: [&str; 2] = ["python", "chromium"];
+/// Not adapters: the tests of the map loaders, in a browser and against Cyclone DDS read the same variable for what they
+/// require.
+const OTHERS: [&str; 3] = ["python", "chromium", "cyclonedds"];
 
 /// The words of the variable, in lower case.
 pub fn required() -> Vec<String> {
