@@ -6,7 +6,7 @@ use super::node_arguments::NodeArguments;
 #[cfg(not(feature = "ros2"))]
 pub fn run(_arguments: &NodeArguments, _json: bool) -> anyhow::Result<bool> {
     anyhow::bail!(
-        "inbye node: this program was built without ROS 2: build it with `cargo install inbye --features ros2`"
+        "inbye node: this program was built without ROS 2: build it with `cargo build --release --features ros2`"
     )
 }
 

@@ -36,10 +36,10 @@ pub struct NodeArguments {
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub threads: Option<usize>,
-    /// Publish cmd_vel as TwistStamped, as ROS 2 Kilted's Nav2 expects it.
+    /// Publish `cmd_vel` as `TwistStamped`, as newer releases of Nav2 and `ros2_control` expect it.
     #[arg(long, conflicts_with = "unstamped")]
     pub stamped: bool,
-    /// Publish cmd_vel as Twist: the default.
+    /// Publish `cmd_vel` as `Twist`: the default.
     #[arg(long)]
     pub unstamped: bool,
     /// Take odometry to be in the map's frame, whatever it says.

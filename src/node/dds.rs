@@ -3,6 +3,7 @@
 use std::net::Ipv4Addr;
 
 use ros2_client::dds::rustdds::{self, DomainParticipantBuilder};
+use ros2_client::names::NameError;
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{
     Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, Subscription,
@@ -64,10 +65,9 @@ impl Wires {
             "" => "/",
             namespace => namespace,
         };
-        let name = NodeName::new(namespace, "inbye").map_err(|error| NodeError::BadNamespace {
-            namespace: namespace.to_owned(),
-            reason: error.to_string(),
-        })?;
+        let name =
+            NodeName::new(namespace, "inbye").map_err(|error| bad_namespace(namespace, &error))?;
+        topic_name(namespace, "map")?;
         let mut participant = DomainParticipantBuilder::new(settings.domain);
         if settings.localhost_only {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
@@ -167,10 +167,7 @@ impl Wiring<'_> {
         (package, kind): (&str, &str),
         qos: &QosProfile,
     ) -> Result<rustdds::Topic, NodeError> {
-        let name = Name::new(self.namespace, name).map_err(|error| NodeError::BadNamespace {
-            namespace: self.namespace.to_owned(),
-            reason: error.to_string(),
-        })?;
+        let name = topic_name(self.namespace, name)?;
         let kind = MessageTypeName::new(package, kind);
         self.node.create_topic(&name, kind, qos).map_err(no_wire)
     }
@@ -207,6 +204,21 @@ impl Wiring<'_> {
     }
 }
 
+fn topic_name(namespace: &str, name: &str) -> Result<Name, NodeError> {
+    Name::new(namespace, name).map_err(|error| bad_namespace(namespace, &error))
+}
+
+fn bad_namespace(namespace: &str, error: &NameError) -> NodeError {
+    NodeError::BadNamespace {
+        namespace: namespace.to_owned(),
+        reason: error.to_string(),
+    }
+}
+
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it is what `map_err` hands over"
+)]
 fn no_wire(error: impl ToString) -> NodeError {
     NodeError::NoWire {
         reason: error.to_string(),

@@ -1,4 +1,4 @@
-//! The local planner at work, for RViz and Foxglove: some of its arcs by score, the one it chose, and what moves.
+//! The local planner at work, for `RViz` and Foxglove: some of its arcs by score, the one it chose, and what moves.
 
 use super::msg::{ColorRGBA, Duration, Header, Marker, MarkerArray, Point, Vector3, action, shape};
 use crate::geometry::{Pose, Twist};

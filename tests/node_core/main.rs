@@ -12,18 +12,13 @@ use robot::{GOAL, Robot, goal, grid, map, transform};
 fn the_robot_drives_to_its_goal_and_leaves_the_wheel() {
     let mut robot = Robot::ready();
     robot.until(600, |robot| robot.has_said("reached the goal"));
-    let (x, y) = GOAL;
-    assert!(
-        (robot.pose.x - x).hypot(robot.pose.y - y) < 0.02,
-        "{:?}",
-        robot.pose
-    );
+    assert!(robot.away_m() < 0.02, "{:?}", robot.pose);
     assert!(robot.stands());
     assert_eq!(robot.paths.len(), 1);
     let path = &robot.paths[0];
     assert_eq!(path.header.frame_id, "map");
     let ends = [path.poses[0].pose, path.poses[path.poses.len() - 1].pose];
-    assert_eq!((ends[0].position.x, ends[1].position.x), (2.0, x));
+    assert_eq!((ends[0].position.x, ends[1].position.x), (2.0, GOAL.0));
     assert!(robot.markers.iter().any(|array| array.markers.len() == 3));
     // Zeros for a second, and silence: another may drive.
     let zeros = robot.until(100, |robot| robot.commands.last() == Some(&None));
@@ -32,17 +27,17 @@ fn the_robot_drives_to_its_goal_and_leaves_the_wheel() {
     assert_eq!((tally.goals, tally.reached, tally.given_up), (1, 1, 0));
     assert!(tally.refused.is_empty(), "{tally:?}");
     // And to the next.
-    robot.hear(Arrived::Goal(goal(2.0, 4.0)));
+    robot.hear(&Arrived::Goal(goal(2.0, 4.0)));
     robot.until(900, |robot| robot.core.tally().reached == 2);
 }
 
 #[test]
 fn without_a_goal_nothing_is_published() {
     let mut robot = Robot::new(false);
-    robot.hear(Arrived::Map(map(&grid(29))));
+    robot.hear(&Arrived::Map(map(&grid(29))));
     assert!((0..20).all(|_| robot.step().is_none()));
     assert_eq!(robot.core.farewell(), None);
-    robot.hear(Arrived::Goal(goal(GOAL.0, GOAL.1)));
+    robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
     robot.step();
     assert_eq!(robot.core.farewell(), Some(Twist::STOP));
 }
@@ -51,7 +46,7 @@ fn without_a_goal_nothing_is_published() {
 fn a_robot_with_a_goal_stands_until_everything_is_there() {
     let mut robot = Robot::new(false);
     (robot.has_scan, robot.has_odometry) = (false, false);
-    robot.hear(Arrived::Goal(goal(GOAL.0, GOAL.1)));
+    robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
     for missing in [
         "no map has come",
         "no odometry has come",
@@ -63,7 +58,7 @@ fn a_robot_with_a_goal_stands_until_everything_is_there() {
         let told = robot.notes.iter().filter(|note| note.contains(missing));
         assert_eq!(told.count(), 1, "{missing}: {:?}", robot.notes);
         match missing {
-            "no map has come" => robot.hear(Arrived::Map(map(&grid(29)))),
+            "no map has come" => robot.hear(&Arrived::Map(map(&grid(29)))),
             "no odometry has come" => robot.has_odometry = true,
             _ => robot.has_scan = true,
         }
@@ -94,7 +89,7 @@ fn scans_that_stay_away_end_the_goal() {
     });
     robot.until(50, |robot| robot.commands.last() == Some(&None));
     robot.has_scan = true;
-    robot.hear(Arrived::Goal(goal(GOAL.0, GOAL.1)));
+    robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
     robot.until(600, |robot| robot.has_said("reached the goal"));
     assert_eq!(robot.core.tally().given_up, 1);
 }
@@ -131,7 +126,7 @@ fn a_scan_sent_again_is_an_old_one() {
         scan
     };
     for _ in 0..30 {
-        robot.hear(Arrived::Scan(scan.clone()));
+        robot.hear(&Arrived::Scan(scan.clone()));
         robot.step();
     }
     assert!(robot.stands());
@@ -147,24 +142,19 @@ fn odometry_of_another_frame_needs_a_transform() {
     (0..5).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
     assert!(robot.has_said("nothing on tf says where that lies in `map`"));
     // Not the one that is asked for.
-    robot.hear(Arrived::Transforms(transform("map", "lamp", &place)));
+    robot.hear(&Arrived::Transforms(transform("map", "lamp", &place)));
     assert_eq!(robot.step(), Some(Twist::STOP));
-    robot.hear(Arrived::Transforms(transform("/map", "/odom", &place)));
+    robot.hear(&Arrived::Transforms(transform("/map", "/odom", &place)));
     robot.until(600, |robot| robot.has_said("reached the goal"));
-    let (x, y) = GOAL;
-    assert!(
-        (robot.pose.x - x).hypot(robot.pose.y - y) < 0.02,
-        "{:?}",
-        robot.pose
-    );
+    assert!(robot.away_m() < 0.02, "{:?}", robot.pose);
 }
 
 #[test]
 fn odometry_of_another_frame_can_be_taken_as_it_is() {
     let mut robot = Robot::new(true);
     robot.frame = "odom";
-    robot.hear(Arrived::Map(map(&grid(29))));
-    robot.hear(Arrived::Goal(goal(GOAL.0, GOAL.1)));
+    robot.hear(&Arrived::Map(map(&grid(29))));
+    robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
     robot.until(600, |robot| robot.has_said("reached the goal"));
 }
 
@@ -176,7 +166,7 @@ fn a_lidar_off_the_origin_is_looked_up() {
     let mast = transform("base_link", "mast", &Pose::new(0.25, -0.1, 0.0));
     let laser = transform("mast", "laser", &Pose::new(0.0, 0.0, 2.0));
     let transforms = [mast.transforms, laser.transforms].concat();
-    robot.hear(Arrived::StaticTransforms(TFMessage { transforms }));
+    robot.hear(&Arrived::StaticTransforms(TFMessage { transforms }));
     robot.until(600, |robot| robot.has_said("reached the goal"));
     assert!(!robot.has_said("where the lidar is"));
     // Taken as at the origin, the walls that it sees stand askew in its way.
@@ -190,10 +180,10 @@ fn a_lidar_off_the_origin_is_looked_up() {
 fn another_map_is_planned_on_anew_and_the_same_is_not() {
     let mut robot = Robot::ready();
     robot.until(50, |robot| robot.speed() > 0.5);
-    robot.hear(Arrived::Map(map(&grid(29))));
+    robot.hear(&Arrived::Map(map(&grid(29))));
     robot.step();
     assert_eq!(robot.paths.len(), 1);
-    robot.hear(Arrived::Map(map(&grid(24))));
+    robot.hear(&Arrived::Map(map(&grid(24))));
     robot.step();
     assert_eq!(robot.paths.len(), 2);
     assert_eq!(
@@ -209,23 +199,23 @@ fn another_map_is_planned_on_anew_and_the_same_is_not() {
 #[test]
 fn a_goal_that_no_path_leads_to_is_given_up() {
     let mut robot = Robot::new(false);
-    robot.hear(Arrived::Map(map(&grid(29))));
-    robot.hear(Arrived::Goal(goal(40.0, 1.5)));
+    robot.hear(&Arrived::Map(map(&grid(29))));
+    robot.hear(&Arrived::Goal(goal(40.0, 1.5)));
     assert_eq!(robot.step(), Some(Twist::STOP));
     assert!(robot.has_said("GOAL_OUTSIDE_MAP"), "{:?}", robot.notes);
     robot.until(30, |robot| robot.commands.last() == Some(&None));
     // The engine is still there for the next.
-    robot.hear(Arrived::Goal(goal(GOAL.0, GOAL.1)));
+    robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
     robot.until(600, |robot| robot.has_said("reached the goal"));
 }
 
 #[test]
 fn a_goal_that_came_before_a_map_of_another_frame_is_given_up() {
     let mut robot = Robot::new(false);
-    robot.hear(Arrived::Goal(goal(GOAL.0, GOAL.1)));
+    robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
     let mut floor = map(&grid(29));
     floor.header.frame_id = "floor_2".into();
-    robot.hear(Arrived::Map(floor));
+    robot.hear(&Arrived::Map(floor));
     robot.until(30, |robot| robot.commands.last() == Some(&None));
     assert!(robot.has_said("it is in the frame `map`, the map in `floor_2`"));
 }

@@ -1,5 +1,6 @@
 //! Messages that cannot be used: refused, counted, told once; what was known before stays.
 
+use inbye::geometry::Pose;
 use inbye::node::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped};
 use inbye::node::{Arrived, Topic};
 
@@ -34,9 +35,9 @@ fn assert_refused<M: Clone>(sound: &M, arrived: fn(M) -> Arrived, damages: &[(Da
         let mut robot = Robot::new(false);
         let mut message = sound.clone();
         damage(&mut message);
-        robot.hear(arrived(message.clone()));
-        robot.hear(arrived(message));
-        robot.hear(arrived(sound.clone()));
+        robot.hear(&arrived(message.clone()));
+        robot.hear(&arrived(message));
+        robot.hear(&arrived(sound.clone()));
         (robot.has_scan, robot.has_odometry) = (false, false);
         robot.step();
         let told: Vec<&String> = robot
@@ -65,8 +66,8 @@ fn maps() {
             |map| map.info.width = 61,
             "it has 1800 cells, but 61 columns and 30 rows",
         ),
-        (|map| map.info.width = u32::MAX, "grid"),
-        (|map| map.info.height = 0, "grid"),
+        (|map| map.info.width = u32::MAX, "each side must be"),
+        (|map| map.info.height = 0, "each side must be"),
         (|map| map.info.resolution = f32::NAN, "resolution"),
         (|map| map.info.resolution = 0.0, "resolution"),
         (|map| map.data[7] = -2, "cell 7 is -2"),
@@ -167,10 +168,10 @@ fn goals() {
 #[test]
 fn a_goal_in_another_frame_than_the_map() {
     let mut robot = Robot::new(false);
-    robot.hear(Arrived::Map(map(&grid(29))));
+    robot.hear(&Arrived::Map(map(&grid(29))));
     let mut lost = goal(1.0, 1.0);
     lost.header.frame_id = "odom".into();
-    robot.hear(Arrived::Goal(lost));
+    robot.hear(&Arrived::Goal(lost));
     assert_eq!(robot.step(), None);
     assert!(robot.has_said("it is in the frame `odom`, the map in `map`"));
 }
@@ -178,10 +179,10 @@ fn a_goal_in_another_frame_than_the_map() {
 #[test]
 fn transforms_and_bytes_that_mean_nothing() {
     let mut robot = Robot::new(false);
-    let mut said = transform("map", "odom", &Default::default());
+    let mut said = transform("map", "odom", &Pose::default());
     said.transforms[0].child_frame_id.clear();
-    robot.hear(Arrived::Transforms(said));
-    robot.hear(Arrived::Undecodable(Topic::Map, "too short".into()));
+    robot.hear(&Arrived::Transforms(said));
+    robot.hear(&Arrived::Undecodable(Topic::Map, "too short".into()));
     robot.step();
     assert!(robot.has_said("a message on tf is not used: its child_frame_id is empty"));
     assert!(

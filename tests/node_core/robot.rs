@@ -60,8 +60,8 @@ pub fn pose(pose: &Pose) -> msg::Pose {
         orientation: msg::Quaternion {
             x: 0.0,
             y: 0.0,
-            z: (pose.yaw / 2.0).sin(),
-            w: (pose.yaw / 2.0).cos(),
+            z: libm::sin(pose.yaw / 2.0),
+            w: libm::cos(pose.yaw / 2.0),
         },
     }
 }
@@ -139,22 +139,22 @@ impl Robot {
     /// One that has map and goal.
     pub fn ready() -> Self {
         let mut robot = Self::new(false);
-        robot.hear(Arrived::Map(map(&grid(29))));
-        robot.hear(Arrived::Goal(goal(GOAL.0, GOAL.1)));
+        robot.hear(&Arrived::Map(map(&grid(29))));
+        robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
         robot
     }
 
-    pub fn hear(&mut self, message: Arrived) {
-        self.core.hear(self.now_s, &message);
+    pub fn hear(&mut self, message: &Arrived) {
+        self.core.hear(self.now_s, message);
     }
 
     /// A tenth of a second: it senses, hears what to do and does it.
     pub fn step(&mut self) -> Option<Twist> {
         if self.has_odometry {
-            self.hear(Arrived::Odometry(Box::new(self.odometry())));
+            self.hear(&Arrived::Odometry(Box::new(self.odometry())));
         }
         if self.has_scan {
-            self.hear(Arrived::Scan(self.scan()));
+            self.hear(&Arrived::Scan(self.scan()));
         }
         let stamp = header("", self.now_s).stamp;
         let Published {
@@ -186,6 +186,11 @@ impl Robot {
             "not within {most} steps, at {:?}: {:?}",
             self.pose, self.notes
         );
+    }
+
+    /// From the goal of most tests.
+    pub fn away_m(&self) -> f64 {
+        libm::hypot(self.pose.x - GOAL.0, self.pose.y - GOAL.1)
     }
 
     pub fn speed(&self) -> f64 {

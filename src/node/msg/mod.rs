@@ -1,7 +1,7 @@
 //! The messages that a node exchanges, field by field as ROS 2 declares them.
 //!
-//! CDR knows no names: the order of the fields is the format. Definitions: ros2/common_interfaces, geometry2 (`tf2_msgs`)
-//! and `rcl_interfaces` (`builtin_interfaces`). A covariance, 36 numbers row by row there, is 6 rows of 6 here: the bytes are the same.
+//! CDR knows no names: the order of the fields is the format. Definitions: the repositories
+//! `ros2/common_interfaces`, `ros2/geometry2` (`tf2_msgs`) and `ros2/rcl_interfaces` (`builtin_interfaces`). A covariance, 36 numbers row by row there, is 6 rows of 6 here: the bytes are the same.
 
 mod geometry;
 mod header;
