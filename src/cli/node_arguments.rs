@@ -19,7 +19,8 @@ use super::arguments::{duration, whole};
     tf too.\n\
     Without a goal nothing is published. With one, a velocity at each control_period_s: the robot brakes to zero while map, \
     scan, odometry or transform are missing or older than senses_timeout_s, and goes on when they come; it gives up when scans \
-    stay away for senses_patience_s. At the goal, and when a goal is given up, zeros for a second; at the end, too.\n\
+    stay away for senses_patience_s. Another goal or another map on the way stops it first; then it plans. An orientation of \
+    all zeros leaves the goal's yaw free. At the goal, and when a goal is given up, zeros for a second; at the end, too.\n\
     ROS_DOMAIN_ID names the domain; ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, or ROS_LOCALHOST_ONLY=1, keeps discovery off \
     other machines. Needs a program built with `--features ros2`, and no ROS."
 )]

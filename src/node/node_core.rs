@@ -32,8 +32,9 @@ pub struct NodeSettings {
 /// Takes messages as they come and says at each tick what to publish.
 ///
 /// Without a goal it publishes nothing. From a goal on it publishes a velocity at each tick: braking to zero while anything
-/// is missing or old, and zeros for a second when the goal is reached or given up. Times are those of the receiver's
-/// clock, in seconds: stamps are compared with one another only.
+/// is missing or old, and zeros for a second when the goal is reached or given up. Given another goal or another map on the
+/// way, it stops first and plans then. Times are those of the receiver's clock, in seconds: stamps are compared with one
+/// another only.
 pub struct NodeCore {
     settings: NodeSettings,
     engine: SharedEngine,
@@ -217,6 +218,10 @@ impl NodeCore {
         };
         self.missing = None;
         if self.navigator.is_none() && self.ended_s.is_none() {
+            // Planning takes its time, and nobody would look ahead meanwhile.
+            if self.command != Twist::STOP {
+                return None;
+            }
             match self.set_out(&observation.pose, clock)? {
                 Ok(navigator) => self.begin(navigator),
                 Err(fault) => self.give_up(now_s, &fault),

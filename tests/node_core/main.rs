@@ -184,16 +184,23 @@ fn another_map_is_planned_on_anew_and_the_same_is_not() {
     robot.step();
     assert_eq!(robot.paths.len(), 1);
     robot.hear(&Arrived::Map(map(&grid(24))));
+    let told = robot.notes.len();
     robot.step();
-    assert_eq!(robot.paths.len(), 2);
-    assert_eq!(
-        robot
-            .notes
-            .iter()
-            .filter(|note| note.contains("has a map"))
-            .count(),
-        2
-    );
+    assert!(!robot.stands() && robot.paths.len() == 1, "it stops first");
+    robot.until(20, |robot| robot.paths.len() == 2);
+    assert!(robot.notes[told].contains("has a map"), "{:?}", robot.notes);
+    robot.until(600, |robot| robot.has_said("reached the goal"));
+}
+
+#[test]
+fn another_goal_on_the_way_takes_the_place_of_the_first() {
+    let mut robot = Robot::ready();
+    robot.until(50, |robot| robot.speed() > 0.5);
+    robot.hear(&Arrived::Goal(goal(3.0, 4.5)));
+    robot.until(600, |robot| robot.has_said("reached the goal"));
+    assert!(libm::hypot(robot.pose.x - 3.0, robot.pose.y - 4.5) < 0.02);
+    let tally = robot.core.tally();
+    assert_eq!((tally.goals, tally.reached), (2, 1));
 }
 
 #[test]
