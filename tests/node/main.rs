@@ -102,6 +102,10 @@ fn stale_senses(facts: &Value) -> Result<(), Failed> {
         let again = &facts[format!("{sense}_again_s")];
         holds(again.is_number(), "it goes on", facts)?;
     }
+    let notes = facts["notes"].to_string();
+    for words in ["there is no fresh scan", "odometry has stopped coming"] {
+        holds(notes.contains(words), words, facts)?;
+    }
     holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)?;
     ends_well(facts)
