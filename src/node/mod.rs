@@ -18,6 +18,7 @@ mod scan;
 mod shared_engine;
 mod standstill;
 mod tally;
+mod told;
 
 pub use arrived::{Arrived, Topic};
 pub use error::{MessageError, NodeError};

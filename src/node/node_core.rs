@@ -1,18 +1,17 @@
 //! The node without its wires.
 
-use std::collections::{BTreeMap, HashSet};
 use std::fmt::Display;
-use std::mem::{Discriminant, discriminant, take};
 
 use super::arrived::{self, Chart, Motion};
 use super::heard::Heard;
 use super::markers::{SHOWN, markers};
 use super::msg::{Header, Time};
 use super::shared_engine::SharedEngine;
-use super::{Arrived, MessageError, Missing, Published, Tally, Topic, published};
+use super::told::Told;
+use super::{Arrived, MessageError, Published, Tally, published};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Engine, LocalPlanner};
-use crate::navigator::{Decision, Doubt, Fault, Goal, Journey, Mode, Navigator};
+use crate::navigator::{Decision, Fault, Goal, Journey, Mode, Navigator};
 use crate::sim::Config;
 
 /// After a goal, zeros are published for this long, seconds; then the node is silent, and another may drive.
@@ -46,12 +45,7 @@ pub struct NodeCore {
     ended_s: Option<f64>,
     markers_s: f64,
     command: Twist,
-    missing: Option<Missing>,
-    mount_told: bool,
-    doubts: BTreeMap<Doubt, u64>,
-    was_doubting: bool,
-    refusals: HashSet<(Topic, Discriminant<MessageError>)>,
-    notes: Vec<String>,
+    told: Told,
     tally: Tally,
 }
 
@@ -71,12 +65,7 @@ impl NodeCore {
             ended_s: None,
             markers_s: f64::NEG_INFINITY,
             command: Twist::STOP,
-            missing: None,
-            mount_told: false,
-            doubts: BTreeMap::new(),
-            was_doubting: false,
-            refusals: HashSet::new(),
-            notes: Vec::new(),
+            told: Told::default(),
             tally: Tally::default(),
         }
     }
@@ -107,12 +96,7 @@ impl NodeCore {
             Ok(()) => self.tally.took(topic),
             Err(error) => {
                 self.tally.refused(topic);
-                if self.refusals.insert((topic, discriminant(&error))) {
-                    self.note(format!(
-                        "a message on {} is not used: {error}",
-                        topic.name()
-                    ));
-                }
+                self.told.refused(topic, &error);
             }
         }
     }
@@ -145,7 +129,7 @@ impl NodeCore {
         if !self.heard.take_map(chart) {
             return;
         }
-        self.note(told);
+        self.told.note(told);
         if self.ended_s.is_some() {
             return;
         }
@@ -183,7 +167,7 @@ impl NodeCore {
             self.show(now_s, stamp, decided.as_ref(), &mut published);
             self.leave_goal(now_s);
         }
-        published.notes = take(&mut self.notes);
+        published.notes = self.told.take();
         published
     }
 
@@ -207,16 +191,11 @@ impl NodeCore {
         let observation = match observed {
             Ok(observation) => observation,
             Err(missing) => {
-                if self.missing.as_ref() != Some(&missing) {
-                    self.note(format!("stands: {missing}"));
-                }
-                self.missing = Some(missing);
-                // That its clock has jumped when this is over is no news.
-                self.was_doubting = true;
+                self.told.missing(Some(missing));
                 return None;
             }
         };
-        self.missing = None;
+        self.told.missing(None);
         if self.navigator.is_none() && self.ended_s.is_none() {
             // Planning takes its time, and nobody would look ahead meanwhile.
             if self.command != Twist::STOP {
@@ -229,7 +208,7 @@ impl NodeCore {
         }
         let navigator = self.navigator.as_mut()?;
         let (decision, _) = navigator.step_by(&observation, clock);
-        self.note_doubt(decision.mode);
+        self.told.doubt(decision.mode, navigator);
         self.note_end(now_s, decision.mode);
         Some(decision)
     }
@@ -263,35 +242,15 @@ impl NodeCore {
 
     fn begin(&mut self, navigator: Navigator) {
         let to = navigator.stop().0.position;
-        self.note(format!("sets out for ({:.2}, {:.2})", to.x, to.y));
-        if self.heard.mount().is_none() && !self.mount_told {
-            self.mount_told = true;
-            let base = self.base_frame();
-            self.note(format!(
-                "nothing on tf says where the lidar is on the robot: its scans are taken as from the origin of `{base}`"
-            ));
+        self.told
+            .note(format!("sets out for ({:.2}, {:.2})", to.x, to.y));
+        if self.heard.mount().is_none() {
+            let base_frame = self.base_frame().to_owned();
+            self.told.no_mount(&base_frame);
         }
+        self.told.set_out();
         self.navigator = Some(navigator);
         self.plans_told = 0;
-        self.doubts.clear();
-        self.was_doubting = false;
-    }
-
-    /// Tells why the robot brakes, at the first tick of each time.
-    fn note_doubt(&mut self, mode: Mode) {
-        let is_doubting = mode == Mode::Doubting;
-        let Some(navigator) = &self.navigator else {
-            return;
-        };
-        let now = navigator.doubts().clone();
-        if is_doubting && !self.was_doubting {
-            let is_more = |(doubt, count): &(&Doubt, &u64)| self.doubts.get(doubt) < Some(count);
-            if let Some((doubt, _)) = now.iter().find(is_more) {
-                self.note(format!("brakes: {doubt}"));
-            }
-        }
-        self.doubts = now;
-        self.was_doubting = is_doubting;
     }
 
     fn note_end(&mut self, now_s: f64, mode: Mode) {
@@ -301,7 +260,7 @@ impl NodeCore {
         if mode == Mode::Arrived {
             self.tally.reached += 1;
             self.ended_s = Some(now_s);
-            self.note("reached the goal".to_owned());
+            self.told.note("reached the goal");
         }
         let fault = self.navigator.as_ref().and_then(Navigator::fault).cloned();
         if let Some(fault) = fault {
@@ -312,7 +271,7 @@ impl NodeCore {
     fn give_up(&mut self, now_s: f64, why: &dyn Display) {
         self.tally.given_up += 1;
         self.ended_s = Some(now_s);
-        self.note(format!("gave the goal up: {why}"));
+        self.told.note(format!("gave the goal up: {why}"));
     }
 
     /// Leaves a goal that has ended, when the robot was told to stand for a while.
@@ -323,10 +282,6 @@ impl NodeCore {
             self.navigator = None;
             self.ended_s = None;
         }
-    }
-
-    fn note(&mut self, note: String) {
-        self.notes.push(note);
     }
 
     /// A new plan, and markers now and then.
