@@ -152,6 +152,7 @@ fn with_peer(scenario: &str, check: Check) -> Result<Completion, Failed> {
         .arg(python)
         .args([PEER, PROGRAM, scenario])
         .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("PYTHONDONTWRITEBYTECODE", "1")
         .env_remove("ROS_DOMAIN_ID")
         .stderr(Stdio::piped())
         .output()?;
