@@ -18,6 +18,7 @@
 //! | [`sim`] | what would happen? |
 //! | [`nav2`] | what would a Nav2 file say here? |
 //! | `recording` | what was decided, and is it decided so again? (feature `mcap`) |
+//! | [`node`] | what do other ROS 2 nodes hear of it? |
 //! | [`mod@bench`] | how fast, and is it right? |
 //! | [`report`] | what does it look like? |
 //!
@@ -83,6 +84,8 @@ pub mod sim;
 pub mod nav2;
 #[cfg(feature = "mcap")]
 pub mod recording;
+
+pub mod node;
 
 pub mod bench;
 

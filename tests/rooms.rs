@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order in which data flows. A room may use those before it; the first five are before all.
-const ROOMS: [&str; 17] = [
+const ROOMS: [&str; 18] = [
     "digest",
     "documented",
     "geometry",
@@ -19,6 +19,7 @@ const ROOMS: [&str; 17] = [
     "sim",
     "nav2",
     "recording",
+    "node",
     "bench",
     "report",
     "cli",

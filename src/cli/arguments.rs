@@ -53,6 +53,8 @@ pub enum Command {
     Bench(BenchArguments),
     /// A base on a serial line: emulate one, tell one, watch one.
     Base(super::base_arguments::BaseArguments),
+    /// Drive a robot among ROS 2 nodes: map, scan, odometry and goal in, velocity out.
+    Node(super::node_arguments::NodeArguments),
 }
 
 /// Which map, and how to read it.

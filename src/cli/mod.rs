@@ -35,6 +35,8 @@ mod map_file;
 mod missions;
 mod movingai;
 mod movingai_words;
+mod node;
+mod node_arguments;
 mod one_run;
 pub mod output;
 mod output_file;
@@ -81,6 +83,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Verify(command)) => verify::run(command, json),
         Some(Command::Devices) => devices::run(json),
         Some(Command::Config(command)) => config_command::run(command, json),
+        Some(Command::Node(command)) => node::run(command, json),
         Some(Command::Base(base)) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
             BaseCommand::Send(command) => base_send::run(command, json),

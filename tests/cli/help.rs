@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 20] = [
+const COMMANDS: [&str; 21] = [
     "",
     "plan",
     "drive",
@@ -14,6 +14,7 @@ const COMMANDS: [&str; 20] = [
     "config import-nav2",
     "base",
     "base emulate",
+    "node",
     "bench",
     "bench ablation",
     "bench barn",
@@ -73,6 +74,8 @@ fn every_example_works() {
             .iter()
             .filter(|example| !example.contains("main job"))
             .filter(|example| HAS_TERMINALS || !example.contains("base emulate"))
+            // It would talk to the whole network.
+            .filter(|example| !example.starts_with("node"))
         {
             let run = place.run(example);
             assert_eq!(run.status, 0, "{example}: {run:?}");
@@ -85,7 +88,7 @@ fn every_example_works() {
             tried += 1;
         }
     }
-    assert!(tried >= COMMANDS.len() - 2 * usize::from(!HAS_TERMINALS));
+    assert!(tried >= COMMANDS.len() - 1 - 2 * usize::from(!HAS_TERMINALS));
 }
 
 #[test]

@@ -362,3 +362,20 @@ fn assert_says(place: &Workplace, file: &str, what: &str, words: &str) {
         assert!(refusal.contains(word), "{what}: no {word:?} in: {refusal}");
     }
 }
+
+/// A node talks to the network: only what is refused before that can be tried here.
+#[test]
+fn nodes_that_cannot_begin() {
+    let place = place();
+    let table = if cfg!(feature = "ros2") {
+        "--namespace rover -> `rover`; begin with a slash
+--namespace /rover/ -> `/rover/`; begin with a slash
+--namespace /1st -> `/1st`; begin with a slash
+--config wrong_key.toml -> wrong_key.toml; cannot be read"
+    } else {
+        " -> built without ROS 2; --features ros2"
+    };
+    assert_table(&place, "node", table);
+    let both = place.refusal("node --stamped --unstamped");
+    assert!(both.contains("cannot be used with"), "{both}");
+}

@@ -17,8 +17,9 @@ use crate::requirements::{VARIABLE, required};
 /// A test of one adapter.
 pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
 
-/// Not adapters: the tests of the map loaders and in a browser read the same variable for what they require.
-const OTHERS: [&str; 2] = ["python", "chromium"];
+/// Not adapters: the tests of the map loaders, in a browser and against Cyclone DDS read the same variable for what they
+/// require.
+const OTHERS: [&str; 3] = ["python", "chromium", "cyclonedds"];
 
 /// What an adapter's name contains when it is the one required. Any other word stands for itself.
 fn part_of_name(required: &str) -> &str {

@@ -1,0 +1,338 @@
+"""A simulated robot on the other side: Eclipse Cyclone DDS, none of our code. Runs the program beside itself and prints facts.
+
+    python peer.py PROGRAM SCENARIO
+
+Start it in a network namespace of its own in which only the loopback is up: it talks to nobody else.
+"""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+os.environ["CYCLONEDDS_URI"] = (
+    "<CycloneDDS><Domain><General>"
+    "<Interfaces><NetworkInterface name='lo' multicast='true'/></Interfaces>"
+    "<AllowMulticast>true</AllowMulticast>"
+    "</General></Domain></CycloneDDS>"
+)
+
+import numpy as np
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+import messages as m
+
+RESOLUTION_M = 0.1
+COLUMNS, ROWS = 120, 70
+STEP_S = 0.02
+BEAMS = 240
+REACH_M = 12.0
+
+SETTINGS = """
+[local]
+vx_samples = 12
+vtheta_samples = 24
+
+[navigator]
+senses_patience_s = 30.0
+parking_patience_s = 3.0
+"""
+
+BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))
+RELIABLE = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(10))
+LATCHED = Qos(
+    Policy.Reliability.Reliable(duration(milliseconds=100)),
+    Policy.Durability.TransientLocal,
+    Policy.History.KeepLast(1),
+)
+
+
+def world():
+    """A room of 12 by 7 m with a wall half across it."""
+    cells = np.zeros((ROWS, COLUMNS), dtype=np.int8)
+    cells[0, :] = cells[-1, :] = cells[:, 0] = cells[:, -1] = 100
+    cells[0:35, 58:62] = 100
+    return cells
+
+
+def stamp():
+    now = time.time_ns()
+    return m.Time(now // 1_000_000_000, now % 1_000_000_000)
+
+
+def header(frame):
+    return m.Header(stamp(), frame)
+
+
+def facing(yaw):
+    return m.Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+
+def pose(x, y, yaw):
+    return m.Pose(m.Vector3(x, y, 0.0), facing(yaw))
+
+
+class Robot:
+    """Does what cmd_vel says, and tells what it measures."""
+
+    def __init__(self, stamped=False, namespace="", frame="map", place=(0.0, 0.0, 0.0)):
+        self.participant = DomainParticipant(0)
+        self.namespace = namespace
+        self.frame, self.place = frame, place
+        self.cells = world()
+        self.x, self.y, self.yaw = 2.5, 2.0, 0.0
+        self.v = self.w = 0.0
+        self.has_scan = self.has_odometry = True
+        self.commands, self.contacts, self.steps = [], 0, 0
+        kind = m.TwistStamped if stamped else m.Twist
+        self.commanded = self.reader("cmd_vel", kind, RELIABLE)
+        self.odom = self.writer("odom", m.Odometry, RELIABLE)
+        self.scan = self.writer("scan", m.LaserScan, BEST_EFFORT)
+        self.goal = self.writer("goal_pose", m.PoseStamped, RELIABLE)
+        self.tf = self.writer("tf_static", m.TFMessage, LATCHED)
+        self.map = None
+        self.next_s = time.monotonic()
+
+    def topic(self, name, kind):
+        return Topic(self.participant, f"rt{self.namespace}/{name}", kind)
+
+    def reader(self, name, kind, qos):
+        return DataReader(self.participant, self.topic(name, kind), qos=qos)
+
+    def writer(self, name, kind, qos):
+        return DataWriter(self.participant, self.topic(name, kind), qos=qos)
+
+    def publish_map(self):
+        self.map = self.map or self.writer("map", m.OccupancyGrid, LATCHED)
+        info = m.MapMetaData(stamp(), RESOLUTION_M, COLUMNS, ROWS, pose(0.0, 0.0, 0.0))
+        self.map.write(m.OccupancyGrid(header("map"), info, self.cells.flatten().tolist()))
+
+    def publish_frames(self, mount):
+        """Where the odometry's frame is in the map's, and the lidar on the robot."""
+        def transform(parent, child, x, y, yaw):
+            place = m.Transform(m.Vector3(x, y, 0.0), facing(yaw))
+            return m.TransformStamped(header(parent), child, place)
+
+        self.tf.write(m.TFMessage([
+            transform("map", self.frame, *self.place),
+            transform("base_link", "laser", *mount),
+        ]))
+
+    def send_goal(self, x, y, yaw):
+        self.goal.write(m.PoseStamped(header("map"), pose(x, y, yaw)))
+
+    def ranges(self, mount):
+        reach = np.arange(0.05, REACH_M, 0.03)
+        angles = self.yaw + mount[2] - math.pi + np.arange(BEAMS) * (2 * math.pi / BEAMS)
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        x0, y0 = self.x + c * mount[0] - s * mount[1], self.y + s * mount[0] + c * mount[1]
+        x = x0 + np.outer(np.cos(angles), reach)
+        y = y0 + np.outer(np.sin(angles), reach)
+        columns = np.clip((x / RESOLUTION_M).astype(int), 0, COLUMNS - 1)
+        rows = np.clip((y / RESOLUTION_M).astype(int), 0, ROWS - 1)
+        hit = self.cells[rows, columns] > 50
+        first = hit.argmax(axis=1)
+        return np.where(hit.any(axis=1), reach[first], np.inf).tolist()
+
+    def step(self, mount=(0.0, 0.0, 0.0)):
+        """20 ms of the robot, in real time."""
+        self.next_s += STEP_S
+        time.sleep(max(0.0, self.next_s - time.monotonic()))
+        if time.monotonic() - self.next_s > 0.5:
+            self.next_s = time.monotonic()
+        for command in self.commanded.take(N=20):
+            twist = getattr(command, "twist", command)
+            self.v, self.w = twist.linear.x, twist.angular.z
+            self.commands.append((time.monotonic(), self.v, self.w))
+        middle = self.yaw + self.w * STEP_S / 2
+        self.x += self.v * STEP_S * math.cos(middle)
+        self.y += self.v * STEP_S * math.sin(middle)
+        self.yaw += self.w * STEP_S
+        row, column = int(self.y / RESOLUTION_M), int(self.x / RESOLUTION_M)
+        self.contacts += int(self.cells[row, column] > 50)
+        if self.has_odometry:
+            self.odom.write(self.odometry())
+        if self.has_scan and self.steps % 5 == 0:
+            step = 2 * math.pi / BEAMS
+            self.scan.write(m.LaserScan(
+                header("laser"), -math.pi, math.pi - step, step, 0.0, 0.1, 0.05, REACH_M,
+                self.ranges(mount), [],
+            ))
+        self.steps += 1
+
+    def odometry(self):
+        """The pose in the odometry's frame, which lies somewhere in the map's."""
+        px, py, pyaw = self.place
+        dx, dy, c, s = self.x - px, self.y - py, math.cos(pyaw), math.sin(pyaw)
+        there = pose(c * dx + s * dy, c * dy - s * dx, self.yaw - pyaw)
+        twist = m.Twist(m.Vector3(self.v, 0.0, 0.0), m.Vector3(0.0, 0.0, self.w))
+        none = [0.0] * 36
+        return m.Odometry(
+            header(self.frame), "base_link",
+            m.PoseWithCovariance(there, none), m.TwistWithCovariance(twist, none),
+        )
+
+    def until(self, done, within_s, **how):
+        """Steps until something holds; whether it did in time, and after how long."""
+        began = time.monotonic()
+        while time.monotonic() - began < within_s:
+            self.step(**how)
+            if done():
+                return time.monotonic() - began
+        return None
+
+    def is_told_to_stand(self):
+        return bool(self.commands) and self.commands[-1][1:] == (0.0, 0.0)
+
+    def away_m(self, x, y):
+        return math.hypot(self.x - x, self.y - y)
+
+    def stands_near(self, x, y):
+        return self.away_m(x, y) < 0.3 and self.is_told_to_stand()
+
+
+class Program:
+    """`inbye node`."""
+
+    def __init__(self, program, *arguments):
+        self.settings = tempfile.NamedTemporaryFile("w", suffix=".toml")
+        self.settings.write(SETTINGS)
+        self.settings.flush()
+        self.child = subprocess.Popen(
+            [program, "node", "--json", "--engine", "cpu", "--threads", "1",
+             "--config", self.settings.name, *arguments],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )
+
+    def end(self):
+        self.child.send_signal(signal.SIGINT)
+        out, notes = self.child.communicate(timeout=20)
+        return {"status": self.child.returncode, "tally": json.loads(out or "null"), "notes": notes.splitlines()}
+
+
+GOAL = (9.0, 2.0, -1.0)
+
+
+def to_the_goal(program):
+    """Through tf, a lidar off the robot's origin, a namespace, a stamped velocity."""
+    mount = (0.25, 0.1, 0.5)
+    robot = Robot(stamped=True, namespace="/rover", frame="odom", place=(1.0, 0.5, 0.4))
+    robot.publish_map()
+    robot.publish_frames(mount)
+    node = Program(program, "--namespace", "/rover", "--stamped")
+    markers = robot.reader("local_markers", m.MarkerArray, RELIABLE)
+    robot.until(lambda: False, 2.0, mount=mount)
+    silent = len(robot.commands)
+    robot.send_goal(*GOAL)
+    shown = set()
+
+    def stands():
+        for array in markers.take(N=20):
+            shown.update((marker.ns, marker.type, len(marker.points)) for marker in array.markers)
+        return robot.stands_near(*GOAL[:2])
+
+    took_s = robot.until(stands, 90.0, mount=mount)
+    # A second of zeros, then silence: another may drive.
+    robot.until(lambda: False, 2.5, mount=mount)
+    count = len(robot.commands)
+    robot.until(lambda: False, 1.0, mount=mount)
+    error = (robot.yaw - GOAL[2] + math.pi) % (2 * math.pi) - math.pi
+    return {
+        "commands_before_goal": silent,
+        "took_s": took_s,
+        "away_m": robot.away_m(*GOAL[:2]),
+        "yaw_error": error,
+        "contacts": robot.contacts,
+        "markers": sorted(shown),
+        "commands_after_end": len(robot.commands) - count,
+        **node.end(),
+    }
+
+
+def late_joiner(program):
+    """The map was published long before the node came, the plan before its reader."""
+    robot = Robot()
+    robot.publish_map()
+    robot.until(lambda: False, 3.0)
+    node = Program(program)
+    robot.until(lambda: False, 2.0)
+    robot.send_goal(*GOAL)
+    started_s = robot.until(lambda: robot.v > 0.2, 20.0)
+    plans = robot.reader("plan", m.Path, LATCHED)
+    got = []
+    plan_s = robot.until(lambda: got.extend(plans.take(N=5)) or got, 10.0)
+    points = [(p.pose.position.x, p.pose.position.y) for p in got[0].poses] if got else []
+    # Ctrl-C on the move: the last that is heard is a zero.
+    moving = robot.v
+    ended = node.end()
+    robot.until(lambda: False, 0.5)
+    return {
+        "started_s": started_s,
+        "plan_s": plan_s,
+        "plan_from_m": robot_far(points[0], (2.5, 2.0)) if points else None,
+        "plan_to_m": robot_far(points[-1], GOAL) if points else None,
+        "plan_frame": got[0].header.frame_id if got else None,
+        "speed_at_end": moving,
+        "last_command": robot.commands[-1][1:] if robot.commands else None,
+        **ended,
+    }
+
+
+def robot_far(one, other):
+    return math.hypot(one[0] - other[0], one[1] - other[1])
+
+
+def stale_senses(program):
+    """Scans stop on the move, and come again; then odometry."""
+    robot = Robot()
+    robot.publish_map()
+    node = Program(program)
+    robot.until(lambda: False, 2.0)
+    robot.send_goal(*GOAL)
+    facts = {"started_s": robot.until(lambda: robot.v > 0.3, 20.0)}
+    for sense in ("scan", "odometry"):
+        setattr(robot, f"has_{sense}", False)
+        facts[f"{sense}_speed"] = robot.v
+        facts[f"{sense}_zero_s"] = robot.until(robot.is_told_to_stand, 10.0)
+        stood_at = (robot.x, robot.y)
+        robot.until(lambda: False, 1.0)
+        facts[f"{sense}_crept_m"] = robot_far(stood_at, (robot.x, robot.y))
+        setattr(robot, f"has_{sense}", True)
+        facts[f"{sense}_again_s"] = robot.until(lambda: robot.v > 0.3, 20.0)
+    facts["took_s"] = robot.until(lambda: robot.stands_near(*GOAL[:2]), 90.0)
+    return {**facts, "contacts": robot.contacts, **node.end()}
+
+
+def bad_messages(program):
+    """What cannot be used is refused and told once; the robot does not move."""
+    robot = Robot()
+    node = Program(program)
+    robot.until(lambda: False, 2.0)
+    goal = m.PoseStamped(header("odom"), pose(*GOAL))
+    robot.cells[3, 4] = 101
+    robot.publish_map()
+    robot.until(lambda: False, 0.5)
+    robot.cells[3, 4] = 0
+    robot.publish_map()
+    robot.until(lambda: False, 0.5)
+    for _ in range(3):
+        robot.goal.write(goal)
+        robot.until(lambda: False, 0.2)
+    goal.header.frame_id, goal.pose.position.x = "map", math.nan
+    robot.goal.write(goal)
+    robot.until(lambda: False, 0.5)
+    return {"commands": len(robot.commands), **node.end()}
+
+
+if __name__ == "__main__":
+    program, scenario = sys.argv[1:]
+    print(json.dumps(globals()[scenario](program)))
