@@ -171,13 +171,17 @@ mod tests {
         let mount = Pose::new(0.3, -0.2, 1.0);
         let moved = from_origin(seen.clone(), &mount);
         let hits: Vec<Point> = moved.hits(&Pose::default()).collect();
-        assert_eq!(hits.len(), 12);
-        for there in seen.hits(&mount) {
-            // Within half a beam's angle of so coarse a scan.
+        // Of two that now lie in one direction the nearer stays.
+        let away = |there: &Point| {
             let nearest = hits.iter().map(|hit| (hit - there).norm());
-            let nearest = nearest.fold(f64::INFINITY, f64::min);
-            assert!(nearest <= there.coords.norm() * 0.25 + 1e-9, "{nearest}");
-        }
+            nearest.fold(f64::INFINITY, f64::min) / there.coords.norm()
+        };
+        let offs: Vec<f64> = seen.hits(&mount).map(|there| away(&there)).collect();
+        assert_eq!(offs.len(), 12);
+        // Within half a beam's angle of so coarse a scan, or where that one was dropped, within a whole one's.
+        let near = offs.iter().filter(|off| **off <= 0.27).count();
+        assert!(near >= hits.len() && hits.len() >= 10, "{offs:?}");
+        assert!(offs.iter().all(|off| *off <= 0.55), "{offs:?}");
         let turned = from_origin(seen.clone(), &Pose::new(0.0, 0.0, 1.0));
         assert_eq!((turned.angle_min, &turned.ranges), (1.0, &seen.ranges));
         let nothing = scan(&message(&[f32::INFINITY; 12])).expect("sound");
