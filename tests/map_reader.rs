@@ -8,6 +8,8 @@
 mod hand_png;
 #[path = "support/map_kinds.rs"]
 mod map_kinds;
+#[path = "support/requirements.rs"]
+mod requirements;
 
 use std::env;
 use std::ffi::OsStr;
@@ -23,6 +25,7 @@ use inbye::map::{
 };
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
 use map_kinds::{KINDS, Kind};
+use requirements::required;
 use sha2::{Digest, Sha256};
 
 const SCRIPT: &str = concat!(
@@ -209,7 +212,7 @@ fn with_python(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Complet
     static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
     match PYTHON.get_or_init(find_python) {
         Some(python) => test(python).map(|()| Completion::Completed),
-        None if is_required("python") => Err(NO_PYTHON.into()),
+        None if required().iter().any(|word| word == "python") => Err(NO_PYTHON.into()),
         None => Ok(Completion::ignored_with(NO_PYTHON)),
     }
 }
@@ -225,11 +228,4 @@ fn find_python() -> Option<PathBuf> {
             .output();
         asked.is_ok_and(|output| output.status.success())
     })
-}
-
-fn is_required(word: &str) -> bool {
-    let required = env::var("INBYE_REQUIRE").unwrap_or_default();
-    required
-        .split(|character: char| !character.is_alphanumeric())
-        .any(|found| found == word)
 }

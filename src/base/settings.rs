@@ -232,7 +232,9 @@ mod tests {
     #[test]
     fn a_command_beyond_a_track_keeps_its_curvature() {
         let settings = BaseSettings::default();
-        let possible = settings.possible(&Twist::new(2.0, 2.0)).unwrap();
+        let possible = settings
+            .possible(&Twist::new(2.0, 2.0))
+            .expect("a finite motion and sound settings");
         // The right track would run at 2.5 m/s, twice its highest speed.
         assert!((possible.linear - 1.0).abs() < 1e-12 && (possible.angular - 1.0).abs() < 1e-12);
         let slow = Twist::new(0.3, -0.1);
@@ -242,7 +244,7 @@ mod tests {
     #[test]
     fn bad_settings_are_refused_by_name() {
         let fine = BaseSettings::default();
-        fine.validate().unwrap();
+        fine.validate().expect("a finite motion and sound settings");
         let blind = Sides::new(0.0, 1.0);
         for (settings, words) in [
             (

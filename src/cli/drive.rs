@@ -57,7 +57,8 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
-    let mut reel = Reel::default();
+    // Frames cost time in each tick: they are taken where somebody will look at them.
+    let mut reel = arguments.report.as_ref().map(|_| Reel::default());
     let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
         let is_real_time = wired.is_some();
         Recording::begin(file, &mission, &config, engine.name(), is_real_time)
@@ -68,7 +69,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         engine,
         "driving",
         wired.as_mut(),
-        &mut reel,
+        reel.as_mut(),
         recording.as_mut(),
     );
     // Before anything is written: the base is stopped by now.
@@ -81,9 +82,9 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         return Err(anyhow!(error.clone())).with_context(|| settings_of(arguments));
     }
     let recording = recording.map(|recording| recording.end(&result));
-    if let Some(folder) = &arguments.report {
+    if let Some((folder, reel)) = arguments.report.as_ref().zip(reel.as_ref()) {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page = report_file::of_drive(&mission, &config, &result, &reel, &map_name, &command);
+        let page = report_file::of_drive(&mission, &config, &result, reel, &map_name, &command);
         report_file::write(folder, &page)?;
     }
     if json {
@@ -118,7 +119,7 @@ pub fn simulate(
     engine: Box<dyn inbye::local::Engine>,
     what: &str,
     wired: Option<&mut wired_drive::Wired>,
-    reel: &mut Reel,
+    mut reel: Option<&mut Reel>,
     mut recording: Option<&mut Recording<'_>>,
 ) -> Result<MissionResult, MissionError> {
     let goal = mission.goal.position;
@@ -130,7 +131,9 @@ pub fn simulate(
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
     let mut witness = |moment: &Moment<'_>| {
-        reel.take(moment);
+        if let Some(reel) = &mut reel {
+            reel.take(moment);
+        }
         nearest_m = nearest_m.min((goal - moment.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
         let warning = recording.as_mut().and_then(|it| it.record(moment));

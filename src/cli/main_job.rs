@@ -154,6 +154,14 @@ fn drive_scene(
         ..Mission::new(Arc::new(scene.map.clone()), start, goal)
     };
     let mut reel = Reel::default();
-    let result = drive::simulate(&mission, config, engine, scene.name, None, &mut reel, None)?;
+    let result = drive::simulate(
+        &mission,
+        config,
+        engine,
+        scene.name,
+        None,
+        Some(&mut reel),
+        None,
+    )?;
     Ok((mission, result, reel))
 }

@@ -81,6 +81,33 @@ impl Fan {
     }
 }
 
+impl Fan {
+    /// The worst and the best score of those shown; infinite, the wrong way round, where there is none.
+    #[must_use]
+    pub fn score_range(&self) -> (f64, f64) {
+        let scores = || self.arcs.iter().filter_map(|arc| arc.score);
+        (
+            scores().fold(f64::INFINITY, f64::min),
+            scores().fold(f64::NEG_INFINITY, f64::max),
+        )
+    }
+
+    /// The place of each arc's score from the worst shown, 0, to the best, 1, and 1 where all are the same; none for an arc that
+    /// is not admissible.
+    pub fn shares(&self) -> impl Iterator<Item = Option<f64>> + '_ {
+        let (worst, best) = self.score_range();
+        let range = best - worst;
+        let share = move |score: f64| {
+            if range > 0.0 {
+                (score - worst) / range
+            } else {
+                1.0
+            }
+        };
+        self.arcs.iter().map(move |arc| arc.score.map(share))
+    }
+}
+
 /// At most `most` of the numbers below `count`, evenly, the first and the last among them where there is room for two.
 fn spread(count: usize, most: u32) -> impl Iterator<Item = usize> {
     let shown = count.min(most as usize);

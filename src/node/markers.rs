@@ -38,9 +38,7 @@ pub fn markers(fan: Option<&Fan>, moving: &[MovingDisc], header: &Header) -> Mar
 
 /// From the worst of those shown, blue, to the best, green; what is not admissible is faint red.
 fn arcs(fan: &Fan, header: &Header) -> Marker {
-    let scores = || fan.arcs.iter().filter_map(|arc| arc.score);
-    let worst = scores().fold(f64::INFINITY, f64::min);
-    let best = scores().fold(f64::NEG_INFINITY, f64::max);
+    let (worst, best) = fan.score_range();
     let mut all = Marker {
         scale: width(ARC_WIDTH_M),
         ..marker(header, "arcs", 0, shape::LINE_LIST)

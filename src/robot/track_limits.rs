@@ -261,6 +261,6 @@ mod tests {
             let message = limits.validate().unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}");
         }
-        TrackLimits::default().validate().unwrap();
+        TrackLimits::default().validate().expect("sound limits");
     }
 }

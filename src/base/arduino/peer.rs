@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     fn run(lines: &[u8]) -> [i32; 2] {
-        let mut peer = ArduinoPeer::new(BaseSettings::default()).unwrap();
+        let mut peer = ArduinoPeer::new(BaseSettings::default()).expect("sound settings");
         peer.receive(lines, 0.0);
         peer.set
     }

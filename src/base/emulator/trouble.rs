@@ -130,10 +130,15 @@ mod tests {
     #[test]
     fn every_name_is_read_as_it_is_written() {
         for trouble in Trouble::ALL {
-            let planned: PlannedTrouble = trouble.to_string().parse().unwrap();
+            let planned: PlannedTrouble = trouble
+                .to_string()
+                .parse()
+                .expect("a name, or a name and times");
             assert_eq!(planned, PlannedTrouble::from(trouble, 0.0));
         }
-        let planned: PlannedTrouble = "button@2..3.5".parse().unwrap();
+        let planned: PlannedTrouble = "button@2..3.5"
+            .parse()
+            .expect("a name, or a name and times");
         assert_eq!(
             [1.9, 2.0, 3.4, 3.5].map(|now_s| planned.holds(now_s)),
             [false, true, true, false]

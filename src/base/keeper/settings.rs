@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn bad_settings_are_refused_by_name() {
         let fine = KeeperSettings::default();
-        fine.validate().unwrap();
+        fine.validate().expect("sound settings");
         for (settings, words) in [
             (
                 KeeperSettings {

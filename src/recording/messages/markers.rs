@@ -72,26 +72,15 @@ pub fn markers(time_s: f64, fan: Option<&Fan>) -> Vec<u8> {
 
 /// All arcs in one marker: from red for the worst admissible score to green for the best, grey for what is not admissible.
 fn arcs(fan: &Fan) -> Marker {
-    let scores = || fan.arcs.iter().filter_map(|arc| arc.score);
-    let least = scores().fold(f64::INFINITY, f64::min);
-    let greatest = scores().fold(f64::NEG_INFINITY, f64::max);
-    let color = |score: Option<f64>| -> Color {
-        let Some(score) = score else { return REJECTED };
-        let range = greatest - least;
-        let share = if range > 0.0 {
-            (score - least) / range
-        } else {
-            1.0
-        };
-        [1.0 - share, share, 0.0, 0.8]
-    };
+    let color = |share: f64| -> Color { [1.0 - share, share, 0.0, 0.8] };
     let mut points = Vec::new();
     let mut colors = Vec::new();
-    for sample in &fan.arcs {
+    for (sample, share) in fan.arcs.iter().zip(fan.shares()) {
+        let color = share.map_or(REJECTED, color);
         let line = arc(fan, &sample.twist);
         for piece in line.windows(2) {
             points.extend_from_slice(piece);
-            colors.extend([color(sample.score); 2]);
+            colors.extend([color; 2]);
         }
     }
     Marker {

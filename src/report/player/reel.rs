@@ -173,9 +173,6 @@ fn range_byte(beams: &[f64], range_max: f64) -> u8 {
 impl Window {
     fn of(fan: Fan) -> Self {
         let ends = [fan.arcs.first(), fan.arcs.last()].map(|arc| arc.map(|arc| arc.twist));
-        let scores = || fan.arcs.iter().filter_map(|arc| arc.score);
-        let least = scores().fold(f64::INFINITY, f64::min);
-        let greatest = scores().fold(f64::NEG_INFINITY, f64::max);
         Self {
             from: fan.from,
             horizon_s: fan.horizon_s,
@@ -184,10 +181,8 @@ impl Window {
             scores: fan
                 .arcs
                 .iter()
-                .map(|arc| match arc.score {
-                    Some(score) => score_byte(score, least, greatest),
-                    None => reason_byte(arc.reason),
-                })
+                .zip(fan.shares())
+                .map(|(arc, share)| share.map_or(reason_byte(arc.reason), score_byte))
                 .collect(),
             winner: fan.winner,
             predicted: fan.obstacles,
@@ -195,15 +190,9 @@ impl Window {
     }
 }
 
-/// A score's place between the least and the greatest of its fan.
-fn score_byte(score: f64, least: f64, greatest: f64) -> u8 {
-    let steps = f64::from(u8::MAX - LEAST_SCORE);
-    let share = if greatest > least {
-        (score - least) / (greatest - least)
-    } else {
-        1.0
-    };
-    LEAST_SCORE + (share * steps).round() as u8
+/// A score by its place in its fan, 0 to 1.
+fn score_byte(share: f64) -> u8 {
+    LEAST_SCORE + (share * f64::from(u8::MAX - LEAST_SCORE)).round() as u8
 }
 
 const fn reason_byte(reason: Reason) -> u8 {
@@ -217,6 +206,7 @@ const fn reason_byte(reason: Reason) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::local::FanArc;
 
     #[test]
     fn ranges_are_bytes() {
@@ -230,9 +220,24 @@ mod tests {
 
     #[test]
     fn scores_are_bytes_above_the_reasons() {
-        assert_eq!(score_byte(-1.0, -1.0, 3.0), LEAST_SCORE);
-        assert_eq!(score_byte(3.0, -1.0, 3.0), 255);
-        assert_eq!(score_byte(2.0, 2.0, 2.0), 255);
+        let bytes = |scores: [f64; 2]| {
+            let arc = |score| FanArc {
+                twist: Twist::STOP,
+                score: Some(score),
+                reason: Reason::Ok,
+            };
+            let fan = Fan {
+                from: Pose::default(),
+                horizon_s: 1.0,
+                arcs: scores.map(arc).to_vec(),
+                columns: 1,
+                winner: None,
+                obstacles: Vec::new(),
+            };
+            Window::of(fan).scores
+        };
+        assert_eq!(bytes([-1.0, 3.0]), [LEAST_SCORE, 255]);
+        assert_eq!(bytes([2.0, 2.0]), [255, 255]);
         let reasons = [Reason::Collision, Reason::CannotStop, Reason::Outside];
         assert!(
             reasons
