@@ -19,6 +19,7 @@ fn main() -> ExitCode {
             return ExitCode::from(UNUSABLE);
         }
     };
+    arguments.verbosity.begin();
     match cli::run(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),

@@ -8,6 +8,12 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::Preference;
 use inbye::map::UnknownPolicy;
 
+use super::known_words;
+use super::verbosity::Verbosity;
+
+/// Flags that every command has.
+pub(super) const EVERYWHERE: &str = "Everywhere";
+
 /// Exact GPU-parallel local planning and hybrid navigation for inspection robots.
 ///
 /// With no command it runs its main job on built-in scenes: plan, drive among moving people, compare all engines of
@@ -17,12 +23,15 @@ use inbye::map::UnknownPolicy;
 #[command(
     after_help = "Example:\n  inbye                       run the main job, write inbye-report/index.html\n  \
     inbye plan --map mine.yaml --start 10,5 --goal 80,40 --json\n\n\
-    Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input."
+    Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.\n\
+    Colours are for terminals; NO_COLOR=1 leaves them out there as well. `inbye man` and `inbye completions` are for your system."
 )]
 pub struct Arguments {
     /// Print one JSON object on standard output instead of text.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = EVERYWHERE)]
     pub json: bool,
+    #[command(flatten)]
+    pub verbosity: Verbosity,
     /// Folder for the main job's report [default: inbye-report].
     #[arg(long)]
     pub report: Option<PathBuf>,
@@ -55,6 +64,10 @@ pub enum Command {
     Base(super::base_arguments::BaseArguments),
     /// Drive a robot among ROS 2 nodes: map, scan, odometry and goal in, velocity out.
     Node(super::node_arguments::NodeArguments),
+    /// Print the completions of a shell.
+    Completions(super::completions::CompletionsArguments),
+    /// Print the manual page, or write those of all commands.
+    Man(super::man::ManArguments),
 }
 
 /// Which map, and how to read it.
@@ -68,8 +81,8 @@ pub struct MapArguments {
     /// Side of a cell of a .map or text map, metres.
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
     pub resolution: f64,
-    /// What unknown ground counts as: blocked or free [default: the configuration's, blocked].
-    #[arg(long, value_parser = unknown_policy)]
+    /// What unknown ground counts as [default: the configuration's, blocked].
+    #[arg(long, value_parser = known_words::unknown())]
     pub unknown: Option<UnknownPolicy>,
     /// Settings, TOML.
     #[arg(long)]
@@ -141,8 +154,8 @@ pub struct DriveArguments {
     /// Seed of people and lidar noise.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
-    /// Engine: auto, cpu, gpu, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto")]
+    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
     pub engine: Preference,
     /// Refuse to start without a GPU; a software adapter counts when --engine names it. One that is lost on the way is
     /// survived all the same, and counted.
@@ -178,8 +191,8 @@ pub struct EvaluateArguments {
     /// The problem, JSON.
     #[arg(long, value_name = "FILE.json")]
     pub problem: PathBuf,
-    /// Engine: auto, cpu, gpu, or gpu:NAME.
-    #[arg(long, default_value = "auto")]
+    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
     pub engine: Preference,
     /// Return every sample as well, in SI units.
     #[arg(long)]
@@ -220,9 +233,9 @@ pub enum BenchCommand {
     Density(DensityArguments),
     /// Draw records again without measuring: a picture, a page.
     Draw(super::draw::DrawArguments),
-    /// Closed loop over the worlds of the `DynaBARN` benchmark: cylinders that move and take no notice of the robot.
+    /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and take no notice of the robot.
     Dynabarn(super::dynabarn::DynaBarnArguments),
-    /// Grid search against the published optimal lengths of the `MovingAI` benchmark.
+    /// Grid search against the published optimal lengths of the MovingAI benchmark.
     Movingai(MovingAiArguments),
     /// The paper's tables and figures, paths and drives, repeated beside its printed values.
     Paper(super::paper::PaperArguments),
@@ -288,7 +301,7 @@ pub struct DensityArguments {
     walked or is shorter than listed."
 )]
 pub struct MovingAiArguments {
-    /// The map, `MovingAI` .map.
+    /// The map, MovingAI .map.
     #[arg(
         long,
         value_name = "M.map",
@@ -437,13 +450,5 @@ pub(super) fn number(
     match text.parse() {
         Ok(number) if fits(number) => Ok(number),
         _ => Err(format!("it must be a number of {expected}")),
-    }
-}
-
-fn unknown_policy(text: &str) -> Result<UnknownPolicy, String> {
-    match text {
-        "blocked" => Ok(UnknownPolicy::Blocked),
-        "free" => Ok(UnknownPolicy::Free),
-        _ => Err(format!("`{text}` is neither blocked nor free")),
     }
 }

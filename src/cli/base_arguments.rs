@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use inbye::base::{PlannedTrouble, Protocol};
 
 use super::arguments::{duration, number, whole};
+use super::known_words;
 
 /// Fastest that may be typed, m/s and rad/s; the base's own limits hold in any case.
 const FASTEST: f64 = 100.0;
@@ -37,8 +38,8 @@ pub enum BaseCommand {
 /// The language of a base, and what it is.
 #[derive(Debug, Args)]
 pub struct KindArguments {
-    /// Protocol: native, wheeltec, roboclaw or arduino.
-    #[arg(long, value_name = "P", default_value = "native")]
+    /// Protocol.
+    #[arg(long, value_name = "P", default_value = "native", value_parser = known_words::protocol())]
     pub protocol: Protocol,
     /// The base's settings, TOML with the tables [base] and [keeper].
     #[arg(long, value_name = "FILE.toml")]

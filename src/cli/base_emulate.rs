@@ -25,7 +25,7 @@ mod on_pseudo_terminal {
     use serialport::{ClearBuffer, SerialPort, TTYPort};
 
     use super::EmulateArguments;
-    use crate::cli::{config, interrupt, output};
+    use crate::cli::{interrupt, output, settings_file};
 
     /// Longest time from one turn of the controller to the next. Bytes that come begin one at once.
     const TURN: Duration = Duration::from_millis(4);
@@ -36,7 +36,7 @@ mod on_pseudo_terminal {
     /// Is a base until the time is over or a signal comes.
     pub fn run(arguments: &EmulateArguments, json: bool) -> anyhow::Result<bool> {
         let kind = &arguments.kind;
-        let settings = config::load_base("--base-config", kind.base_config.as_deref())?.base;
+        let settings = settings_file::read_base(kind.base_config.as_deref())?.base;
         let mut emulator = Emulator::new(kind.protocol, settings, arguments.seed)?;
         for trouble in &arguments.fault {
             emulator.plan(*trouble);

@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use inbye::base::{BaseConfig, Keeper, Open, Protocol};
 
 use super::base_arguments::LineArguments;
-use super::config;
+use super::settings_file;
 
 /// How long a base may take to answer, seconds.
 const ANSWER_WITHIN_S: f64 = 3.0;
@@ -41,7 +41,7 @@ impl BaseLine {
         Ok(Self {
             port: port.to_owned(),
             protocol,
-            settings: config::load_base("--base-config", file)?,
+            settings: settings_file::read_base(file)?,
         })
     }
 

@@ -32,7 +32,7 @@ fn change(table: &mut toml::Table, changes: toml::Table) {
 
 /// Whether two tables are different choices of one setting, such as `{ theta = { degrees = 30 } }` in place of
 /// `{ normalized = { k = 1 } }`: such a table has one key, and is exchanged as a whole.
-fn is_other_choice(ours: &toml::Table, theirs: &toml::Table) -> bool {
+pub fn is_other_choice(ours: &toml::Table, theirs: &toml::Table) -> bool {
     let only = |table: &toml::Table| {
         let name = table.keys().next().cloned();
         name.filter(|_| table.len() == 1)

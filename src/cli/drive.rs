@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 use super::arguments::{DriveArguments, Obstacles, Place};
 use super::clock::wall_clock;
 use super::recording::{Ending, Recording};
+use super::story::Story;
 use super::{
     engines, hardship_words, map_file, output, plan, report_file, unknown_words, wired_drive,
 };
@@ -126,19 +127,21 @@ pub fn simulate(
     let whole_cm = |metres: f64| (metres * 100.0) as u64;
     let far_m = (goal - mission.start.position()).norm();
     if let Some(warning) = recording.as_ref().and_then(|it| it.warning()) {
-        output::note(warning);
+        output::warn(warning);
     }
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
+    let mut story = Story::default();
     let mut witness = |moment: &Moment<'_>| {
         if let Some(reel) = &mut reel {
             reel.take(moment);
         }
+        story.tell(moment);
         nearest_m = nearest_m.min((goal - moment.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
         let warning = recording.as_mut().and_then(|it| it.record(moment));
         if let Some(warning) = warning {
-            bar.suspend(|| output::note(warning));
+            bar.suspend(|| output::warn(warning));
         }
     };
     let mut clock = wall_clock();

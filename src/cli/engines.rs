@@ -1,6 +1,7 @@
 //! The engines of this machine.
 
 use std::thread::available_parallelism;
+use std::time::Instant;
 
 use inbye::local::{Engine, Opened, Preference, open, open_all, open_to_compare, open_to_drive};
 
@@ -26,9 +27,9 @@ pub fn machine() -> String {
 
 /// Opens the engine asked for and says on standard error which and why.
 pub fn choose(preference: &Preference, threads: Option<usize>) -> anyhow::Result<Box<dyn Engine>> {
-    let Opened { engine, why } = open(preference, threads.unwrap_or_else(cores))?;
-    output::note(format!("engine: {why}"));
-    Ok(engine)
+    let began = Instant::now();
+    let opened = open(preference, threads.unwrap_or_else(cores))?;
+    Ok(told(opened, began))
 }
 
 /// Opens the engine to drive with, a GPU only with the CPU standing by, and says on standard error which and why.
@@ -38,9 +39,17 @@ pub fn choose_to_drive(
     gpu_required: bool,
 ) -> anyhow::Result<Box<dyn Engine>> {
     let threads = threads.unwrap_or_else(cores);
-    let Opened { engine, why } = open_to_drive(preference, threads, gpu_required)?;
+    let began = Instant::now();
+    let opened = open_to_drive(preference, threads, gpu_required)?;
+    Ok(told(opened, began))
+}
+
+/// Says which engine was taken and why, and what opening it took.
+fn told(Opened { engine, why }: Opened, began: Instant) -> Box<dyn Engine> {
     output::note(format!("engine: {why}"));
-    Ok(engine)
+    let ms = began.elapsed().as_secs_f64() * 1e3;
+    output::detail(format!("{} ready after {ms:.0} ms", engine.name()));
+    engine
 }
 
 /// Every engine. An adapter that cannot be opened is told and left out.

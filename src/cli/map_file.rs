@@ -2,19 +2,32 @@
 
 use std::path::Path;
 
-use inbye::map::{LoadOptions, OccupancyGrid, load_noting};
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, load_noting};
 use inbye::sim::Config;
 
 use super::arguments::MapArguments;
-use super::{config, output};
+use super::{output, settings_file, unknown_words};
 
 /// Reads map and configuration.
 pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)> {
-    let mut config = config::load("--config", arguments.config.as_deref())?;
+    let mut config = settings_file::read(arguments.config.as_deref())?;
     if let Some(unknown) = arguments.unknown {
         config.unknown = unknown;
     }
-    Ok((load(&arguments.map, arguments.resolution)?, config))
+    let map = load(&arguments.map, arguments.resolution)?;
+    let unknown = unknown_words::fact(&map, config.unknown);
+    let GridFrame {
+        width,
+        height,
+        resolution_m,
+        ..
+    } = map.frame();
+    output::detail(format!(
+        "map: {}: {width} x {height} cells of {resolution_m} m; {}",
+        arguments.map.display(),
+        unknown.map_or_else(|| "all known".to_owned(), |fact| format!("unknown: {fact}")),
+    ));
+    Ok((map, config))
 }
 
 /// Reads a map of any kind; `resolution_m` is that of one that does not state its own. What may not be meant in it is told on

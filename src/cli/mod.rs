@@ -15,6 +15,7 @@ mod campaign;
 mod changes;
 mod clock;
 mod closed_loop;
+mod completions;
 mod config;
 mod config_arguments;
 mod config_command;
@@ -30,7 +31,9 @@ mod followed;
 mod hardship_words;
 mod import_nav2;
 mod interrupt;
+mod known_words;
 mod main_job;
+mod man;
 mod map_file;
 mod missions;
 mod movingai;
@@ -52,10 +55,13 @@ mod record_file;
 mod recording;
 mod replay;
 mod report_file;
+mod settings_file;
 mod soak;
 mod soak_words;
+mod story;
 mod tour;
 mod unknown_words;
+mod verbosity;
 mod verify;
 mod wired_drive;
 mod worlds;
@@ -84,6 +90,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Devices) => devices::run(json),
         Some(Command::Config(command)) => config_command::run(command, json),
         Some(Command::Node(command)) => node::run(command, json),
+        Some(Command::Completions(command)) => completions::run(command, json),
+        Some(Command::Man(command)) => man::run(command, json),
         Some(Command::Base(base)) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
             BaseCommand::Send(command) => base_send::run(command, json),

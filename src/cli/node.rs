@@ -27,7 +27,7 @@ mod wired {
     use serde_json::json;
 
     use super::super::clock::wall_clock;
-    use super::super::{config, engines, interrupt, output};
+    use super::super::{engines, interrupt, output, settings_file};
     use super::NodeArguments;
 
     /// From one look for messages to the next.
@@ -40,7 +40,7 @@ mod wired {
 
     /// Runs the node until Ctrl-C.
     pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
-        let config = config::load("--config", arguments.config.as_deref())?;
+        let config = settings_file::read(arguments.config.as_deref())?;
         let settings = WireSettings {
             namespace: arguments.namespace.clone(),
             domain: domain()?,

@@ -6,6 +6,7 @@ use clap::Args;
 use inbye::local::Preference;
 
 use super::arguments::{duration, whole};
+use super::known_words;
 
 /// `inbye node`.
 #[derive(Debug, Args)]
@@ -31,8 +32,8 @@ pub struct NodeArguments {
     /// Before the names of node and topics, such as /rover [default: none].
     #[arg(long, value_name = "NS", default_value = "", hide_default_value = true)]
     pub namespace: String,
-    /// Engine: auto, cpu, gpu, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto")]
+    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
     pub engine: Preference,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]

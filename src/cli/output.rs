@@ -1,5 +1,5 @@
-//! Printing: results on standard output, everything else on standard error. A reader that has closed its end, as
-//! `head` does, is no error: the rest is dropped.
+//! Printing: results on standard output, everything else on standard error, coloured where that is a terminal. A reader
+//! that has closed its end, as `head` does, is no error: the rest is dropped.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Write};
@@ -7,9 +7,14 @@ use std::path::Path;
 use std::process::exit;
 use std::time::Duration;
 
+use anstyle::{AnsiColor, Style};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
+use log::LevelFilter;
 use serde::Serialize;
+
+/// What went wrong, on a terminal that shows colours.
+const WRONG: Style = AnsiColor::Red.on_default().bold();
 
 /// Prints a result as one JSON object.
 pub fn json(result: &impl Serialize) -> anyhow::Result<()> {
@@ -24,21 +29,36 @@ pub fn line(text: impl AsRef<str>) {
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
     {
-        note(format!("error: standard output: {error}"));
+        wrong(&format!("standard output: {error}"));
         exit(2);
     }
 }
 
-/// Tells the user something that is no part of the result.
+/// Tells the user something that is no part of the result; `--quiet` leaves it out.
 pub fn note(text: impl AsRef<str>) {
+    log::info!("{}", text.as_ref());
+}
+
+/// Tells the user of something that may not be what they want, `--quiet` or not.
+pub fn warn(text: impl AsRef<str>) {
+    log::warn!("{}", text.as_ref());
+}
+
+/// Tells what only `--verbose` asks for.
+pub fn detail(text: impl AsRef<str>) {
+    log::debug!("{}", text.as_ref());
+}
+
+/// Tells why the program ends.
+fn wrong(text: &str) {
     // Where standard error is closed there is nobody left to tell.
-    let _ = writeln!(io::stderr(), "{}", text.as_ref());
+    let _ = writeln!(anstream::stderr(), "{WRONG}error:{WRONG:#} {text}");
 }
 
 /// Prints an error and its causes on one line.
 pub fn complain(error: &anyhow::Error) {
     let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-    note(format!("error: {}", in_one_line(&causes.join(": "))));
+    wrong(&in_one_line(&causes.join(": ")));
 }
 
 /// Prints what is wrong with the command line on one line.
@@ -52,7 +72,7 @@ pub fn complain_of_arguments(misuse: &clap::Error) {
     };
     // A command without its subcommand gets its whole help from clap, and no error.
     let said = match (starts("error:"), starts("Usage:")) {
-        (None, Some(usage)) => format!("error: a command is missing: {usage}"),
+        (None, Some(usage)) => format!("a command is missing: {usage}"),
         _ => paragraphs
             .iter()
             .filter(|paragraph| !paragraph.starts_with("Usage:"))
@@ -61,7 +81,8 @@ pub fn complain_of_arguments(misuse: &clap::Error) {
             .collect::<Vec<_>>()
             .join("; "),
     };
-    note(format!("{said}; see --help"));
+    let said = said.strip_prefix("error: ").unwrap_or(&said);
+    wrong(&format!("{said}; see --help"));
 }
 
 fn in_one_line(text: &str) -> String {
@@ -76,12 +97,16 @@ pub fn create_record(file: &Path) -> anyhow::Result<File> {
     })
 }
 
-/// A progress bar on standard error; invisible where that is no terminal.
+/// A progress bar on standard error; invisible where that is no terminal, with `--quiet`, and with `--verbose`, whose lines
+/// it would run into.
 pub fn progress(steps: u64, what: &str) -> ProgressBar {
     let template = "{msg:24} [{bar:40}] {pos}/{len} {elapsed}";
     let style = ProgressStyle::with_template(template)
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .progress_chars("=> ");
+    if log::max_level() != LevelFilter::Info {
+        return ProgressBar::hidden();
+    }
     let bar = ProgressBar::new(steps)
         .with_style(style)
         .with_message(what.to_owned());

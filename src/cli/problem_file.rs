@@ -20,8 +20,7 @@ pub const HELP: &str = concat!(
     "Example:\n  inbye evaluate --problem problem.json --samples --json\n\nproblem.json:\n",
     include_str!("problem_example.json"),
     "\nRows run from the largest y down: # wall, . free, ? unknown; or \"map\": {\"file\": \"mine.yaml\"}.\n\
-     map, robot.pose and target are required; key_node is the target when left out, and every other\n\
-     key has a default. Poses are metres and radians, x forward, y left, yaw counter-clockwise."
+     map, robot.pose and target are required; key_node is the target when left out, and every other key has a default. Poses are metres and radians, x forward, y left, yaw counter-clockwise."
 );
 
 /// How much of a line an error shows, up to the place where reading stopped, characters.

@@ -90,7 +90,7 @@ impl<'a> Recording<'a> {
             },
         };
         if let Some(why) = recorded.stopped.as_ref().filter(|_| !is_told) {
-            output::note(warning(self.name, why));
+            output::warn(warning(self.name, why));
         }
         Ending {
             name: self.name,
@@ -101,7 +101,7 @@ impl<'a> Recording<'a> {
 
 fn warning(name: &Path, why: &str) -> String {
     format!(
-        "warning: the recording stopped: --record {}: {why}; the drive is not affected",
+        "the recording stopped: --record {}: {why}; the drive is not affected",
         name.display()
     )
 }

@@ -10,7 +10,7 @@ use inbye::local::Preference;
 use inbye::recording::{Difference, Number, Recording, RecordingError, Replay, replay};
 use serde_json::{Value, json};
 
-use super::{arguments, engines, output};
+use super::{arguments, engines, known_words, output};
 
 /// `inbye replay`.
 #[derive(Debug, Args)]
@@ -27,8 +27,8 @@ pub struct ReplayArguments {
     /// The recording: a file of `inbye drive --record FILE.mcap`.
     #[arg(value_name = "FILE.mcap")]
     pub file: PathBuf,
-    /// Engine: auto, cpu, gpu, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto")]
+    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
     pub engine: Preference,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = arguments::whole::<usize>(1, 1024))]

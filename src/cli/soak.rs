@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 use super::arguments::{number, whole};
 use super::clock::wall_clock;
 use super::missions::{Cell, Driving, MissionsArguments, cells, one_core};
-use super::{engines, output, report_file, soak_words};
+use super::{engines, known_words, output, report_file, soak_words};
 
 /// Name of the one setup.
 const SETUP: &str = "soak";
@@ -46,8 +46,8 @@ pub struct SoakArguments {
     /// Share of missions, 0 to 1, with boxes or pillars on the way that the map does not show.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
-    /// Engine: cpu, auto, gpu, or gpu:NAME; a CPU engine has one thread.
-    #[arg(long, default_value = "cpu")]
+    /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
+    #[arg(long, default_value = "cpu", value_parser = known_words::engine())]
     pub engine: Preference,
     /// Drive so many of the missions, evenly spread, again on every other engine, and compare their traces: on all GPU
     /// adapters, or where there is none on the CPU with other instructions.

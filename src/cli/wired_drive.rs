@@ -11,7 +11,7 @@ use inbye::sim::{OdometryReading, Vehicle};
 use serde_json::{Value, json};
 
 use super::base_line::BaseLine;
-use super::{base_words, interrupt};
+use super::{base_words, interrupt, known_words};
 
 /// How long a mission waits for a base that does not answer, seconds.
 const ANSWER_WITHIN_S: f64 = 10.0;
@@ -22,8 +22,8 @@ pub struct WiredArguments {
     /// Drive the base on this port, in real time; world and lidar stay simulated.
     #[arg(long, value_name = "P")]
     pub port: Option<String>,
-    /// Protocol of that base: native, wheeltec, roboclaw or arduino [default: native].
-    #[arg(long, value_name = "P", requires = "port")]
+    /// Protocol of that base [default: native].
+    #[arg(long, value_name = "P", requires = "port", value_parser = known_words::protocol())]
     pub protocol: Option<Protocol>,
     /// That base's settings, TOML with the tables [base] and [keeper].
     #[arg(long, value_name = "FILE.toml", requires = "port")]

@@ -17,5 +17,7 @@ mod program;
 mod recording;
 mod records;
 mod refusals;
+mod shells;
 mod soak;
 mod tools;
+mod voice;
