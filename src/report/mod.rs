@@ -4,6 +4,7 @@
 //! pictures are drawings in the page, and under each stands a table of the same numbers. The same data give the
 //! same bytes.
 
+mod ablation_chart;
 mod ablation_page;
 mod axis;
 mod bench_page;
@@ -42,11 +43,14 @@ mod png;
 mod quality_chart;
 mod raster;
 mod report_files;
+mod row_chart;
 mod samples_axis;
 mod sampling_shape;
 mod sheet;
 mod simplify;
 mod snapshot;
+mod soak_chart;
+mod soak_groups;
 mod viewport;
 mod world_runs;
 mod worlds_chart;
