@@ -41,6 +41,7 @@ pub use quality::{QualityPlan, grid_counts, measure_quality};
 pub use record::{DensityRow, QualityRow, SkippedCell};
 pub use regret::Yardstick;
 pub use roadway::{Roadway, roadway_field, roadway_obstacles};
-pub use soak::{FinalError, Part, SoakSummary};
+pub(crate) use soak::percentile;
+pub use soak::{FinalError, Part, SOAK_SETUP, SoakSummary};
 pub use timing::{Latencies, LatencySummary};
 pub use verify::{Difference, Verification, compare, verify};

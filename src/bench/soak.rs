@@ -6,6 +6,9 @@ use serde::Serialize;
 
 use super::missions::{Comparison, Ending, MissionRow, Tally, mean};
 
+/// Name of the settings in a soak's rows: it has no others.
+pub const SOAK_SETUP: &str = "soak";
+
 /// What came of a soak.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SoakSummary {
@@ -114,7 +117,7 @@ fn final_error<'a>(reached: impl Iterator<Item = &'a MissionRow> + Clone) -> Opt
 }
 
 /// The least value that at least this share, above 0 and up to 1, does not exceed.
-pub(super) fn percentile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let rank = libm::ceil(share * values.len() as f64) as usize;
     values.get(rank.max(1) - 1).copied()

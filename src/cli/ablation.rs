@@ -32,7 +32,7 @@ pub struct AblationArguments {
     /// Share of missions, 0 to 1, with boxes or pillars on the way that the map does not show.
     #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
-    /// Write `ablation.html` into this folder, and its rows as CSV and JSON beside it.
+    /// Write `ablation.html` into this folder, and beside it its charts as SVG and its rows as CSV and JSON.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }

@@ -7,8 +7,9 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::bench::barn::BarnRow;
 use inbye::bench::dynabarn::DynaBarnRow;
+use inbye::bench::missions::MissionRow;
 use inbye::bench::records::{Record, Rows, read_record};
-use inbye::bench::{ClosedLoopRow, DensityRow, QualityRow};
+use inbye::bench::{AblationRow, ClosedLoopRow, DensityRow, QualityRow};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::{Value, json};
 
@@ -23,8 +24,8 @@ const TITLE: &str = "inbye: benchmark records";
     after_help = "Example:\n  inbye bench draw latency.csv --svg latency.svg\n  \
     inbye bench draw barn.csv dynabarn.csv --report records\n\n\
     Nothing is measured. A record is recognised by its columns: latencies, regrets and missions of `bench density`, runs of \
-    `bench barn` and `bench dynabarn`. One of each kind makes one picture. There is none of `bench soak`, `bench movingai` and \
-    the grids."
+    `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`. One of each kind makes one picture. There is none of \
+    `bench movingai`, the grids and `bench paper`, which keeps no record."
 )]
 pub struct DrawArguments {
     /// The records, CSV.
@@ -46,6 +47,8 @@ struct Drawn {
     closed_loop: Vec<ClosedLoopRow>,
     barn: Vec<BarnRow>,
     dynabarn: Vec<DynaBarnRow>,
+    soak: Vec<MissionRow>,
+    ablation: Vec<AblationRow>,
 }
 
 impl Drawn {
@@ -62,6 +65,8 @@ impl Drawn {
             Rows::ClosedLoop(rows) => fill(&mut self.closed_loop, rows),
             Rows::Barn(rows) => fill(&mut self.barn, rows),
             Rows::DynaBarn(rows) => fill(&mut self.dynabarn, rows),
+            Rows::Soak(rows) => fill(&mut self.soak, rows),
+            Rows::Ablation(rows) => fill(&mut self.ablation, rows),
         }
     }
 }
@@ -96,6 +101,8 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
         closed_loop: &drawn.closed_loop,
         barn: &drawn.barn,
         dynabarn: &drawn.dynabarn,
+        soak: &drawn.soak,
+        ablation: &drawn.ablation,
         ..BenchReport::default()
     };
     if let Some(picture) = picture {

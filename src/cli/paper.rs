@@ -43,7 +43,8 @@ pub struct PaperArguments {
     /// Seed of the made mine, of the ways through a mine, and of the first drive; each further drive has the next.
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
-    /// Write `paper.html` into this folder: maps and tables, each table as CSV and JSON beside it.
+    /// Write `paper.html` into this folder: maps, charts and tables; beside it maps and charts as SVG, each table as CSV
+    /// and JSON.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use inbye::bench::SoakSummary;
 use inbye::bench::missions::{
     Comparison, MissionRow, MissionSite, Rules, Setup, compare_digests, drive, spread_evenly,
 };
+use inbye::bench::{SOAK_SETUP, SoakSummary};
 use inbye::local::{CpuEngine, Engine, Instructions, Preference, open};
-use inbye::report::Reel;
+use inbye::report::{BenchReport, Reel, bench_files};
 use inbye::sim::Observer;
 use serde_json::{Value, json};
 
@@ -20,8 +20,8 @@ use super::clock::wall_clock;
 use super::missions::{Cell, Driving, MissionsArguments, cells, one_core};
 use super::{engines, known_words, output, report_file, soak_words};
 
-/// Name of the one setup.
-const SETUP: &str = "soak";
+const INTRO: &str = "Random missions, simulated in a closed loop; all of a mission is drawn from its map and seed: ends on free ground, \
+    and who walks there.";
 /// Ticks of a mission that was driven again, a line of JSON each.
 const TICKS: &str = "ticks.jsonl";
 
@@ -56,8 +56,9 @@ pub struct SoakArguments {
     /// In place of all missions, drive the one of this seed again, and write a report page and every tick into --report.
     #[arg(long, value_name = "SEED", requires = "report", allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub replay: Option<u64>,
-    /// The folder of --replay.
-    #[arg(long, value_name = "DIR", requires = "replay")]
+    /// Write `index.html` into this folder, and beside it its charts as SVG and its rows as CSV and JSON; with --replay the
+    /// page of that mission, and its ticks.
+    #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
 
@@ -69,7 +70,7 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     let (config, sites, rules) = arguments.missions_of.read(arguments.unmapped)?;
     let setups = [Setup {
-        name: SETUP.to_owned(),
+        name: SOAK_SETUP.to_owned(),
         config,
     }];
     let missions = &arguments.missions_of;
@@ -80,6 +81,9 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         };
         return replay(cell, &rules, folder, json);
     }
+    if let Some(folder) = &arguments.report {
+        report_file::make_folder(folder)?;
+    }
     let engine = || Ok(open(&arguments.engine, 1)?.engine);
     let first = engine()?.name();
     let driving = Driving {
@@ -89,6 +93,17 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         record: missions.record.as_deref(),
     };
     let rows = driving.run(&cells, engine)?;
+    if let Some(folder) = &arguments.report {
+        let files = bench_files(&BenchReport {
+            title: "inbye: a soak of random missions",
+            intro: INTRO,
+            machine: &engines::machine(),
+            command: &report_file::command_line(),
+            soak: &rows,
+            ..BenchReport::default()
+        });
+        report_file::write_files(folder, &files)?;
+    }
     let rows: Vec<&MissionRow> = rows.iter().collect();
     let comparisons = compare(arguments.compare, &first, &cells, &rows, &driving)?;
     let summary = SoakSummary::of(&rows, &comparisons);

@@ -117,6 +117,15 @@ impl Vehicle for Wired {
         }
     }
 
+    fn trouble(&self) -> Option<String> {
+        let status = self.keeper.status();
+        let reported = || {
+            let faults = status.feedback.as_ref()?.faults;
+            (!faults.is_none()).then(|| format!("the base reports: {faults}"))
+        };
+        base_words::stopped(&status).or_else(reported)
+    }
+
     fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
         let now_s = self.keeper.now_s();
         if self.origin.is_none() {

@@ -141,6 +141,12 @@ impl Navigator {
         self.senses.counts()
     }
 
+    /// Why the last observation was not believed; none where it was.
+    #[must_use]
+    pub const fn doubted(&self) -> Option<Doubt> {
+        self.senses.doubt()
+    }
+
     /// The local planner.
     #[must_use]
     pub const fn planner(&self) -> &LocalPlanner {

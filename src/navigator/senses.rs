@@ -91,6 +91,8 @@ pub(super) struct Senses {
     is_reversed: bool,
     recent: VecDeque<Believed>,
     doubted_in_a_row: u32,
+    /// Why the last observation was not believed.
+    doubt: Option<Doubt>,
     counts: BTreeMap<Doubt, u64>,
 }
 
@@ -98,6 +100,11 @@ impl Senses {
     /// Doubted observations by why.
     pub const fn counts(&self) -> &BTreeMap<Doubt, u64> {
         &self.counts
+    }
+
+    /// Why the last observation was not believed; none where it was.
+    pub const fn doubt(&self) -> Option<Doubt> {
+        self.doubt
     }
 
     /// Observations in a row that were doubted.
@@ -114,6 +121,7 @@ impl Senses {
         settings: &NavigatorSettings,
     ) -> Result<bool, Doubt> {
         let judged = self.check(seen, commanded, limits, settings);
+        self.doubt = judged.err();
         match judged {
             Ok(_) => self.doubted_in_a_row = 0,
             Err(doubt) => {

@@ -1,10 +1,10 @@
 //! What people are told: each thing once, when it begins.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::mem::{Discriminant, discriminant, take};
 
 use super::{MessageError, Missing, Topic};
-use crate::navigator::{Doubt, Mode, Navigator};
+use crate::navigator::{Mode, Navigator};
 
 /// Notes for people, and what they have been told before.
 #[derive(Debug, Default)]
@@ -13,7 +13,6 @@ pub struct Told {
     refusals: HashSet<(Topic, Discriminant<MessageError>)>,
     missing: Option<Missing>,
     mount: bool,
-    doubts: BTreeMap<Doubt, u64>,
     was_doubting: bool,
 }
 
@@ -59,21 +58,18 @@ impl Told {
 
     /// Another navigator, which has doubted nothing yet.
     pub fn set_out(&mut self) {
-        self.doubts.clear();
         self.was_doubting = false;
     }
 
     /// Why the robot brakes, at the first tick of each time.
     pub fn doubt(&mut self, mode: Mode, navigator: &Navigator) {
         let is_doubting = mode == Mode::Doubting;
-        let now = navigator.doubts();
-        if is_doubting && !self.was_doubting {
-            let is_more = |(doubt, count): &(&Doubt, &u64)| self.doubts.get(doubt) < Some(count);
-            if let Some((doubt, _)) = now.iter().find(is_more) {
-                self.note(format!("brakes: {doubt}"));
-            }
+        if let Some(doubt) = navigator
+            .doubted()
+            .filter(|_| is_doubting && !self.was_doubting)
+        {
+            self.note(format!("brakes: {doubt}"));
         }
-        self.doubts.clone_from(now);
         self.was_doubting = is_doubting;
     }
 }

@@ -9,13 +9,21 @@ use super::page::{Extras, document};
 use super::report_files::{ReportFile, json_text};
 use super::samples_axis::samples_axis;
 use super::world_runs::{of_barn, of_dynabarn};
-use super::{closed_loop_chart, density_chart, quality_chart, worlds_chart};
+use super::{
+    ablation_chart, closed_loop_chart, density_chart, quality_chart, row_chart, soak_chart,
+    worlds_chart,
+};
 use crate::bench::barn::BarnRow;
 use crate::bench::dynabarn::DynaBarnRow;
-use crate::bench::{ClosedLoopRow, Columns, DensityRow, QualityRow, SkippedCell, csv_text};
+use crate::bench::missions::MissionRow;
+use crate::bench::{
+    AblationRow, ClosedLoopRow, Columns, DensityRow, QualityRow, SkippedCell, csv_text,
+};
 
 /// Files of the first chart.
 const LATENCY: &str = "latency";
+/// Files of those of a soak.
+const SOAK: &str = "soak";
 
 const NOTHING: &str = "No engine was timed at any density.";
 
@@ -42,14 +50,18 @@ pub struct BenchReport<'a> {
     pub barn: &'a [BarnRow],
     /// Runs through `DynaBARN`'s.
     pub dynabarn: &'a [DynaBarnRow],
+    /// Missions of a soak.
+    pub soak: &'a [MissionRow],
+    /// What each part of the navigator buys, from the least variant to the whole.
+    pub ablation: &'a [AblationRow],
 }
 
-/// A chart on the page, and what its files are made of.
+/// Charts of the same rows on the page, and what their files are made of.
 struct Chart {
     /// Name of its files without their endings.
     name: &'static str,
-    figure: Markup,
-    plot: Option<Plot>,
+    figures: Vec<Markup>,
+    plots: Vec<Plot>,
     csv: String,
     json: String,
 }
@@ -59,7 +71,7 @@ struct Chart {
 pub fn bench_svg(report: &BenchReport) -> String {
     let plots: Vec<Plot> = charts(report)
         .into_iter()
-        .filter_map(|chart| chart.plot)
+        .flat_map(|chart| chart.plots)
         .collect();
     own_picture(&plots, NOTHING)
 }
@@ -73,11 +85,9 @@ pub fn bench_files(report: &BenchReport) -> Vec<ReportFile> {
     for chart in charts {
         let file = |ending: &str, text| ReportFile::new(format!("{}.{ending}", chart.name), text);
         files.extend([file("csv", chart.csv), file("json", chart.json)]);
-        files.extend(
-            chart
-                .plot
-                .map(|plot| file("svg", own_picture(&[plot], NOTHING))),
-        );
+        if !chart.plots.is_empty() {
+            files.push(file("svg", own_picture(&chart.plots, NOTHING)));
+        }
     }
     files
 }
@@ -88,49 +98,59 @@ fn charts(report: &BenchReport) -> Vec<Chart> {
     let (barn, dynabarn) = (of_barn(report.barn), of_dynabarn(report.dynabarn));
     let charts = [
         chart(LATENCY, density, |rows| {
-            (
+            one(
                 density_chart::figure(rows, samples),
                 density_chart::plot(rows, samples),
             )
         }),
         chart("quality", quality, |rows| {
-            (
+            one(
                 quality_chart::figure(rows, samples),
                 quality_chart::plot(rows, samples),
             )
         }),
         chart("closed_loop", closed_loop, |rows| {
-            (
+            one(
                 closed_loop_chart::figure(rows, samples),
                 closed_loop_chart::plot(rows, samples),
             )
         }),
         chart("barn", report.barn, |_| {
-            (worlds_chart::figure(&barn), worlds_chart::plot(&barn))
+            one(worlds_chart::figure(&barn), worlds_chart::plot(&barn))
         }),
         chart("dynabarn", report.dynabarn, |_| {
-            (
+            one(
                 worlds_chart::figure(&dynabarn),
                 worlds_chart::plot(&dynabarn),
             )
+        }),
+        chart(SOAK, report.soak, |rows| {
+            (soak_chart::figures(rows), soak_chart::plots(rows))
+        }),
+        chart("ablation", report.ablation, |rows| {
+            (ablation_chart::figures(rows), ablation_chart::plots(rows))
         }),
     ];
     charts.into_iter().flatten().collect()
 }
 
+fn one(figure: Markup, plot: Option<Plot>) -> (Vec<Markup>, Vec<Plot>) {
+    (vec![figure], plot.into_iter().collect())
+}
+
 fn chart<R: Columns>(
     name: &'static str,
     rows: &[R],
-    draw: impl Fn(&[R]) -> (Markup, Option<Plot>),
+    draw: impl Fn(&[R]) -> (Vec<Markup>, Vec<Plot>),
 ) -> Option<Chart> {
     if rows.is_empty() {
         return None;
     }
-    let (figure, plot) = draw(rows);
+    let (figures, plots) = draw(rows);
     Some(Chart {
         name,
-        figure,
-        plot,
+        figures,
+        plots,
         csv: csv_text(rows),
         json: json_text(rows),
     })
@@ -146,10 +166,14 @@ fn page(report: &BenchReport, charts: &[Chart]) -> String {
         section {
             div class="charts" {
                 @for chart in charts {
-                    div {
-                        (chart.figure)
-                        (files_beside(chart.name, if chart.plot.is_some() { &["csv", "json", "svg"] } else { &["csv", "json"] }))
+                    // Several figures of the same rows stand beside one another, their files below all.
+                    div class=[(chart.figures.len() > 1).then_some("whole-row")] {
+                        div class=[(chart.figures.len() > 1).then_some("charts")] {
+                            @for figure in &chart.figures { (figure) }
+                        }
+                        (files_beside(chart.name, if chart.plots.is_empty() { &["csv", "json"] } else { &["csv", "json", "svg"] }))
                     }
+                    @if chart.name == SOAK { (soak_chart::missed(report.soak)) }
                     @if chart.name == LATENCY { (density_chart::beside(report.density, report.skipped)) }
                 }
             }
@@ -160,5 +184,5 @@ fn page(report: &BenchReport, charts: &[Chart]) -> String {
             pre tabindex="0" { code { (report.command) } }
         }
     };
-    document(report.title, &Extras::default(), &content)
+    document(report.title, &Extras::of_style(row_chart::STYLE), &content)
 }

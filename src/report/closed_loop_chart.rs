@@ -71,6 +71,7 @@ pub(super) fn plot(rows: &[ClosedLoopRow], samples: Axis) -> Option<Plot> {
     keys.push((far_mark(), "time, 90th percentile".to_owned()));
     Some(Plot {
         title: TITLE,
+        style: "",
         content,
         height: HEIGHT,
         keys,

@@ -79,6 +79,8 @@ pub(super) fn far_mark() -> Markup {
 /// A panel with its curves, to stand in a page or in a picture of its own.
 pub(super) struct Plot {
     pub(super) title: &'static str,
+    /// Style of its marks, beyond what every chart has.
+    pub(super) style: &'static str,
     pub(super) content: Markup,
     pub(super) height: f64,
     /// A mark in a box of 28 by 14 units, and its meaning.

@@ -99,6 +99,7 @@ pub(super) fn plot(rows: &[DensityRow], samples: Axis) -> Option<Plot> {
     keys.push((limit, "period of a control loop".to_owned()));
     Some(Plot {
         title: TITLE,
+        style: "",
         content,
         height: HEIGHT,
         keys,

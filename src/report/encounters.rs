@@ -2,7 +2,6 @@
 
 use maud::{Markup, html};
 
-use super::figure::key;
 use super::number::{coordinate, fixed};
 use super::snapshot::{NEAR_M, distance_m, moments};
 use super::viewport::Viewport;
@@ -130,23 +129,24 @@ impl Encounters {
         }
     }
 
-    pub(super) fn legend(&self) -> Vec<Markup> {
-        let mut legend = Vec::new();
+    /// What its marks mean.
+    pub(super) fn keys(&self) -> Vec<(Markup, String)> {
+        let mut keys = Vec::new();
         if !self.robots.is_empty() {
             let mark = html! {
                 g class="footprint" { circle cx="14" cy="7" r="6" {} }
                 line class="heading" x1="14" y1="7" x2="20" y2="7" {}
             };
-            legend.push(key(&mark, "robot at a numbered moment"));
+            keys.push((mark, "robot at a numbered moment".to_owned()));
         }
         if !self.obstacles.is_empty() {
             let mark = html! { circle class="moving" cx="14" cy="7" r="6" {} };
-            legend.push(key(
-                &mark,
-                &format!("moving obstacle within {} m of it then", fixed(NEAR_M, 0)),
+            keys.push((
+                mark,
+                format!("moving obstacle within {} m of it then", fixed(NEAR_M, 0)),
             ));
         }
-        legend
+        keys
     }
 
     /// The times of the moments, as a sentence with a leading space; empty without any.

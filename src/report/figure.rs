@@ -69,12 +69,20 @@ impl Table<'_> {
 
 /// The files of a chart by their endings, to be taken along.
 pub(super) fn files_beside(name: &str, endings: &[&str]) -> Markup {
+    let files: Vec<String> = endings
+        .iter()
+        .map(|ending| format!("{name}.{ending}"))
+        .collect();
+    linked_files(&files)
+}
+
+/// Files beside a page, to be taken along.
+pub(super) fn linked_files(files: &[String]) -> Markup {
     html! {
         p class="files" {
             "Beside this page: "
-            @for (index, ending) in endings.iter().enumerate() {
+            @for (index, file) in files.iter().enumerate() {
                 @if index > 0 { ", " }
-                @let file = format!("{name}.{ending}");
                 a href=(file) { (file) }
             }
         }

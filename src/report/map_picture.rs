@@ -102,7 +102,12 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
             ),
         ));
     }
-    legend.extend(encounters.legend());
+    legend.extend(
+        encounters
+            .keys()
+            .iter()
+            .map(|(mark, meaning)| key(mark, meaning)),
+    );
     if has_trails(trace, view) {
         legend.push(line_key("trail", "way of a moving obstacle"));
     }

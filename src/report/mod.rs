@@ -4,6 +4,7 @@
 //! pictures are drawings in the page, and under each stands a table of the same numbers. The same data give the
 //! same bytes.
 
+mod ablation_chart;
 mod ablation_page;
 mod axis;
 mod bench_page;
@@ -17,6 +18,7 @@ mod figure;
 mod gap_chart;
 mod latency;
 mod latency_chart;
+mod map_figure;
 mod map_furniture;
 mod map_layers;
 mod map_motion;
@@ -28,6 +30,7 @@ mod own_picture;
 mod page;
 mod panel;
 mod paper_bars;
+mod paper_charts;
 mod paper_drives;
 mod paper_drives_chart;
 mod paper_drives_maps;
@@ -42,11 +45,14 @@ mod png;
 mod quality_chart;
 mod raster;
 mod report_files;
+mod row_chart;
 mod samples_axis;
 mod sampling_shape;
 mod sheet;
 mod simplify;
 mod snapshot;
+mod soak_chart;
+mod soak_groups;
 mod viewport;
 mod world_runs;
 mod worlds_chart;

@@ -1,5 +1,7 @@
 //! Plots as one picture of their own, to be looked at without a page.
 
+use std::collections::BTreeSet;
+
 use maud::{PreEscaped, html};
 
 use super::curves::Plot;
@@ -32,11 +34,12 @@ pub(super) fn own_picture(plots: &[Plot], nothing: &str) -> String {
         .fold(HEADLINE, f64::max);
     let height = tallest + HEADLINE + 2.0 * MARGIN;
     let alternatives: Vec<&str> = plots.iter().map(|plot| plot.alternative.as_str()).collect();
+    let styles: BTreeSet<&str> = plots.iter().map(|plot| plot.style).collect();
     let (width, height) = (coordinate(width), coordinate(height));
     html! {
         svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(alternatives.join(" "))
             width=(width) height=(height) viewBox=(format!("0 0 {width} {height}")) {
-            style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
+            style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) @for style in &styles { (PreEscaped(style)) } }
             rect class="ground" width="100%" height="100%" {}
             @if plots.is_empty() {
                 text x=(coordinate(MARGIN)) y=(coordinate(MARGIN + HEADLINE)) { (nothing) }

@@ -11,6 +11,7 @@ const STYLE: &str = concat!(
     include_str!("drawing.css"),
     include_str!("chart.css"),
     include_str!("map.css"),
+    include_str!("drive_map.css"),
     include_str!("style.css")
 );
 

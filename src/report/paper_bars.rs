@@ -1,10 +1,11 @@
 //! Bars side by side: where the time goes, and what an angle of the distance model makes of time and length.
 
-use maud::{Markup, html};
+use maud::html;
 
-use super::figure::area_key;
+use super::curves::Plot;
+use super::figure::area_mark;
 use super::number::{coordinate, significant};
-use super::panel::chart;
+use super::paper_charts::STYLE;
 use crate::bench::paper::{PathRow, StepRow};
 
 /// Left ends of the bars, their longest length, and their height with the space below, drawing units.
@@ -26,7 +27,7 @@ impl Bar<'_> {
 }
 
 /// Where the time goes, from a table of steps: a bar for each search, parted into its stages.
-pub(super) fn stages(title: &str, rows: &[StepRow]) -> Markup {
+pub(super) fn stages(rows: &[StepRow]) -> Plot {
     let mut bars: Vec<Bar> = Vec::new();
     for row in rows {
         match (row.stage, bars.last_mut()) {
@@ -37,21 +38,16 @@ pub(super) fn stages(title: &str, rows: &[StepRow]) -> Markup {
             (_, Some(bar)) => bar.ends.push(row.time_ms),
         }
     }
-    html! {
-        figure {
-            h3 { (title) }
-            (drawn(&bars, "Sums of median times", "ms"))
-            ul class="legend" {
-                li { (area_key("stage-0", "search")) }
-                li { (area_key("stage-1", "pruning")) }
-                li { (area_key("stage-2", "spline")) }
-            }
-        }
+    let stages = ["search", "pruning", "spline"].into_iter().enumerate();
+    let keys = stages.map(|(stage, name)| (area_mark(&format!("stage-{stage}")), name.to_owned()));
+    Plot {
+        keys: keys.collect(),
+        ..plot("Where the time goes: sums of median times", &bars, "ms")
     }
 }
 
 /// Fig. 5: sums over all scenes for each angle, of times and of lengths.
-pub(super) fn angles(rows: &[PathRow]) -> Markup {
+pub(super) fn angles(rows: &[PathRow]) -> Vec<Plot> {
     let summed = |figure: fn(&PathRow) -> f64| {
         let mut bars: Vec<Bar> = Vec::new();
         for row in rows {
@@ -67,27 +63,26 @@ pub(super) fn angles(rows: &[PathRow]) -> Markup {
     };
     let times = summed(|row| row.time_ms.p50_ms);
     let lengths = summed(|row| row.length_m);
-    html! {
-        div class="charts" {
-            figure {
-                h3 { "(a) Time of planning: sums of medians over the scenes" }
-                (drawn(&times, "Sums of median times", "ms"))
-            }
-            figure {
-                h3 { "(b) Length of the paths: sums over the scenes" }
-                (drawn(&lengths, "Sums of lengths", "m"))
-            }
-        }
-    }
+    vec![
+        plot(
+            "(a) Time of planning: sums of medians over the scenes",
+            &times,
+            "ms",
+        ),
+        plot(
+            "(b) Length of the paths: sums over the scenes",
+            &lengths,
+            "m",
+        ),
+    ]
 }
 
 /// The longest bar fills the width.
-fn drawn(bars: &[Bar], what: &str, unit: &str) -> Markup {
+fn plot(title: &'static str, bars: &[Bar], unit: &str) -> Plot {
     let longest = bars
         .iter()
         .map(Bar::total)
         .fold(f64::MIN_POSITIVE, f64::max);
-    let height = PITCH * bars.len() as f64 + 4.0;
     let said: Vec<String> = bars
         .iter()
         .map(|bar| format!("{} {} {unit}", bar.label, significant(bar.total())))
@@ -106,5 +101,12 @@ fn drawn(bars: &[Bar], what: &str, unit: &str) -> Markup {
             text x=(coordinate(at(bar.total()) + 6.0)) y=(middle) dy=".35em" { (significant(bar.total())) " " (unit) }
         }
     };
-    chart(height, &format!("{what}: {}.", said.join("; ")), &content)
+    Plot {
+        title,
+        style: STYLE,
+        content,
+        height: PITCH * bars.len() as f64 + 4.0,
+        keys: Vec::new(),
+        alternative: format!("{title}: {}.", said.join("; ")),
+    }
 }

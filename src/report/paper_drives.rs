@@ -3,11 +3,12 @@
 use maud::{Markup, html};
 
 use super::figure::Table;
+use super::map_figure::MapFigure;
 use super::mission::badge;
 use super::number::fixed;
+use super::paper_drives_maps;
 use super::paper_page::PaperReport;
 use super::paper_tables::findings;
-use super::{paper_drives_chart, paper_drives_maps};
 use crate::bench::paper::Table as PaperTable;
 use crate::bench::paper::drives::{
     ALL_SCENES, Deviation, DriveRun, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD,
@@ -78,22 +79,29 @@ pub(super) fn in_short(report: &PaperReport) -> Markup {
     }
 }
 
-/// Maps, charts and tables of one kind of traffic.
-pub(super) fn section(report: &PaperReport, table: &DriveTable) -> Markup {
+/// The drives of one kind of traffic on their maps.
+pub(super) fn maps(report: &PaperReport, table: &DriveTable) -> MapFigure {
     let drives = report.drives.iter();
     let shown = drives
         .filter(|drives| drives.traffic == table.traffic)
         .flat_map(|drives| &drives.shown);
     let figure = match table.traffic {
-        Traffic::Nobody => "Fig. 12: nobody about",
-        Traffic::Minding => "Fig. 13: people who mind the robot",
-        Traffic::Heedless => "Fig. 13 again: people who do not mind the robot",
+        Traffic::Nobody => ["figure_12", "Fig. 12: nobody about"],
+        Traffic::Minding => ["figure_13", "Fig. 13: people who mind the robot"],
+        Traffic::Heedless => [
+            "figure_13_heedless",
+            "Fig. 13 again: people who do not mind the robot",
+        ],
     };
+    paper_drives_maps::side_by_side(figure, report.courses, shown, report.footprint)
+}
+
+/// Tables of one kind of traffic, below its maps and charts.
+pub(super) fn section(table: &DriveTable, pictures: &Markup) -> Markup {
     html! {
         section id=(table.name) {
             h2 { (table.title) }
-            (paper_drives_maps::side_by_side(figure, report.courses, shown, report.footprint))
-            div class="charts" { (paper_drives_chart::figures(table)) }
+            (pictures)
             div class="whole steps" { (summary_table(table)) }
             div class="whole steps narrow" { (run_table(table).markup()) }
         }

@@ -3,9 +3,11 @@
 use maud::{Markup, html};
 
 use super::axis::Axis;
-use super::figure::{key, line_key};
+use super::curves::Plot;
+use super::figure::line_mark;
 use super::number::{coordinate, significant};
-use super::panel::{Panel, chart};
+use super::panel::Panel;
+use super::paper_charts::STYLE;
 use crate::bench::paper::drives::{Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD};
 
 const HEIGHT: f64 = 330.0;
@@ -15,25 +17,26 @@ const OURS: &str = "deviation ours";
 const PAPERS: &str = "deviation papers";
 
 /// Where the robot stood, and how it was turned.
-pub(super) fn figures(table: &DriveTable) -> Markup {
-    html! {
-        (figure("Off the goal: |dy| against |dx|", &positions(table)))
-        (figure("Off in yaw: |dyaw| of each drive", &angles(table)))
-    }
+pub(super) fn plots(table: &DriveTable) -> Vec<Plot> {
+    vec![positions(table), angles(table)]
 }
 
-fn figure(title: &str, picture: &Markup) -> Markup {
+fn plot(title: &'static str, content: Markup, alternative: String) -> Plot {
     let mark = |class: &str| html! { circle class=(class) cx="14" cy="7" r="4.5" {} };
-    html! {
-        figure {
-            h3 { (title) }
-            (picture)
-            ul class="legend" {
-                li { (key(&mark(OURS), "here, all scenes")) }
-                li { (key(&mark(PAPERS), "the paper's ten")) }
-                li { (line_key("limit", "largest mean that is accepted")) }
-            }
-        }
+    Plot {
+        title,
+        style: STYLE,
+        content,
+        height: HEIGHT,
+        keys: vec![
+            (mark(OURS), "here, all scenes".to_owned()),
+            (mark(PAPERS), "the paper's ten".to_owned()),
+            (
+                line_mark("limit"),
+                "largest mean that is accepted".to_owned(),
+            ),
+        ],
+        alternative,
     }
 }
 
@@ -56,7 +59,7 @@ fn series(table: &DriveTable) -> [(&'static str, Vec<(usize, Deviation)>); 2] {
     ]
 }
 
-fn positions(table: &DriveTable) -> Markup {
+fn positions(table: &DriveTable) -> Plot {
     let series = series(table);
     let place = |(_, off): &(usize, Deviation)| [seen(off.dx_m), seen(off.dy_m)];
     let most = largest(&series, |off| off.dx_m.max(off.dy_m));
@@ -70,14 +73,14 @@ fn positions(table: &DriveTable) -> Markup {
         @for (class, rows) in &series { (circles(&panel, class, rows.iter().map(place))) }
     };
     let words = |off: &Deviation| libm::hypot(off.dx_m, off.dy_m);
-    chart(
-        HEIGHT,
-        &alternative("distance", "m", &series, words),
-        &content,
+    plot(
+        "Off the goal: |dy| against |dx|",
+        content,
+        alternative("distance", "m", &series, words),
     )
 }
 
-fn angles(table: &DriveTable) -> Markup {
+fn angles(table: &DriveTable) -> Plot {
     let series = series(table);
     let place = |(number, off): &(usize, Deviation)| [*number as f64, seen(off.dyaw_rad)];
     let most = largest(&series, |off| off.dyaw_rad);
@@ -95,10 +98,10 @@ fn angles(table: &DriveTable) -> Markup {
         @for (class, rows) in &series { (circles(&panel, class, rows.iter().map(place))) }
     };
     let words = |off: &Deviation| off.dyaw_rad;
-    chart(
-        HEIGHT,
-        &alternative("angle", "rad", &series, words),
-        &content,
+    plot(
+        "Off in yaw: |dyaw| of each drive",
+        content,
+        alternative("angle", "rad", &series, words),
     )
 }
 

@@ -3,7 +3,8 @@
 use maud::{Markup, html};
 
 use super::encounters::Encounters;
-use super::figure::{area_key, key, line_key};
+use super::figure::{area_mark, line_mark};
+use super::map_figure::{MapFigure, MapPanel};
 use super::map_furniture::{goal_mark, start_mark, strip};
 use super::map_layers::{ground, path};
 use super::map_motion::{contacts, has_trails, track, trails};
@@ -31,29 +32,22 @@ struct Drawn<'a> {
 
 /// One drive on each course.
 pub(super) fn side_by_side<'a>(
-    title: &str,
+    [name, title]: [&str; 2],
     courses: &'a [Course],
     shown: impl Iterator<Item = &'a Trace>,
     footprint: &'a Footprint,
-) -> Markup {
+) -> MapFigure {
     let drawn: Vec<Drawn> = courses
         .iter()
         .zip(shown)
         .map(|(course, trace)| Drawn::new(course, trace, footprint))
         .collect();
-    html! {
-        figure class="whole-row" {
-            h3 { (title) }
-            div class="trio" {
-                @for (letter, drawn) in ["a", "b", "c"].iter().zip(&drawn) {
-                    div {
-                        (drawn.map())
-                        p { "(" (letter) ") " (drawn.course.title) ": " (drawn.in_figures()) (drawn.encounters.in_words()) }
-                    }
-                }
-            }
-            (legend(&drawn))
-        }
+    let panels = ["a", "b", "c"].iter().zip(&drawn);
+    MapFigure {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        panels: panels.map(|(letter, drawn)| drawn.panel(letter)).collect(),
+        keys: keys(&drawn),
     }
 }
 
@@ -77,28 +71,36 @@ impl<'a> Drawn<'a> {
         }
     }
 
-    fn map(&self) -> Markup {
+    fn panel(&self, letter: &str) -> MapPanel {
         let (view, course, trace) = (&self.view, self.course, self.trace);
         let height = view.height();
         let mark = |mark: &Markup, at: Point| enlarged(view.at(&at), MARKS, mark);
-        html! {
-            svg class="map-picture" xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(self.alternative())
-                viewBox=(format!("0 0 {MAP_WIDTH} {}", coordinate(height + STRIP))) {
-                rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
-                (ground(&course.map, view, RASTER_SIDE))
-                (trails(trace, view))
-                (path(view, "smoothed", course.plan.smoothed.points(), TOLERANCE))
-                @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
-                @for node in &course.key_nodes { (square(view.at(node), 5.0)) }
-                (track(&trace.rows, view))
-                (self.encounters.draw(self.footprint, view))
-                @for node in course.plan.pruned.points() { (square(view.at(node), 13.0)) }
-                (contacts(&trace.rows, view))
-                (mark(&start_mark([0.0, 0.0], course.start.yaw), course.start.position()))
-                (mark(&goal_mark([0.0, 0.0]), course.goal.position))
-                (self.encounters.draw_numbers())
-                (strip(view, height))
-            }
+        let content = html! {
+            rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
+            (ground(&course.map, view, RASTER_SIDE))
+            (trails(trace, view))
+            (path(view, "smoothed", course.plan.smoothed.points(), TOLERANCE))
+            @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
+            @for node in &course.key_nodes { (square(view.at(node), 5.0)) }
+            (track(&trace.rows, view))
+            (self.encounters.draw(self.footprint, view))
+            @for node in course.plan.pruned.points() { (square(view.at(node), 13.0)) }
+            (contacts(&trace.rows, view))
+            (mark(&start_mark([0.0, 0.0], course.start.yaw), course.start.position()))
+            (mark(&goal_mark([0.0, 0.0]), course.goal.position))
+            (self.encounters.draw_numbers())
+            (strip(view, height))
+        };
+        let moments = self.encounters.in_words();
+        MapPanel {
+            content,
+            height: height + STRIP,
+            alternative: self.alternative(),
+            words: format!(
+                "({letter}) {}: {}{moments}",
+                course.title,
+                self.in_figures()
+            ),
         }
     }
 
@@ -141,9 +143,7 @@ fn square([x, y]: [f64; 2], side: f64) -> Markup {
     html! { rect class="node" x=(x) y=(y) width=(side) height=(side) {} }
 }
 
-fn legend(drawn: &[Drawn]) -> Markup {
-    let node = square([14.0, 7.0], 8.0);
-    let between = square([14.0, 7.0], 4.0);
+fn keys(drawn: &[Drawn]) -> Vec<(Markup, String)> {
     let driven = html! {
         line class="track speed-0" x1="1" x2="8" y1="7" y2="7" {}
         line class="track speed-1" x1="8" x2="14" y1="7" y2="7" {}
@@ -154,19 +154,23 @@ fn legend(drawn: &[Drawn]) -> Markup {
     let has_trails = drawn
         .iter()
         .any(|drawn| has_trails(drawn.trace, &drawn.view));
-    let encounters = drawn.iter().map(|drawn| drawn.encounters.legend());
-    html! {
-        ul class="legend" {
-            li { (key(&start_mark([12.0, 7.0], 0.0), "start")) }
-            li { (key(&goal_mark([14.0, 7.0]), "goal")) }
-            li { (line_key("smoothed", "planned")) }
-            li { (key(&node, "key node: left by pruning")) }
-            li { (key(&between, "key node between, or the goal")) }
-            @if is_replanned { li { (line_key("replanned", "planned again on the way")) } }
-            li { (key(&driven, "driven, from standing to the top speed")) }
-            @for entry in encounters.max_by_key(Vec::len).unwrap_or_default() { li { (entry) } }
-            @if has_trails { li { (line_key("trail", "way of a moving obstacle")) } }
-            li { (area_key("rock", "obstacle")) }
-        }
+    let own = |mark: Markup, meaning: &str| (mark, meaning.to_owned());
+    let mut keys = vec![
+        own(start_mark([12.0, 7.0], 0.0), "start"),
+        own(goal_mark([14.0, 7.0]), "goal"),
+        own(line_mark("smoothed"), "planned"),
+        own(square([14.0, 7.0], 8.0), "key node: left by pruning"),
+        own(square([14.0, 7.0], 4.0), "key node between, or the goal"),
+    ];
+    if is_replanned {
+        keys.push(own(line_mark("replanned"), "planned again on the way"));
     }
+    keys.push(own(driven, "driven, from standing to the top speed"));
+    let encounters = drawn.iter().map(|drawn| drawn.encounters.keys());
+    keys.extend(encounters.max_by_key(Vec::len).unwrap_or_default());
+    if has_trails {
+        keys.push(own(line_mark("trail"), "way of a moving obstacle"));
+    }
+    keys.push(own(area_mark("rock"), "obstacle"));
+    keys
 }

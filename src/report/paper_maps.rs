@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::figure::{area_key, key, line_key};
+use super::figure::{area_mark, line_mark};
+use super::map_figure::{MapFigure, MapPanel};
 use super::map_furniture::{goal_mark, start_mark, strip};
 use super::map_layers::{ground, path};
 use super::map_picture::{RASTER_SIDE, STRIP};
@@ -27,6 +28,9 @@ const SHOWN: [(Search, &str, &str); 3] = [
     ),
 ];
 
+/// What is drawn on one map of all ways.
+const OVERVIEW: [Search; 2] = [Search::Manhattan, Search::JumpPoints];
+
 /// The path that a run hands out, and the nodes that pruning left.
 fn handed_out(run: &Run) -> (&[Point], &[Point]) {
     let is_pruned = run.search.last_stage() > Stage::Raw;
@@ -39,23 +43,22 @@ fn handed_out(run: &Run) -> (&[Point], &[Point]) {
 }
 
 /// One task, the traditional path beside the improved ones.
-pub(super) fn side_by_side(title: &str, site: &Site, task: &TaskRuns) -> Markup {
+pub(super) fn side_by_side(name: &str, title: String, site: &Site, task: &TaskRuns) -> MapFigure {
     let points = task.runs.iter().flat_map(|run| handed_out(run).0).copied();
     let view = Viewport::around(points, site.map.frame());
-    html! {
-        figure class="whole-row" {
-            h3 { (title) }
-            div class="trio" {
-                @for (letter, (search, class, name)) in ["a", "b", "c"].iter().zip(SHOWN) {
-                    @if let Some(run) = task.of(search) {
-                        div {
-                            (one_map(site, &view, &[(task, run, class)], false))
-                            p { "(" (letter) ") " (name) ": " (in_figures(run)) }
-                        }
-                    }
-                }
-            }
-        }
+    let shown = ["a", "b", "c"].iter().zip(SHOWN);
+    let panel = |(letter, (search, class, name)): (&&str, (Search, &str, &str))| {
+        let run = task.of(search)?;
+        Some(MapPanel {
+            words: format!("({letter}) {name}: {}", in_figures(run)),
+            ..one_map(site, &view, &[(task, run, class)], false)
+        })
+    };
+    MapFigure {
+        name: name.to_owned(),
+        title,
+        panels: shown.filter_map(panel).collect(),
+        keys: keys(|_| true, true),
     }
 }
 
@@ -76,9 +79,9 @@ fn in_figures(run: &Run) -> String {
 }
 
 /// All tasks of a site on its whole map, the traditional path under that by jump points.
-pub(super) fn overview(title: &str, site: &Site, tasks: &[TaskRuns]) -> Markup {
+pub(super) fn overview(name: &str, title: &str, site: &Site, tasks: &[TaskRuns]) -> MapFigure {
     let view = Viewport::around(site.map.frame().corners(), site.map.frame());
-    let drawn: Vec<(&TaskRuns, &Run, &str)> = [Search::Manhattan, Search::JumpPoints]
+    let drawn: Vec<(&TaskRuns, &Run, &str)> = OVERVIEW
         .into_iter()
         .zip(["traditional-path", "jump-path"])
         .flat_map(|(search, class)| {
@@ -87,27 +90,30 @@ pub(super) fn overview(title: &str, site: &Site, tasks: &[TaskRuns]) -> Markup {
                 .filter_map(move |task| Some((task, task.of(search)?, class)))
         })
         .collect();
-    html! {
-        figure class="whole-row" {
-            h3 { (title) }
-            (one_map(site, &view, &drawn, true))
-            (legend())
-        }
+    MapFigure {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        panels: vec![one_map(site, &view, &drawn, true)],
+        keys: keys(|search| OVERVIEW.contains(&search), false),
     }
 }
 
-/// What the lines and marks of all maps mean.
-pub(super) fn legend() -> Markup {
+/// What the lines and marks of maps with these paths mean; on a map of many the nodes are left out.
+fn keys(has_path: impl Fn(Search) -> bool, has_nodes: bool) -> Vec<(Markup, String)> {
     let node = html! { rect class="node" x="10.5" y="3.5" width="7" height="7" {} };
-    html! {
-        ul class="legend" {
-            li { (key(&start_mark([12.0, 7.0], 0.0), "start")) }
-            li { (key(&goal_mark([14.0, 7.0]), "goal")) }
-            @for (_, class, name) in SHOWN { li { (line_key(class, name)) } }
-            li { (key(&node, "node left by pruning")) }
-            li { (area_key("rock", "obstacle")) }
-        }
+    let paths = SHOWN.into_iter().filter(|(search, ..)| has_path(*search));
+    let mut keys = vec![
+        (start_mark([12.0, 7.0], 0.0), "start"),
+        (goal_mark([14.0, 7.0]), "goal"),
+    ];
+    keys.extend(paths.map(|(_, class, name)| (line_mark(class), name)));
+    if has_nodes {
+        keys.push((node, "node left by pruning"));
     }
+    keys.push((area_mark("rock"), "obstacle"));
+    keys.into_iter()
+        .map(|(mark, meaning)| (mark, meaning.to_owned()))
+        .collect()
 }
 
 fn one_map(
@@ -115,7 +121,7 @@ fn one_map(
     view: &Viewport,
     drawn: &[(&TaskRuns, &Run, &str)],
     with_numbers: bool,
-) -> Markup {
+) -> MapPanel {
     let height = view.height();
     // On a map of many paths the nodes would hide them.
     let nodes: Vec<&Point> = drawn
@@ -123,19 +129,21 @@ fn one_map(
         .filter(|_| !with_numbers)
         .flat_map(|(_, run, _)| handed_out(run).1)
         .collect();
-    html! {
-        svg class="map-picture" xmlns="http://www.w3.org/2000/svg" role="img"
-            aria-label=(alternative(site, drawn))
-            viewBox=(format!("0 0 {MAP_WIDTH} {}", coordinate(height + STRIP))) {
-            rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
-            (ground(&site.map, view, RASTER_SIDE))
-            @for (_, run, class) in drawn { (path(view, class, handed_out(run).0, TOLERANCE)) }
-            @for [x, y] in nodes.into_iter().map(|node| view.at(node)) {
-                rect class="node" x=(coordinate(x - 5.0)) y=(coordinate(y - 5.0)) width="10" height="10" {}
-            }
-            @for (index, (task, run, _)) in drawn.iter().enumerate() { (ends(site, view, task, run, with_numbers.then_some(index))) }
-            (strip(view, height))
+    let content = html! {
+        rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
+        (ground(&site.map, view, RASTER_SIDE))
+        @for (_, run, class) in drawn { (path(view, class, handed_out(run).0, TOLERANCE)) }
+        @for [x, y] in nodes.into_iter().map(|node| view.at(node)) {
+            rect class="node" x=(coordinate(x - 5.0)) y=(coordinate(y - 5.0)) width="10" height="10" {}
         }
+        @for (index, (task, run, _)) in drawn.iter().enumerate() { (ends(site, view, task, run, with_numbers.then_some(index))) }
+        (strip(view, height))
+    };
+    MapPanel {
+        content,
+        height: height + STRIP,
+        alternative: alternative(site, drawn),
+        words: String::new(),
     }
 }
 

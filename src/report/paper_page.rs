@@ -2,18 +2,26 @@
 
 use maud::{Markup, html};
 
-use super::figure::files_beside;
+use super::curves::Plot;
+use super::figure::linked_files;
+use super::map_figure::MapFigure;
 use super::mission::badge;
+use super::own_picture::own_picture;
 use super::page::{Extras, document};
-use super::paper_maps::{legend, overview, side_by_side};
+use super::paper_charts::{figures, plots};
+use super::paper_drives;
+use super::paper_maps::{overview, side_by_side};
 use super::paper_tables::{findings, path_table, reduction_table, step_table};
 use super::report_files::{ReportFile, json_text};
-use super::{paper_bars, paper_drives};
 use crate::bench::paper::drives::{Course, Drives};
 use crate::bench::paper::{AblationTable, PathTable, Site, Table, TaskRuns};
 use crate::robot::Footprint;
 
-const OWN_STYLE: &str = include_str!("paper.css");
+const OWN_STYLE: &str = concat!(
+    include_str!("paper.css"),
+    include_str!("paper_maps.css"),
+    include_str!("paper_charts.css")
+);
 
 /// Figures of the paper that show the scenes.
 const FIRST_SCENE_FIGURE: usize = 9;
@@ -59,12 +67,18 @@ pub struct PaperReport<'a> {
     pub faults: &'a [String],
 }
 
-/// The page, `paper.html`, which holds everything it needs, and each of its tables, the paper's values among ours, as CSV
-/// and with all its digits as JSON.
+/// The page, `paper.html`, which holds everything it needs; each of its tables, the paper's values among ours, as CSV and
+/// with all its digits as JSON; and its maps and charts as SVG pictures.
 #[must_use]
 pub fn paper_files(report: &PaperReport) -> Vec<ReportFile> {
-    let mut files = vec![ReportFile::new("paper.html", page(report))];
-    for table in report.tables {
+    let shown: Vec<Shown> = report
+        .tables
+        .iter()
+        .map(|table| Shown::of(report, table))
+        .collect();
+    let mut files = vec![ReportFile::new("paper.html", page(report, &shown))];
+    for shown in &shown {
+        let table = shown.table;
         let csv = match table {
             Table::Paths(table) => path_table(table),
             Table::Ablation(table) => step_table(table),
@@ -73,11 +87,12 @@ pub fn paper_files(report: &PaperReport) -> Vec<ReportFile> {
         .csv();
         let file = |ending: &str, text| ReportFile::new(format!("{}.{ending}", table.name()), text);
         files.extend([file("csv", csv), file("json", json_text(table))]);
+        files.extend(shown.pictures());
     }
     files
 }
 
-fn page(report: &PaperReport) -> String {
+fn page(report: &PaperReport, shown: &[Shown]) -> String {
     let title = "inbye: the paper's experiments, repeated";
     let content = html! {
         header {
@@ -86,9 +101,9 @@ fn page(report: &PaperReport) -> String {
             p class="machine" { "Measured on: " (report.machine) }
         }
         (verdict(report))
-        @for table in report.tables {
-            (section(report, table))
-            (files_beside(table.name(), &["csv", "json"]))
+        @for shown in shown {
+            (shown.section())
+            (shown.files())
         }
         section {
             h2 { "The same again" }
@@ -131,27 +146,99 @@ fn verdict(report: &PaperReport) -> Markup {
     }
 }
 
-fn section(report: &PaperReport, table: &Table) -> Markup {
-    match table {
-        Table::Paths(table) => paths(report, table),
-        Table::Ablation(table) => steps(table),
-        Table::Drives(table) => paper_drives::section(report, table),
+/// A table of the paper, and the pictures that belong to it.
+struct Shown<'a> {
+    table: &'a Table,
+    maps: Vec<MapFigure>,
+    charts: Vec<Plot>,
+}
+
+impl<'a> Shown<'a> {
+    fn of(report: &PaperReport, table: &'a Table) -> Self {
+        let maps = match table {
+            Table::Paths(table) if table.name == "table_1" => scenes(report),
+            Table::Paths(table) if table.name == "table_2" => mine(report),
+            Table::Drives(table) => vec![paper_drives::maps(report, table)],
+            Table::Paths(_) | Table::Ablation(_) => Vec::new(),
+        };
+        Self {
+            table,
+            maps,
+            charts: plots(table),
+        }
+    }
+
+    /// Names and texts of the SVG files.
+    fn pictures(&self) -> impl Iterator<Item = ReportFile> {
+        let maps = self
+            .maps
+            .iter()
+            .map(|map| (map.name.as_str(), map.picture()));
+        let charts =
+            (!self.charts.is_empty()).then(|| (self.table.name(), own_picture(&self.charts, "")));
+        maps.chain(charts)
+            .map(|(name, text)| ReportFile::new(format!("{name}.svg"), text))
+    }
+
+    fn section(&self) -> Markup {
+        // Maps of one table have the same marks: one legend, below the last.
+        let last = self.maps.len().saturating_sub(1);
+        let pictures = html! {
+            @for (index, map) in self.maps.iter().enumerate() { (map.markup(index == last)) }
+            (figures(&self.charts))
+        };
+        match self.table {
+            Table::Paths(table) => paths(table, &pictures),
+            Table::Ablation(table) => steps(table, &pictures),
+            Table::Drives(table) => paper_drives::section(table, &pictures),
+        }
+    }
+
+    /// Links to all files.
+    fn files(&self) -> Markup {
+        let name = self.table.name();
+        let mut files = vec![format!("{name}.csv"), format!("{name}.json")];
+        files.extend(self.maps.iter().map(|map| format!("{}.svg", map.name)));
+        if !self.charts.is_empty() {
+            files.push(format!("{name}.svg"));
+        }
+        linked_files(&files)
     }
 }
 
-fn paths(report: &PaperReport, table: &PathTable) -> Markup {
+fn scenes(report: &PaperReport) -> Vec<MapFigure> {
+    let scenes = report.roadways.iter().enumerate();
+    scenes
+        .map(|(index, (site, task))| {
+            let number = FIRST_SCENE_FIGURE + index;
+            let title = format!("Fig. {number}, environment {}: {}", index + 1, site.title);
+            side_by_side(&format!("figure_{number}"), title, site, task)
+        })
+        .collect()
+}
+
+fn mine(report: &PaperReport) -> Vec<MapFigure> {
+    let (site, tasks) = report.mine;
+    let all = "All five ways: traditional, Manhattan, and jump points with pruning and spline";
+    let close_ups = tasks
+        .iter()
+        .take(CLOSE_UPS)
+        .enumerate()
+        .map(|(index, task)| {
+            let title = format!("Fig. 16: {}", task.task.name);
+            side_by_side(&format!("figure_16_{}", index + 1), title, site, task)
+        });
+    [overview("mine", all, site, tasks)]
+        .into_iter()
+        .chain(close_ups)
+        .collect()
+}
+
+fn paths(table: &PathTable, pictures: &Markup) -> Markup {
     html! {
         section id=(table.name) {
             h2 { (table.title) }
-            @if table.name == "table_1" {
-                @for (index, (site, task)) in report.roadways.iter().enumerate() {
-                    @let number = FIRST_SCENE_FIGURE + index;
-                    (side_by_side(&format!("Fig. {number}, environment {}: {}", index + 1, site.title), site, task))
-                }
-                (legend())
-            }
-            @if table.name == "figure_5" { (paper_bars::angles(&table.rows)) }
-            @if table.name == "table_2" { (mine(report)) }
+            (pictures)
             div class="whole" { (path_table(table).markup()) }
             // Those of the others stand at the top, as a table of reductions.
             @if table.reductions.is_empty() { (findings(&table.findings)) }
@@ -159,21 +246,11 @@ fn paths(report: &PaperReport, table: &PathTable) -> Markup {
     }
 }
 
-fn mine(report: &PaperReport) -> Markup {
-    let (site, tasks) = report.mine;
-    html! {
-        (overview("All five ways: traditional, Manhattan, and jump points with pruning and spline", site, tasks))
-        @for task in tasks.iter().take(CLOSE_UPS) {
-            (side_by_side(&format!("Fig. 16: {}", task.task.name), site, task))
-        }
-    }
-}
-
-fn steps(table: &AblationTable) -> Markup {
+fn steps(table: &AblationTable, pictures: &Markup) -> Markup {
     html! {
         section id=(table.name) {
             h2 { (table.title) }
-            div class="charts" { (paper_bars::stages("Where the time goes: sums of median times", &table.rows)) }
+            (pictures)
             div class="whole steps" { (step_table(table).markup()) }
         }
     }

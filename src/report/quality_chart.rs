@@ -68,6 +68,7 @@ pub(super) fn plot(rows: &[QualityRow], samples: Axis) -> Option<Plot> {
     keys.push((far_mark(), "the worst of all decisions".to_owned()));
     Some(Plot {
         title: TITLE,
+        style: "",
         content,
         height: HEIGHT,
         keys,

@@ -73,6 +73,7 @@ pub(super) fn plot(of: &Worlds) -> Option<Plot> {
     };
     Some(Plot {
         title: of.title,
+        style: "",
         content,
         height: HEIGHT,
         keys: keys(of),

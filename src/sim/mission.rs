@@ -144,6 +144,8 @@ pub struct Moment<'a> {
     pub took_s: f64,
     /// Radius of each moving obstacle, metres, in the order of [`TraceRow::moving`].
     pub moving_radii: &'a [f64],
+    /// What was wrong with the base after it, for a base that can tell.
+    pub trouble: Option<&'a str>,
     /// The navigator after it.
     pub navigator: &'a Navigator,
 }

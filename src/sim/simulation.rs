@@ -131,6 +131,7 @@ impl<'a> Simulation<'a> {
         };
         let period_s = self.config.local.control_period_s;
         self.goes_on = self.vehicle.drive(&decision.command, period_s);
+        let trouble = self.vehicle.trouble();
         self.walkers.step(period_s, &self.vehicle.pose(), footprint);
         (observer.witness)(&Moment {
             row: &row,
@@ -139,6 +140,7 @@ impl<'a> Simulation<'a> {
             decision: &decision,
             took_s,
             moving_radii: &self.trace.moving_radii,
+            trouble: trouble.as_deref(),
             navigator: &self.navigator,
         });
         row

@@ -15,6 +15,11 @@ pub trait Vehicle {
     /// What it knows of its motion by itself.
     fn odometry(&self) -> OdometryReading;
 
+    /// What is wrong with it now, a sentence for people; none where nothing is, or where it cannot tell.
+    fn trouble(&self) -> Option<String> {
+        None
+    }
+
     /// Takes a command, which is finite, and lets a control period pass, seconds: simulated, or in truth. False when it was
     /// stopped for good, and the mission is over.
     fn drive(&mut self, command: &Twist, period_s: f64) -> bool;

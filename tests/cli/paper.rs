@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use roxmltree::{Document, Node};
 use serde_json::Value;
 
 use crate::program::{Workplace, assert_fields};
@@ -109,6 +110,53 @@ fn the_page_holds_all_it_needs() {
     );
     assert_eq!(table.lines().count(), 1 + 15 + 6, "{table}");
     assert!(!table.contains('\u{2013}'), "{table}");
+    // Its charts of their own, with nothing from elsewhere.
+    for (name, charts) in [("figure_5", 2), ("steps_roadways", 1), ("steps_mine", 1)] {
+        let file = format!("{name}.svg");
+        assert!(page.contains(&format!("href=\"{file}\"")), "{file}");
+        let picture = read(&format!("out/deep/{file}"));
+        let document = Document::parse(&picture).expect("sound markup");
+        let headline = |node: &Node| node.attribute("class") == Some("headline");
+        assert_eq!(
+            document.descendants().filter(headline).count(),
+            charts,
+            "{file}"
+        );
+        assert!(picture.contains(".stage-0 { fill"), "{file}");
+        assert!(
+            !picture.contains("NaN") && !picture.contains("url("),
+            "{file}"
+        );
+    }
+    // Its maps too, without anything that only a browser knows: so many lines of the paths on so many maps.
+    for (name, maps, paths) in [
+        ("figure_9", 3, 3),
+        ("figure_10", 3, 3),
+        ("figure_11", 3, 3),
+        ("mine", 1, 10),
+        ("figure_16_1", 3, 3),
+        ("figure_16_2", 3, 3),
+    ] {
+        let file = format!("{name}.svg");
+        assert!(page.contains(&format!("href=\"{file}\"")), "{file}");
+        let picture = read(&format!("out/deep/{file}"));
+        let document = Document::parse(&picture).expect("sound markup");
+        let inner =
+            |node: &Node| node.tag_name().name() == "svg" && node.parent_element().is_some();
+        assert_eq!(document.descendants().filter(inner).count(), maps, "{file}");
+        let is_path = |node: &Node| {
+            let class = node.attribute("class").unwrap_or_default();
+            node.tag_name().name() == "polyline" && class.ends_with("-path")
+        };
+        assert_eq!(
+            document.descendants().filter(is_path).count(),
+            paths,
+            "{file}"
+        );
+        for outside in ["var(", "url(", "NaN", "inf\""] {
+            assert!(!picture.contains(outside), "{file}: {outside}");
+        }
+    }
     let rows: Value = serde_json::from_str(&read("out/deep/table_1.json")).expect("JSON");
     assert_eq!(rows["name"], "table_1");
     let own = page.replace("http://www.w3.org/2000/svg", "");
@@ -162,6 +210,26 @@ fn the_scenes_are_driven() {
     );
     for name in ["table_3", "table_4", "table_4_heedless"] {
         assert!(page.contains(&format!("<section id=\"{name}\"")), "{name}");
+    }
+    for name in ["table_3", "table_4", "table_4_heedless"] {
+        let picture = fs::read_to_string(place.path(&format!("out/{name}.svg"))).expect("charts");
+        let document = Document::parse(&picture).expect("sound markup");
+        // A mark of each drive that arrived and of each that the paper prints, in both charts.
+        let circles = |class: &str| {
+            let group = |node: &Node| {
+                node.tag_name().name() == "g" && node.attribute("class") == Some(class)
+            };
+            let groups = document.descendants().filter(group);
+            groups.map(|group| group.children().count()).sum::<usize>()
+        };
+        let table = tables
+            .iter()
+            .find(|table| table["name"] == name)
+            .expect("a table");
+        let arrived = table["rows"].as_array().expect("a list").iter();
+        let arrived = arrived.filter(|row| row["reached"] == true).count();
+        let drawn = [circles("deviation ours"), circles("deviation papers")];
+        assert_eq!(drawn, [2 * arrived, 20], "{name}");
     }
     for words in [
         "Fig. 12",

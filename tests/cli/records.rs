@@ -109,6 +109,53 @@ fn a_page_has_its_rows_beside_it() {
     assert_eq!(read("again.svg"), read("out/deep/barn.svg"));
 }
 
+/// The committed soak: what its file says of ends is what the chart says, by map, and every mission that did not arrive is
+/// told with its reason.
+#[test]
+fn a_soak_is_drawn_by_map_and_by_people() {
+    let place = Workplace::new();
+    let record = format!("{RECORDS}/soak-2026-11-21.csv");
+    let run = place.run(&format!("bench draw {record} --report out"));
+    assert_eq!(run.status, 0, "{run:?}");
+    assert_eq!(
+        names(&place, "out"),
+        ["index.html", "soak.csv", "soak.json", "soak.svg"]
+    );
+    let read = |name: &str| fs::read_to_string(place.path(&format!("out/{name}"))).expect("a file");
+    let (page, picture) = (read("index.html"), read("soak.svg"));
+    let rows: Vec<Value> = serde_json::from_str(&read("soak.json")).expect("a list");
+    assert_eq!(rows.len(), 1000);
+    let document = Document::parse(&picture).expect("sound markup");
+    let titles = document
+        .descendants()
+        .filter(|node| node.has_tag_name("title"));
+    let told: BTreeSet<&str> = titles.filter_map(|node| node.text()).collect();
+    let counted = |label: &str, is: &dyn Fn(&Value) -> bool| {
+        let of: Vec<&Value> = rows.iter().filter(|row| is(row)).collect();
+        let arrived = of.iter().filter(|row| row["result"] == "reached").count();
+        let line = format!("{label}: {arrived} of {} arrived", of.len());
+        assert!(told.contains(&line[..]), "{line} in {told:?}");
+    };
+    counted("all missions", &|_| true);
+    counted("people who mind nobody", &|row| row["people"] == "heedless");
+    let maps: BTreeSet<&str> = rows.iter().filter_map(|row| row["map"].as_str()).collect();
+    assert_eq!(maps.len(), 8);
+    for map in maps {
+        counted(map, &|row| row["map"] == map);
+    }
+    // One of each kind that occurs in the legend; no contact was the robot's.
+    assert!(picture.contains("contact by somebody else's motion") && picture.contains("time up"));
+    assert!(!picture.contains("<rect class=\"end-robot\""));
+    for row in rows.iter().filter(|row| row["result"] != "reached") {
+        let reason = row["reason"].as_str().expect("a sentence");
+        assert!(page.contains(&format!("<td>{reason}</td>")), "{reason}");
+    }
+    // What is written is read again, and gives the same picture.
+    let again = place.run("bench draw out/soak.csv --svg out/again.svg");
+    assert_eq!(again.status, 0, "{again:?}");
+    assert_eq!(read("again.svg"), picture);
+}
+
 fn names(place: &Workplace, folder: &str) -> Vec<String> {
     let entries = fs::read_dir(place.path(folder)).expect("a folder");
     let names: BTreeSet<String> = entries
@@ -159,9 +206,13 @@ fn what_is_no_record_is_refused() {
     place.write("bare.csv", latency.lines().next().expect("a header"));
     place.write("other.csv", "map,queries,search\nmine,3,astar\n");
     place.write("none.csv", "");
-    let soak = format!("{RECORDS}/soak-2026-11-21.csv");
-    let table = format!(
-        "
+    // A soak and another sampling in one file.
+    let soak = fs::read_to_string(format!("{RECORDS}/soak-2026-11-21.csv")).expect("committed");
+    place.write(
+        "mixed.csv",
+        soak.replacen("\nsoak,100by100_15,9,", "\n16x64,100by100_15,9,", 1),
+    );
+    let table = "
 latency.csv -> --svg FILE.svg or --report DIR
  --svg a.svg -> RECORD.csv
 gone.csv --svg a.svg -> gone.csv: cannot be read; name a CSV
@@ -171,12 +222,11 @@ bare.csv --svg a.svg -> bare.csv: holds no row
 other.csv --svg a.svg -> other.csv: line 1 has not the columns
 none.csv --svg a.svg -> none.csv: line 1 has not the columns
 mine.png --svg a.svg -> mine.png: line 1
-{soak} --svg a.svg -> soak-2026-11-21.csv; no sampling such as 16x64
+mixed.csv --svg a.svg -> mixed.csv: its missions were driven with; no sampling such as 16x64
 latency.csv latency.csv --svg a.svg -> latency.csv: a second record of latencies
 latency.csv --svg a.png -> --svg a.png; .svg
 latency.csv --report mine.png -> --report mine.png; another name
-"
-    );
+";
     for line in table.lines().filter(|line| !line.is_empty()) {
         let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
         let refusal = place.refusal(&format!("bench draw {arguments}"));
@@ -199,7 +249,7 @@ fn the_pictures_of_the_readme_are_those_of_its_commands() {
         .filter_map(|line| line.strip_prefix("$ inbye bench draw "))
         .filter(|arguments| arguments.contains("benches/pictures"))
         .collect();
-    assert_eq!(commands.len(), 3);
+    assert_eq!(commands.len(), 4);
     let place = Workplace::new();
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().collect();

@@ -88,6 +88,26 @@ fn a_mission_can_be_seen_again() {
 }
 
 #[test]
+fn a_soak_has_a_page() {
+    let place = Workplace::new();
+    let soak = "bench soak --maps mine.yaml --missions 3 --longest 8";
+    let run = place.run(&format!("{soak} --record rows.csv --report out"));
+    assert_eq!(run.errors, ["report: out/index.html"]);
+    let read = |name: &str| fs::read_to_string(place.path(name)).expect("a file");
+    let page = read("out/index.html");
+    assert!(page.contains(&format!("inbye {soak} --record rows.csv --report out")));
+    assert!(page.contains("Measured on: "), "{page}");
+    assert_eq!(page.matches("role=\"img\"").count(), 3);
+    assert_eq!(read("out/soak.csv").lines().count(), 4);
+    // The record gives the same picture.
+    let drawn = place.run("bench draw rows.csv --svg again.svg");
+    assert_eq!(drawn.status, 0, "{drawn:?}");
+    assert_eq!(read("again.svg"), read("out/soak.svg"));
+    let refusal = place.refusal(&format!("{soak} --report mine.yaml"));
+    assert!(refusal.contains("--report mine.yaml"), "{refusal}");
+}
+
+#[test]
 fn an_ablation_has_all_variants() {
     let place = Workplace::new();
     let ablation = "bench ablation --maps mine.yaml --missions 2 --longest 8 --people 1";
@@ -129,6 +149,12 @@ fn an_ablation_has_all_variants() {
     let page = fs::read_to_string(place.path("out/ablation.html")).expect("the page is there");
     assert!(page.ends_with("</html>"));
     assert_eq!(page.matches("role=\"img\"").count(), 2);
+    // Its record is drawn again as the page has it.
+    let drawn = place.run("bench draw rows.csv --svg again.svg");
+    assert_eq!(drawn.status, 0, "{drawn:?}");
+    let picture = |name: &str| fs::read_to_string(place.path(name)).expect("a picture");
+    assert!(picture("again.svg").contains("A* and DWA as printed: "));
+    assert_eq!(picture("again.svg"), picture("out/ablation.svg"));
     let own = page.replace("http://www.w3.org/2000/svg", "");
     for outside in [
         "http:", "https:", "<script", "<link", "url(", "NaN", ">inf<",

@@ -7,6 +7,7 @@ mod program;
 #[path = "../support/requirements.rs"]
 mod requirements;
 mod runs;
+mod troubled;
 
 use std::process::ExitCode;
 
@@ -15,10 +16,11 @@ use serde_json::{Value, json};
 
 use page::{Look, look_at};
 use program::{BrowserTest, Program};
-use runs::{Run, long_run, short_run};
+use runs::{Run, long_run, short_run, troubled_run};
 
-const IN_BROWSER: [(&str, BrowserTest); 4] = [
+const IN_BROWSER: [(&str, BrowserTest); 5] = [
     ("it plays, steps and tells what the trace has", plays),
+    ("what went wrong is told at its tick", faults),
     ("it fits a phone and the dark", fits),
     (
         "a script that was altered is not run, and that is seen",
@@ -112,8 +114,60 @@ fn plays(program: &Program) -> Result<(), Failed> {
     Ok(())
 }
 
+/// What is listed, told and marked is what happened, tick by tick; where nothing did, that is said.
+fn faults(program: &Program) -> Result<(), Failed> {
+    let run = troubled_run(400);
+    let seen = look_at(program, &run.page(), &Look::default())?;
+    assert_eq!(seen.console, [""; 0], "words on the console");
+    let found = &seen.findings["faults"];
+    let in_words = |at: &Vec<String>| match at.len() {
+        0 => json!("none"),
+        _ => json!(at.join("; ")),
+    };
+    let expected: Vec<Value> = run.noted.at.iter().map(in_words).collect();
+    assert_eq!(found["told"], json!(expected));
+    let begun = run.noted.begun();
+    // Senses of two kinds, a base, and a GPU that comes and goes.
+    let kinds = |start: &str| {
+        begun
+            .iter()
+            .filter(|(_, words)| words.starts_with(start))
+            .count()
+    };
+    assert_eq!((kinds("senses: "), kinds("base: ")), (2, 1), "{begun:?}");
+    assert!(kinds("engine: ") > 3, "{begun:?}");
+    let listed = found["listed"].as_array().expect("a list");
+    assert_eq!(listed.len(), begun.len());
+    for ((tick, words), entry) in begun.iter().zip(listed) {
+        let time = format!("{:.2} s {words}", run.result.trace.rows[*tick].time_s);
+        let text = entry["text"].as_str().unwrap_or_default();
+        assert!(text.starts_with(&time), "{text:?}, not {time:?}");
+        assert_eq!(entry["frame"], json!(tick), "{text}");
+        assert_eq!(entry["can_be_reached"], json!(true), "{text}");
+        assert_shows(&entry["shown"], &run, *tick);
+    }
+    assert!(number(found, "marked") > 20.0, "{}", found["marked"]);
+    let said = format!("{} faults are marked", begun.len());
+    assert!(
+        found["alternative"]
+            .as_str()
+            .is_some_and(|text| text.contains(&said))
+    );
+    // Nothing went wrong in the other.
+    let sound = look_at(program, &short_run().page(), &Look::default())?;
+    let found = &sound.findings["faults"];
+    assert_eq!(
+        (&found["listed"], &found["marked"]),
+        (&json!([]), &json!(0))
+    );
+    assert_eq!(found["words"], json!("Faultsnone"));
+    let told = found["told"].as_array().expect("a list");
+    assert!(told.iter().all(|words| words == "none"));
+    Ok(())
+}
+
 fn fits(program: &Program) -> Result<(), Failed> {
-    let page = short_run().page();
+    let page = troubled_run(120).page();
     let mut pictures = Vec::new();
     for (width, dark) in [(360, false), (360, true), (1200, true)] {
         let seen = look_at(program, &page, &Look { width, dark })?;
@@ -175,4 +229,18 @@ fn sizes() {
     let hour = long_run(9000).page();
     assert!(hour.contains("\"frames\":4500"), "every second tick");
     assert!(hour.len() < page.len());
+    // A frame of every second tick, and the faults of all.
+    let troubled = troubled_run(6200);
+    let page = troubled.page();
+    assert!(page.contains("\"frames\":3100"));
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    for (tick, words) in troubled.noted.begun().iter().take(4) {
+        let words = words.replace('<', "&lt;").replace('>', "&gt;");
+        let button = format!(
+            "data-frame=\"{}\"><b>{:.2} s</b> {words}",
+            tick / 2,
+            *tick as f64 * 0.1
+        );
+        assert!(page.contains(&button), "{button}");
+    }
 }

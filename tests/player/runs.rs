@@ -3,10 +3,14 @@
 use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose};
-use inbye::local::CpuEngine;
+use inbye::local::{CpuEngine, Engine};
 use inbye::navigator::Goal;
 use inbye::report::{MissionView, Outcome, Reel, Report, html};
-use inbye::sim::{Config, Mission, MissionResult, Observer, Walkers, crossing, run_mission};
+use inbye::sim::{
+    Config, Mission, MissionResult, Observer, Walkers, crossing, run_mission, run_mission_with,
+};
+
+use crate::troubled::{Noted, Troubled, mortal_engine};
 
 /// A mission that was driven, and its reel.
 pub struct Run {
@@ -14,28 +18,35 @@ pub struct Run {
     config: Config,
     pub result: MissionResult,
     reel: Reel,
+    /// What went wrong.
+    pub noted: Noted,
 }
 
 /// Through the crossing, among people.
 pub fn short_run() -> Run {
-    run(|_| ())
+    run(among_people(), &Config::default(), engine(), None)
 }
 
 /// To and fro for so many ticks.
 pub fn long_run(ticks: usize) -> Run {
-    run(|mission| {
-        let [there, back] = [mission.goal.position, mission.start.position()];
-        let stop = |position: Point| Goal {
-            position,
-            yaw: None,
-        };
-        mission.via = (0..100).flat_map(|_| [stop(there), stop(back)]).collect();
-        mission.time_limit_s = ticks as f64 * 0.1;
-        mission.walkers = Walkers::default();
-    })
+    run(to_and_fro(ticks), &Config::default(), engine(), None)
 }
 
-fn run(change: impl FnOnce(&mut Mission)) -> Run {
+/// The same while much goes wrong.
+pub fn troubled_run(ticks: usize) -> Run {
+    let mission = to_and_fro(ticks);
+    let mut config = Config::default();
+    // What the odometer says is all that the robot knows of its place.
+    config.fixes.rate_hz = 0.0;
+    let mut base = Troubled::new(&mission, &config);
+    run(mission, &config, mortal_engine(), Some(&mut base))
+}
+
+fn engine() -> Box<dyn Engine> {
+    Box::new(CpuEngine::single_threaded())
+}
+
+fn among_people() -> Mission {
     let scene = crossing();
     let goal = Goal {
         position: scene.goal,
@@ -46,24 +57,49 @@ fn run(change: impl FnOnce(&mut Mission)) -> Run {
     let people = r#"[{"x": 8.0, "y": 6.8, "radius": 0.3, "speed": 0.4, "route": [[8.0, 9.4]]}]"#;
     let ground = map.obstacles(Config::default().unknown);
     let walkers = Walkers::parse(people, "people.json", &ground, scene.seed);
-    let mut mission = Mission {
+    Mission {
         walkers: walkers.expect("people on the map"),
         ..Mission::new(map, scene.start, goal)
+    }
+}
+
+fn to_and_fro(ticks: usize) -> Mission {
+    let mut mission = among_people();
+    let [there, back] = [mission.goal.position, mission.start.position()];
+    let stop = |position: Point| Goal {
+        position,
+        yaw: None,
     };
-    change(&mut mission);
-    let config = Config::default();
-    let mut reel = Reel::default();
+    mission.via = (0..100).flat_map(|_| [stop(there), stop(back)]).collect();
+    mission.time_limit_s = ticks as f64 * 0.1;
+    mission.walkers = Walkers::default();
+    mission
+}
+
+fn run(
+    mission: Mission,
+    config: &Config,
+    engine: Box<dyn Engine>,
+    base: Option<&mut Troubled>,
+) -> Run {
+    let (mut reel, mut noted) = (Reel::default(), Noted::default());
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut |moment| reel.take(moment),
+        witness: &mut |moment| {
+            reel.take(moment);
+            noted.take(moment);
+        },
     };
-    let engine = Box::new(CpuEngine::single_threaded());
-    let result = run_mission(&mission, &config, engine, &mut observer);
+    let result = match base {
+        Some(base) => run_mission_with(&mission, config, engine, base, &mut observer),
+        None => run_mission(&mission, config, engine, &mut observer),
+    };
     Run {
         result: result.expect("a mission that can start"),
         mission,
-        config,
+        config: config.clone(),
         reel,
+        noted,
     }
 }
 

@@ -2,7 +2,9 @@
 
 use inbye::bench::barn::BarnRow;
 use inbye::bench::dynabarn::{Culprit, DynaBarnRow};
+use inbye::bench::missions::{Ending, MissionRow, People, Touch};
 use inbye::bench::worlds::Verdict;
+use inbye::bench::{AblationRow, ablation_rows};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use roxmltree::Document;
 
@@ -56,6 +58,62 @@ fn dynabarn() -> Vec<DynaBarnRow> {
     ]
 }
 
+/// On one map all of two missions arrived, on the other one of four, the others ended each in its own way.
+fn soak() -> Vec<MissionRow> {
+    let run = |map: &str, seed, result, contact| MissionRow {
+        setup: "soak".to_owned(),
+        map: map.to_owned(),
+        seed,
+        people: if seed > 2 {
+            People::Heedless
+        } else {
+            People::Nobody
+        },
+        moving: usize::from(seed > 2),
+        unmapped: 0,
+        result,
+        time_s: 20.0 * seed as f64,
+        path_m: 10.0,
+        travelled_m: 11.0,
+        min_clearance_m: Some(0.1 * seed as f64),
+        contact,
+        fault: None,
+        reason: (result != Ending::Reached).then(|| format!("<b>reason</b> {seed}")),
+        final_error_m: 0.01,
+        final_yaw_error_rad: None,
+        plans: 1,
+        ticks: 200,
+        trace_digest: None,
+        engine: "CPU".to_owned(),
+        tick_p50_ms: None,
+        tick_p99_ms: None,
+    };
+    vec![
+        run("an easy map", 1, Ending::Reached, Touch::None),
+        run("an easy map", 2, Ending::Reached, Touch::None),
+        run("<script>", 3, Ending::Reached, Touch::None),
+        run("<script>", 4, Ending::Contact, Touch::Other),
+        run("<script>", 5, Ending::Failed, Touch::None),
+        run("<script>", 6, Ending::Timeout, Touch::None),
+    ]
+}
+
+fn ablation() -> Vec<AblationRow> {
+    let of_variant = |setup: &str| {
+        let missions = soak().into_iter();
+        let setup = setup.to_owned();
+        missions.map(move |row| MissionRow {
+            setup: setup.clone(),
+            ..row
+        })
+    };
+    let rows: Vec<MissionRow> = ["dwa", "recovery"]
+        .into_iter()
+        .flat_map(of_variant)
+        .collect();
+    ablation_rows(&rows.iter().collect::<Vec<_>>())
+}
+
 fn page_of(report: &BenchReport) -> String {
     let files = bench_files(report);
     assert_eq!(files[0].name, "index.html");
@@ -74,14 +132,17 @@ fn a_page_of_all_benchmarks_is_self_contained_and_its_files_are_beside_it() {
         closed_loop: &closed_loop(),
         barn: &barn(),
         dynabarn: &dynabarn(),
+        soak: &soak(),
+        ablation: &ablation(),
         ..BenchReport::default()
     };
     let files = bench_files(&report);
     let page = page_of(&report);
     check(&page);
-    assert_eq!(page.matches("role=\"img\"").count(), 5);
-    // One under each chart, and the densest windows.
-    assert_eq!(page.matches("<table").count(), 6);
+    // A soak has three, an ablation two.
+    assert_eq!(page.matches("role=\"img\"").count(), 5 + 3 + 2);
+    // One under each chart, the densest windows, and the missions that did not arrive.
+    assert_eq!(page.matches("<table").count(), 5 + 3 + 2 + 2);
     for file in &files[1..] {
         assert!(
             page.contains(&format!("href=\"{}\"", file.name)),
@@ -92,7 +153,7 @@ fn a_page_of_all_benchmarks_is_self_contained_and_its_files_are_beside_it() {
             check(&file.text);
         }
     }
-    assert_eq!(files.len(), 1 + 5 * 3);
+    assert_eq!(files.len(), 1 + 7 * 3);
     assert_eq!(files, bench_files(&report));
     check(&bench_svg(&report));
 }
@@ -141,6 +202,45 @@ fn whose_a_contact_was_is_told_apart() {
 }
 
 #[test]
+fn ends_of_a_soak_are_stacked_by_map_and_by_people() {
+    let rows = soak();
+    let picture = bench_svg(&BenchReport {
+        soak: &rows,
+        ..BenchReport::default()
+    });
+    let document = Document::parse(&picture).expect("sound markup");
+    let titles = document
+        .descendants()
+        .filter(|node| node.has_tag_name("title"));
+    let told: Vec<&str> = titles.filter_map(|node| node.text()).collect();
+    let ends = [
+        "all missions: 3 of 6 arrived",
+        "<script>: 1 of 4 arrived",
+        "an easy map: 2 of 2 arrived",
+        "nobody about: 2 of 2 arrived",
+        "people who mind nobody: 1 of 4 arrived",
+    ];
+    assert_eq!(told[..5], ends);
+    // Of the second and the third chart: time for a metre, and gaps.
+    assert_eq!(
+        [told[5], told[10]],
+        ["all missions: median 4.00", "all missions: median 0.200"]
+    );
+    // Each kind of end in the rows of all, of its map and of its people, and in the legend.
+    for class in ["end-other", "end-stopped", "end-late"] {
+        let bars = document
+            .descendants()
+            .filter(|node| node.attribute("class") == Some(class));
+        let widths: Vec<&str> = bars.filter_map(|bar| bar.attribute("width")).collect();
+        assert_eq!(widths.len(), 4, "{class}");
+        // A sixth of all and a fourth of the map's four.
+        let width = |index: usize| widths[index].parse::<f64>().expect("a number");
+        assert!((width(1) / width(0) - 1.5).abs() < 0.01, "{widths:?}");
+    }
+    assert!(!picture.contains("<rect class=\"end-robot\""));
+}
+
+#[test]
 fn times_that_are_none_and_hostile_text_do_no_harm() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0] {
         let mut rows = barn();
@@ -148,6 +248,12 @@ fn times_that_are_none_and_hostile_text_do_no_harm() {
         (rows[2].optimal_time_s, rows[3].score) = (bad, bad);
         let mut moving = dynabarn();
         moving[0].time_s = bad;
+        let mut missions = soak();
+        (
+            missions[0].time_s,
+            missions[1].path_m,
+            missions[2].min_clearance_m,
+        ) = (bad, bad, Some(bad));
         let report = BenchReport {
             title: "</title><script>alert('&')</script>",
             intro: "<script>",
@@ -155,6 +261,7 @@ fn times_that_are_none_and_hostile_text_do_no_harm() {
             command: "<script>",
             barn: &rows,
             dynabarn: &moving,
+            soak: &missions,
             ..BenchReport::default()
         };
         check(&page_of(&report));

@@ -112,12 +112,23 @@ fn a_mission_is_completed_over_an_arduino() {
 fn a_base_that_is_stuck_ends_its_mission_and_says_why() {
     let room = room();
     let base = Emulated::start("native", "--fault stuck-left@4");
-    let ended = base.host(&drive(&room, "")).wait();
+    let folder = room.path().join("out");
+    let report = format!("--report {}", folder.display());
+    let ended = base.host(&drive(&room, &report)).wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let driven = ended.object();
     assert_eq!(driven["reached"], json!(false), "{driven}");
     let why = driven["base"]["stopped"].as_str().expect("words");
     assert!(why.contains("left track"), "{why}");
+    // The report has it at its tick, which is the last.
+    let page = fs::read_to_string(folder.join("index.html")).expect("a page");
+    let last = driven["ticks"].as_u64().expect("ticks") - 1;
+    let listed = format!("<button type=\"button\" data-frame=\"{last}\"><b>");
+    let (_, listed) = page.split_once(&listed).expect("a fault is listed");
+    assert!(
+        listed.contains(&format!("</b> base: {why}</button>")),
+        "{why}"
+    );
     assert!(number(&base.end(), "zeros_at_end") >= 3.0);
 }
 

@@ -10,7 +10,8 @@ pub enum RecordError {
     /// The first line names the columns of no record that is known.
     #[error(
         "{}: line 1 has not the columns of a record that can be drawn: name a CSV file of --record, --record-quality or \
-         --record-missions of `bench density`, or of --record of `bench barn` or `bench dynabarn`", file.display()
+         --record-missions of `bench density`, or of --record of `bench barn`, `bench dynabarn`, `bench soak` or `bench \
+         ablation`", file.display()
     )]
     OtherColumns {
         /// The file.
@@ -32,10 +33,10 @@ pub enum RecordError {
         /// The file.
         file: PathBuf,
     },
-    /// Missions that were driven for another purpose.
+    /// Missions that were driven for another purpose, or for several.
     #[error(
-        "{}: its missions were driven with {setup:?}, which is no sampling such as 16x64, and there is no picture of \
-         those: name a record of `bench density --record-missions`", file.display()
+        "{}: its missions were driven with {setup:?}, which is no sampling such as 16x64, no soak and no variant of an \
+         ablation alone: name a record of `bench density --record-missions`, `bench soak` or `bench ablation`", file.display()
     )]
     NoSampling {
         /// The file.

@@ -5,7 +5,8 @@ mod read;
 
 use super::barn::BarnRow;
 use super::dynabarn::DynaBarnRow;
-use super::{ClosedLoopRow, DensityRow, QualityRow};
+use super::missions::MissionRow;
+use super::{AblationRow, ClosedLoopRow, DensityRow, QualityRow};
 
 pub use error::RecordError;
 pub use read::read_record;
@@ -23,6 +24,10 @@ pub enum Rows {
     Barn(Vec<BarnRow>),
     /// Runs of `bench dynabarn --record`.
     DynaBarn(Vec<DynaBarnRow>),
+    /// Missions of `bench soak --record`.
+    Soak(Vec<MissionRow>),
+    /// Missions of `bench ablation --record`, taken together for each variant.
+    Ablation(Vec<AblationRow>),
 }
 
 /// What a file held.
@@ -44,6 +49,8 @@ impl Rows {
             Self::ClosedLoop(_) => "missions with several samplings",
             Self::Barn(_) => "BARN runs",
             Self::DynaBarn(_) => "DynaBARN runs",
+            Self::Soak(_) => "missions of a soak",
+            Self::Ablation(_) => "missions of an ablation",
         }
     }
 }

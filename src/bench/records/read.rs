@@ -10,7 +10,9 @@ use super::{Record, RecordError, Rows};
 use crate::bench::campaign::SETTINGS;
 use crate::bench::columns::said;
 use crate::bench::missions::MissionRow;
-use crate::bench::{DensityRow, closed_loop_of_record};
+use crate::bench::{
+    ABLATION_VARIANTS, DensityRow, SOAK_SETUP, ablation_rows, closed_loop_of_record,
+};
 
 /// The record that a CSV file holds, whatever further columns it has; those that older records lack may be missing. The
 /// file's name is for messages.
@@ -33,18 +35,34 @@ pub fn read_record(bytes: &[u8], file: &Path) -> Result<Record, RecordError> {
     } else if has(&["world", "seed", "score"]) {
         Rows::Barn(lines.rows()?)
     } else if has(&["setup", "map", "seed"]) {
-        let rows: Vec<MissionRow> = lines.rows()?;
-        let no_sampling = |setup| RecordError::NoSampling {
-            file: file.to_owned(),
-            setup,
-        };
-        Rows::ClosedLoop(closed_loop_of_record(&rows).map_err(no_sampling)?)
+        missions(lines.rows()?, file)?
     } else {
         let file = file.to_owned();
         return Err(RecordError::OtherColumns { file });
     };
     let settings = lines.settings();
     Ok(Record { rows, settings })
+}
+
+/// Missions by what they were driven for, which the names of their settings tell.
+fn missions(rows: Vec<MissionRow>, file: &Path) -> Result<Rows, RecordError> {
+    let are = |is: &dyn Fn(&str) -> bool| rows.iter().all(|row| is(&row.setup));
+    let is_variant = |name: &str| ABLATION_VARIANTS.iter().any(|one| one.name == name);
+    if are(&|name| name == SOAK_SETUP) {
+        return Ok(Rows::Soak(rows));
+    }
+    if are(&is_variant) {
+        return Ok(Rows::Ablation(ablation_rows(
+            &rows.iter().collect::<Vec<_>>(),
+        )));
+    }
+    let no_sampling = |setup| RecordError::NoSampling {
+        file: file.to_owned(),
+        setup,
+    };
+    Ok(Rows::ClosedLoop(
+        closed_loop_of_record(&rows).map_err(no_sampling)?,
+    ))
 }
 
 /// A row with a name: the oldest records have none.

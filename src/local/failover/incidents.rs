@@ -44,6 +44,12 @@ impl Incidents {
         self.losses.values().sum()
     }
 
+    /// How many incidents there were: those told in words, and all after them.
+    #[must_use]
+    pub fn in_all(&self) -> u64 {
+        self.lost_in_all() + self.reopened + self.not_reopened
+    }
+
     pub(super) fn lost(&mut self, kind: LossKind, what: String) {
         *self.losses.entry(kind).or_default() += 1;
         self.tell(Some(kind), what);

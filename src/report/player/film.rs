@@ -26,6 +26,7 @@ pub(super) fn film(mission: &MissionView<'_>, reel: &Reel, view: &Viewport) -> V
         "footprint": mission.footprint.discs().iter().map(|disc| [disc.x, disc.y, disc.radius]).collect::<Vec<_>>(),
         "paths": mission.trace.paths.iter().map(|path| drawn(path, view)).collect::<Vec<_>>(),
         "modes": frames.iter().map(|frame| mode_words(frame.row.mode)).collect::<Runs>().0,
+        "faults": reel.faults.film(reel.stride),
         "deadline_ms": mission.control_period_s * 1e3,
         "lidar": {
             "beams": lidar.map_or(0, |lidar| lidar.ranges.len()),

@@ -3,6 +3,7 @@
 //! The one part of a page that needs a script. The script is the page's own and the only one that its policy allows; the
 //! pictures and tables around it show the run without one.
 
+mod faults;
 mod film;
 mod reel;
 
@@ -16,9 +17,10 @@ pub use reel::Reel;
 const SCRIPT: &str = include_str!("player.js");
 
 /// What is shown in step with the map: its name, the player's name for it, its unit and decimals.
-const READINGS: [(&str, &str, &str); 14] = [
+const READINGS: [(&str, &str, &str); 15] = [
     ("time", "time", "s"),
     ("doing", "mode", ""),
+    ("fault", "fault", ""),
     ("speed", "speed", "m/s"),
     ("turn rate", "turn", "rad/s"),
     ("told", "told", ""),
@@ -38,7 +40,7 @@ pub(super) const STYLE: &str = include_str!("player.css");
 
 /// The player of a mission, for a map picture of this viewport in the same section.
 pub(super) fn figure(mission: &MissionView, reel: &Reel, view: &Viewport) -> Markup {
-    // No text of a user's is in it; the one character that could end the element is written otherwise all the same.
+    // Words of a GPU's driver may be in it: the one character that could end the element is written otherwise.
     let film = film::film(mission, reel, view)
         .to_string()
         .replace('<', "\\u003c");
@@ -66,13 +68,23 @@ pub(super) fn figure(mission: &MissionView, reel: &Reel, view: &Viewport) -> Mar
             }
             dl class="readings" aria-live="off" {
                 @for (name, reading, unit) in READINGS {
-                    div class=[(reading == "told").then_some("wide")] { dt { (name) } dd { span data-reading=(reading) { "–" } " " (unit) } }
+                    div class=[room(reading)] { dt { (name) } dd { span data-reading=(reading) { "–" } " " (unit) } }
                 }
             }
             canvas class="strip" role="img"
-                aria-label="Speed, smallest gap and decision time over the run, with a mark at the chosen time." {}
+                aria-label=(format!("Speed, smallest gap and decision time over the run, with a mark at the chosen time. {}", reel.faults.said())) {}
+            (reel.faults.list(reel.stride))
             script type="application/json" class="film" { (PreEscaped(film)) }
         }
+    }
+}
+
+/// The class of a reading that needs more room than a number does.
+fn room(reading: &str) -> Option<&'static str> {
+    match reading {
+        "told" => Some("wide"),
+        "fault" => Some("whole-line"),
+        _ => None,
     }
 }
 

@@ -15,6 +15,7 @@ function play(figure) {
   const speed = figure.querySelector("[data-does=speed]");
   const ground = groundOf(figure.closest("section"));
   const last = film.frames - 1;
+  const listed = [...figure.querySelectorAll(".faults [data-frame]")];
   let frame = 0, playing = false, before = 0, ahead = 0, colours = {}, stripPicture = null;
 
   // The discs of each frame: five numbers each, from where the frame's begin.
@@ -238,7 +239,7 @@ function play(figure) {
 
   // Three curves over the run, drawn once for a size and a theme; the mark moves over them.
   function drawStrip() {
-    const { on, width, height } = prepare(strip, 132);
+    const { on, width, height } = prepare(strip, 144);
     const size = width + " " + window.devicePixelRatio;
     if (!stripPicture || stripPicture.size !== size) stripPicture = { size, picture: curves(strip.width, strip.height, width, height) };
     on.drawImage(stripPicture.picture, 0, 0, width, height);
@@ -248,13 +249,17 @@ function play(figure) {
     line(on, [[x, 0], [x, height]]);
   }
 
+  // Height of the lane below the curves, where faults are marked.
+  const LANE = 12;
+
   const across = (width) => (index) => 4 + (width - 8) * (last > 0 ? index / last : 0);
 
   function curves(fineWidth, fineHeight, width, height) {
     const picture = document.createElement("canvas");
     [picture.width, picture.height] = [fineWidth, fineHeight];
-    const on = picture.getContext("2d"), at = across(width), tall = height / 3;
+    const on = picture.getContext("2d"), at = across(width), tall = (height - LANE) / 3;
     on.scale(fineWidth / width, fineHeight / height);
+    drawFaults(on, at, height);
     const rows = [
       ["speed, m/s", [[of.told_speed, colours.command], [of.speed, colours.robot]], null],
       ["gap, m", [[of.gap, colours.gap]], 3],
@@ -282,6 +287,23 @@ function play(figure) {
     return picture;
   }
 
+  // Each fault over its ticks: a shade behind the curves, a bar in the lane, and a point up where it begins.
+  function drawFaults(on, at, height) {
+    on.fillStyle = colours.bad;
+    for (const [from, to] of film.faults.spans) {
+      const begin = at(from), width = Math.max(1.5, at(to) - begin);
+      on.globalAlpha = 0.25;
+      on.fillRect(begin - 0.5, 0, width, height - LANE);
+      on.globalAlpha = 1;
+      on.fillRect(begin - 0.5, height - 4, width, 4);
+      on.beginPath();
+      for (const [x, y] of [[-5, 0], [5, 0], [0, 4 - LANE]]) on.lineTo(begin + x, height + y);
+      on.fill();
+    }
+  }
+
+  const faultsAt = (index) => film.faults.spans.filter(([from, to]) => from <= index && index <= to).map(([, , word]) => film.faults.words[word]);
+
   function modeAt(index) {
     let found = "";
     for (const [from, mode] of film.modes) if (from <= index) found = mode;
@@ -292,8 +314,9 @@ function play(figure) {
     // No minus before a zero.
     const number = (value, digits) => (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits);
     const fixed = (name, digits) => Number.isFinite(of[name][frame]) ? number(of[name][frame], digits) : "–";
+    const faults = faultsAt(frame);
     const readings = {
-      time: fixed("time", 2), mode: modeAt(frame), speed: fixed("speed", 2), turn: fixed("turn", 2),
+      time: fixed("time", 2), mode: modeAt(frame), fault: faults.join("; ") || "none", speed: fixed("speed", 2), turn: fixed("turn", 2),
       told: fixed("told_speed", 2) + " m/s, " + fixed("told_turn", 2) + " rad/s", gap: fixed("gap", 3),
       took: fixed("took", 2) + (of.took[frame] > film.deadline_ms ? " LATE" : ""),
       admissible: of.samples[frame] > 0 ? of.admissible[frame] + " of " + of.samples[frame] : "–",
@@ -301,8 +324,10 @@ function play(figure) {
       score: fixed("score", 7), path: of.path[frame] + 1 + " of " + film.paths.length,
     };
     for (const [name, text] of Object.entries(readings)) figure.querySelector("[data-reading=" + name + "]").textContent = text;
+    figure.querySelector("[data-reading=fault]").classList.toggle("is-fault", faults.length > 0);
+    for (const fault of listed) fault.setAttribute("aria-current", Number(fault.dataset.frame) === frame);
     slider.value = frame;
-    slider.setAttribute("aria-valuetext", readings.time + " s, " + readings.mode);
+    slider.setAttribute("aria-valuetext", [readings.time + " s", readings.mode, ...faults].join(", "));
   }
 
   function show(index) {
@@ -343,6 +368,7 @@ function play(figure) {
   figure.querySelector("[data-does=back]").addEventListener("click", () => step(-1));
   figure.querySelector("[data-does=forward]").addEventListener("click", () => step(1));
   slider.addEventListener("input", () => { setPlaying(false); show(Number(slider.value)); });
+  for (const fault of listed) fault.addEventListener("click", () => { setPlaying(false); show(Number(fault.dataset.frame)); });
   for (const layer of figure.querySelectorAll("[data-layer]")) layer.addEventListener("change", draw);
   stage.addEventListener("keydown", (event) => {
     const does = { " ": () => setPlaying(!playing), ArrowLeft: () => step(-1), ArrowRight: () => step(1), Home: () => step(-last), End: () => step(last) }[event.key];

@@ -1,5 +1,6 @@
 //! What a player needs of each tick, gathered while the robot drives.
 
+use super::faults::Faults;
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::{Fan, Reason, Sampling};
 use crate::map::{MovingDisc, Scan};
@@ -31,8 +32,10 @@ const LEAST_SCORE: u8 = 8;
 #[derive(Clone, Debug)]
 pub struct Reel {
     pub(super) frames: Vec<Frame>,
+    /// What went wrong, at all ticks.
+    pub(super) faults: Faults,
     /// One of so many ticks is kept.
-    stride: usize,
+    pub(super) stride: usize,
     ticks: usize,
 }
 
@@ -74,6 +77,7 @@ impl Default for Reel {
     fn default() -> Self {
         Self {
             frames: Vec::new(),
+            faults: Faults::default(),
             stride: 1,
             ticks: 0,
         }
@@ -83,6 +87,7 @@ impl Default for Reel {
 impl Reel {
     /// Takes the next tick of the run.
     pub fn take(&mut self, moment: &Moment<'_>) {
+        self.faults.take(self.ticks, moment);
         let is_kept = self.ticks.is_multiple_of(self.stride);
         self.ticks += 1;
         if !is_kept {

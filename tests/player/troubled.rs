@@ -1,0 +1,170 @@
+//! A drive on which much goes wrong, and what a witness of its own noted of it.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+use inbye::geometry::{Pose, Twist};
+use inbye::local::{
+    CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, LossKind, Prepared,
+};
+use inbye::navigator::Doubt;
+use inbye::sim::{Config, Mission, Moment, OdometryReading, SimBase, Vehicle};
+
+/// Ticks at which the odometer is elsewhere, and those at which it stands.
+const ELSEWHERE: [usize; 2] = [40, 43];
+const FROZEN: [usize; 2] = [90, 100];
+/// Ticks at which the base is too hot.
+const HOT: [usize; 2] = [60, 64];
+/// Answers that each GPU gives before it is lost.
+const ANSWERS: u32 = 30;
+
+/// A base whose odometer lies, and which is too hot for a while.
+pub struct Troubled {
+    base: SimBase,
+    driven: usize,
+    /// What the odometer said last before it stood.
+    last: Cell<OdometryReading>,
+}
+
+fn is_within(tick: usize, [from, to]: [usize; 2]) -> bool {
+    (from..to).contains(&tick)
+}
+
+impl Troubled {
+    pub fn new(mission: &Mission, config: &Config) -> Self {
+        let base = SimBase::new(
+            config.robot.drive(),
+            config.robot.limits,
+            config.dynamics,
+            config.odometry,
+            mission.start,
+            mission.seed,
+        );
+        let base = base.expect("sound settings");
+        let last = Cell::new(base.odometry());
+        Self {
+            base,
+            driven: 0,
+            last,
+        }
+    }
+}
+
+impl Vehicle for Troubled {
+    fn pose(&self) -> Pose {
+        *self.base.pose()
+    }
+
+    fn twist(&self) -> Twist {
+        self.base.twist()
+    }
+
+    fn odometry(&self) -> OdometryReading {
+        let mut reading = self.base.odometry();
+        if is_within(self.driven, FROZEN) {
+            return self.last.get();
+        }
+        if is_within(self.driven, ELSEWHERE) {
+            reading.pose.x += 5.0;
+        }
+        self.last.set(reading);
+        reading
+    }
+
+    fn trouble(&self) -> Option<String> {
+        // It is asked when the tick is over.
+        is_within(self.driven - 1, HOT).then(|| "the base reports: <overheated>".to_owned())
+    }
+
+    fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
+        self.driven += 1;
+        Vehicle::drive(&mut self.base, command, period_s)
+    }
+}
+
+/// A GPU that is lost after some answers.
+struct Mortal {
+    cpu: CpuEngine,
+    left: u32,
+}
+
+impl Mortal {
+    fn boxed() -> Box<dyn Engine> {
+        Box::new(Self {
+            cpu: CpuEngine::single_threaded(),
+            left: ANSWERS,
+        })
+    }
+}
+
+impl Engine for Mortal {
+    fn name(&self) -> String {
+        "a mortal GPU".to_owned()
+    }
+
+    fn kind(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn threads(&self) -> usize {
+        0
+    }
+
+    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+        if self.left == 0 {
+            return Err(EngineError::Lost {
+                adapter: self.name(),
+                kind: LossKind::DeviceLost,
+                what: "unplugged </script>".to_owned(),
+            });
+        }
+        self.left -= 1;
+        self.cpu.evaluate(problem, detail)
+    }
+}
+
+/// A GPU that is lost again and again, each time opened anew after a while.
+pub fn mortal_engine() -> Box<dyn Engine> {
+    let source = || Ok(Mortal::boxed());
+    let cpu = CpuEngine::single_threaded();
+    Box::new(Failover::new(Ok(Mortal::boxed()), source, cpu))
+}
+
+/// What went wrong at each tick, by the counts of the navigator and its engine.
+#[derive(Clone, Default)]
+pub struct Noted {
+    pub at: Vec<Vec<String>>,
+    doubts: BTreeMap<Doubt, u64>,
+    told: usize,
+}
+
+impl Noted {
+    pub fn take(&mut self, moment: &Moment<'_>) {
+        let mut now = Vec::new();
+        for (doubt, &count) in moment.navigator.doubts() {
+            if self.doubts.insert(*doubt, count).unwrap_or_default() < count {
+                now.push(format!("senses: {doubt}"));
+            }
+        }
+        if let Some(incidents) = moment.navigator.planner().incidents() {
+            let new = &incidents.told[self.told..];
+            now.extend(new.iter().map(|one| format!("engine: {}", one.what)));
+            self.told = incidents.told.len();
+        }
+        now.extend(moment.trouble.map(|words| format!("base: {words}")));
+        self.at.push(now);
+    }
+
+    /// Each thing once, where it begins: its tick and words.
+    pub fn begun(&self) -> Vec<(usize, String)> {
+        let of_tick = |tick: usize| {
+            let before = tick
+                .checked_sub(1)
+                .map_or(&[][..], |before| &self.at[before]);
+            let new = self.at[tick].iter().filter(|words| !before.contains(words));
+            new.map(move |words| (tick, words.clone()))
+                .collect::<Vec<_>>()
+        };
+        (0..self.at.len()).flat_map(of_tick).collect()
+    }
+}
