@@ -1,7 +1,7 @@
-//! What a drive does, as it goes on: a line for each change of mode, new plan and doubt, for `--verbose`.
+//! What a drive does, as it goes on: a line for each change of mode, new plan and mishap, for `--verbose`.
 
 use inbye::navigator::Mode;
-use inbye::sim::Moment;
+use inbye::sim::{Mishaps, Moment};
 
 use super::output;
 
@@ -10,7 +10,9 @@ use super::output;
 pub struct Story {
     mode: Option<Mode>,
     plans: usize,
-    doubts: u64,
+    mishaps: Mishaps,
+    /// What was wrong at the last tick.
+    wrong: Vec<String>,
 }
 
 impl Story {
@@ -30,20 +32,15 @@ impl Story {
                 plan.expanded,
             ));
         }
-        let doubts = moment.navigator.doubts();
-        let count = doubts.values().sum();
-        if count > self.doubts && self.mode != Some(Mode::Doubting) {
-            let kinds: Vec<String> = doubts.keys().map(ToString::to_string).collect();
-            let kinds = kinds.join(", ");
-            output::detail(format!("{}: senses not believed, so far: {kinds}", at()));
+        let wrong = self.mishaps.at(moment);
+        for what in wrong.iter().filter(|what| !self.wrong.contains(what)) {
+            output::detail(format!("{}: {what}", at()));
         }
+        self.wrong = wrong;
         if self.mode != Some(row.mode) {
             output::detail(format!("{}: {}", at(), row.mode.word().replace('_', " ")));
         }
-        *self = Self {
-            mode: Some(row.mode),
-            plans: plans.len(),
-            doubts: count,
-        };
+        self.mode = Some(row.mode);
+        self.plans = plans.len();
     }
 }

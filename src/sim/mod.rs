@@ -7,6 +7,7 @@ mod error;
 mod fixes;
 mod keyframes;
 mod lidar;
+mod mishaps;
 mod mission;
 mod moving;
 mod noise;
@@ -32,6 +33,7 @@ pub use error::SimError;
 pub use fixes::{FixSource, Fixes};
 pub use keyframes::Script;
 pub use lidar::{Lidar, LidarReturn};
+pub use mishaps::Mishaps;
 pub use mission::{
     Mission, MissionError, MissionResult, Moment, Observer, StopError, run_mission,
     run_mission_with,

@@ -1,13 +1,10 @@
-//! What went wrong on a drive, each at its tick: senses that were not believed, a GPU that was lost, trouble with the base,
-//! contact, and why a mission was given up.
+//! What went wrong on a drive, each at its tick.
 
 use maud::{Markup, html};
 use serde_json::{Value, json};
 
-use crate::local::LossKind;
-use crate::navigator::Mode;
 use crate::report::number::fixed;
-use crate::sim::Moment;
+use crate::sim::{Mishaps, Moment};
 
 /// So many are listed in words; the curves and the read-out show the others too.
 const MOST_LISTED: usize = 200;
@@ -28,29 +25,14 @@ struct Span {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
     spans: Vec<Span>,
-    /// Incidents of the engine up to the last tick.
-    incidents: u64,
+    mishaps: Mishaps,
 }
 
 impl Faults {
     /// Takes what went wrong at a tick, which is one after the last.
     pub fn take(&mut self, tick: usize, moment: &Moment<'_>) {
-        let row = moment.row;
-        let navigator = moment.navigator;
-        let mut now: Vec<String> = navigator
-            .doubted()
-            .map(|doubt| format!("senses: {doubt}"))
-            .into_iter()
-            .collect();
-        now.extend(self.of_engine(moment));
-        now.extend(moment.trouble.map(|words| format!("base: {words}")));
-        if row.gap_m <= 0.0 {
-            now.push("contact: the robot touches something".to_owned());
-        }
-        let fault = navigator.fault().filter(|_| row.mode == Mode::Failed);
-        now.extend(fault.map(|fault| format!("gave up: {fault}")));
-        for what in now {
-            self.note(tick, row.time_s, what);
+        for what in self.mishaps.at(moment) {
+            self.note(tick, moment.row.time_s, what);
         }
     }
 
@@ -68,23 +50,6 @@ impl Faults {
             to_s: time_s,
             what,
         });
-    }
-
-    /// What happened to a GPU with a stand-in since the last tick. That there is none to begin with is no fault.
-    fn of_engine(&mut self, moment: &Moment<'_>) -> Vec<String> {
-        let Some(incidents) = moment.navigator.planner().incidents() else {
-            return Vec::new();
-        };
-        let before = std::mem::replace(&mut self.incidents, incidents.in_all());
-        (before..self.incidents)
-            .filter_map(|index| match incidents.told.get(index as usize) {
-                Some(one) if one.kind == Some(LossKind::Absent) => None,
-                Some(one) => Some(format!("engine: {}", one.what)),
-                None => {
-                    Some("engine: one more incident; only the first are told in words".to_owned())
-                }
-            })
-            .collect()
     }
 
     /// As the script reads it: all words, and of each fault its first and last frame and the place of its words. A frame
