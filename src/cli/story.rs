@@ -1,7 +1,7 @@
-//! What a drive does, as it goes on: a line for each change of mode, new plan and mishap, for `--verbose`.
+//! What a drive does, as it goes on: a line for each change of mode, new plan and trouble, for `--verbose`.
 
 use inbye::navigator::Mode;
-use inbye::sim::{Mishaps, Moment};
+use inbye::sim::{Moment, Troubles};
 
 use super::output;
 
@@ -10,7 +10,7 @@ use super::output;
 pub struct Story {
     mode: Option<Mode>,
     plans: usize,
-    mishaps: Mishaps,
+    troubles: Troubles,
     /// What was wrong at the last tick.
     wrong: Vec<String>,
 }
@@ -32,7 +32,7 @@ impl Story {
                 plan.expanded,
             ));
         }
-        let wrong = self.mishaps.at(moment);
+        let wrong = self.troubles.at(moment);
         for what in wrong.iter().filter(|what| !self.wrong.contains(what)) {
             output::detail(format!("{}: {what}", at()));
         }

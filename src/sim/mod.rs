@@ -7,7 +7,6 @@ mod error;
 mod fixes;
 mod keyframes;
 mod lidar;
-mod mishaps;
 mod mission;
 mod moving;
 mod noise;
@@ -21,6 +20,7 @@ mod simulation;
 mod slip;
 mod to_and_fro;
 mod trace;
+mod troubles;
 mod vehicle;
 mod walk;
 mod wander;
@@ -33,7 +33,6 @@ pub use error::SimError;
 pub use fixes::{FixSource, Fixes};
 pub use keyframes::Script;
 pub use lidar::{Lidar, LidarReturn};
-pub use mishaps::Mishaps;
 pub use mission::{
     Mission, MissionError, MissionResult, Moment, Observer, StopError, run_mission,
     run_mission_with,
@@ -44,5 +43,6 @@ pub use odometry::{OdometryNoise, OdometryReading};
 pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
 pub use slip::Slip;
 pub use trace::{Trace, TraceRow};
+pub use troubles::Troubles;
 pub use vehicle::Vehicle;
 pub use world::World;

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use serde_json::{Value, json};
 
 use crate::report::number::fixed;
-use crate::sim::{Mishaps, Moment};
+use crate::sim::{Moment, Troubles};
 
 /// So many are listed in words; the curves and the read-out show the others too.
 const MOST_LISTED: usize = 200;
@@ -25,13 +25,13 @@ struct Span {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
     spans: Vec<Span>,
-    mishaps: Mishaps,
+    troubles: Troubles,
 }
 
 impl Faults {
     /// Takes what went wrong at a tick, which is one after the last.
     pub fn take(&mut self, tick: usize, moment: &Moment<'_>) {
-        for what in self.mishaps.at(moment) {
+        for what in self.troubles.at(moment) {
             self.note(tick, moment.row.time_s, what);
         }
     }

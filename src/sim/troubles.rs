@@ -7,12 +7,12 @@ use crate::navigator::Mode;
 
 /// Tells what is wrong at each tick of one drive, shown to it in order.
 #[derive(Clone, Debug, Default)]
-pub struct Mishaps {
+pub struct Troubles {
     /// Incidents of the engine up to the last tick.
     incidents: u64,
 }
 
-impl Mishaps {
+impl Troubles {
     /// A sentence for each thing that is wrong at the next tick; none where all is well.
     pub fn at(&mut self, moment: &Moment<'_>) -> Vec<String> {
         let navigator = moment.navigator;
