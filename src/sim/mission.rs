@@ -7,6 +7,7 @@ use super::simulation::Simulation;
 use super::{Config, OdometryReading, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers};
 use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Fan, Incidents, Sampling};
+use crate::localization::Fix;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Decision, Doubt, Fault, Goal, Navigator, Observation, Punctuality};
 
@@ -138,6 +139,8 @@ pub struct Moment<'a> {
     pub observation: &'a Observation,
     /// What its base knows of its own motion: the pose in the `odom` frame.
     pub odometry: &'a OdometryReading,
+    /// What its localiser says of the pose, of a robot that has one.
+    pub fix: Option<&'a Fix>,
     /// What it decided.
     pub decision: &'a Decision,
     /// How long that took by the observer's clock, seconds.

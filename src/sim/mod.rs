@@ -23,9 +23,10 @@ mod trace;
 mod vehicle;
 mod walk;
 mod wander;
+mod whereabouts;
 mod world;
 
-pub use config::{Config, RobotConfig, WalkerSettings};
+pub use config::{Config, PoseFrom, RobotConfig, WalkerSettings};
 pub use crowd::Crowd;
 pub use drive::{DriveDynamics, SimBase};
 pub use error::SimError;

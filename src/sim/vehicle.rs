@@ -3,6 +3,7 @@
 use super::{OdometryReading, SimBase};
 use crate::base::Base;
 use crate::geometry::{Pose, Twist};
+use crate::map::Sweep;
 
 /// A base in the simulated world.
 pub trait Vehicle {
@@ -14,6 +15,12 @@ pub trait Vehicle {
 
     /// What it knows of its motion by itself.
     fn odometry(&self) -> OdometryReading;
+
+    /// The newest whole revolution of a lidar of its own, by the clock of the mission, whose time is given in seconds; empty as long
+    /// as there is none. None for a vehicle without one: then its lidar is simulated, and its pose is the truth.
+    fn sweep(&mut self, _time_s: f64) -> Option<Sweep> {
+        None
+    }
 
     /// Takes a command, which is finite, and lets a control period pass, seconds: simulated, or in truth. False when it was
     /// stopped for good, and the mission is over.
