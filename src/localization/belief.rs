@@ -20,7 +20,7 @@ const TURN_RAD2_PER_S: f64 = 1e-6;
 /// Variance that time alone adds to the position, m^2 for each second.
 const AT_REST_M2_PER_S: f64 = 1e-7;
 /// How the ground changes: variance of the factor of ways for each metre, and of that of turns for each radian (our choice).
-const WAY_FACTOR_PER_M: f64 = 5e-5;
+const WAY_FACTOR_PER_M: f64 = 2e-6;
 const TURN_FACTOR_PER_RAD: f64 = 1e-5;
 /// The factors stay within these bounds.
 const WAY_FACTOR: (f64, f64) = (0.3, 1.5);

@@ -157,6 +157,7 @@ impl Localizer {
             Some(why) => self.doubt(why),
             None => {
                 self.belief.matched(&there.pose, &there.information);
+                self.note_pose();
                 self.believe();
             }
         }
@@ -223,7 +224,7 @@ impl Localizer {
             self.found = None;
             self.against = 0;
         }
-        self.fix.state = if self.against == 0 {
+        self.fix.state = if self.against == 0 && !self.is_uncertain() {
             State::Tracking
         } else {
             State::Uncertain
@@ -247,6 +248,11 @@ impl Localizer {
             self.found = Some(0);
             self.follow();
         }
+    }
+
+    fn is_uncertain(&self) -> bool {
+        self.fix.sigma_m() > self.settings.uncertain_sigma_m
+            || self.fix.sigma_rad() > self.settings.uncertain_sigma_rad
     }
 
     fn is_unsure(&self) -> bool {

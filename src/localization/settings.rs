@@ -40,10 +40,14 @@ documented! {
         pub most_through: f64,
         /// So many revolutions that speak against the pose, each that does not taken off, make the robot lost, 1 to 1000.
         pub lost_after: u32,
-        /// A position that may be off by more than this, one standard deviation along the worse axis, metres, makes the robot lost,
-        /// above zero and at most 100.
+        /// A position that may be off by more than this, one standard deviation along the worse axis, metres, is uncertain, above zero
+        /// and at most 100.
+        pub uncertain_sigma_m: f64,
+        /// The same of the yaw, radians, above zero and at most 3.
+        pub uncertain_sigma_rad: f64,
+        /// A position that may be off by more than this makes the robot lost, metres, above zero and at most 100.
         pub lost_sigma_m: f64,
-        /// A yaw that may be off by more than this, one standard deviation, radians, makes the robot lost, above zero and at most 3.
+        /// The same of the yaw, radians, above zero and at most 3.
         pub lost_sigma_rad: f64,
         /// This share of the beams must agree with the map for a lost robot to be found, 0 to 1.
         pub found_agreement: f64,
@@ -61,7 +65,7 @@ impl Default for LocalizationSettings {
             start_sigma_rad: 0.05,
             slip_sigma: 0.05,
             turn_sigma: 0.03,
-            way_sigma_m: 0.02,
+            way_sigma_m: 0.04,
             beam_sigma_m: 0.03,
             independent_beams: 60.0,
             outlier_m: 0.12,
@@ -70,7 +74,9 @@ impl Default for LocalizationSettings {
             least_agreement: 0.4,
             most_through: 0.25,
             lost_after: 5,
-            lost_sigma_m: 0.4,
+            uncertain_sigma_m: 0.025,
+            uncertain_sigma_rad: 0.01,
+            lost_sigma_m: 0.5,
             lost_sigma_rad: 0.15,
             found_agreement: 0.7,
             found_after: 5,
@@ -153,6 +159,20 @@ impl LocalizationSettings {
                 1.0,
                 1e3,
                 "1 to 1000",
+            ),
+            (
+                "uncertain_sigma_m",
+                self.uncertain_sigma_m,
+                above_zero,
+                100.0,
+                "above zero and at most 100",
+            ),
+            (
+                "uncertain_sigma_rad",
+                self.uncertain_sigma_rad,
+                above_zero,
+                3.0,
+                "above zero and at most 3",
             ),
             (
                 "lost_sigma_m",

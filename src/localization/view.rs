@@ -44,6 +44,8 @@ impl View {
     pub fn take(&mut self, sweep: &Sweep, track: &PoseTrack) {
         self.hits.clear();
         self.open.clear();
+        self.hits.reserve(sweep.beams.len());
+        self.open.reserve(sweep.beams.len());
         (self.unmeasured, self.range_max) = (0, sweep.range_max);
         let newest = track.newest();
         let here = newest.map_or_else(Pose::default, |(_, pose)| pose);

@@ -164,6 +164,9 @@ impl Senses {
             return Err(Doubt::NoScan);
         }
         if let Some(why) = seen.lost {
+            // Where it will be found it need not have driven to.
+            self.last = None;
+            self.recent.clear();
             return Err(Doubt::Lost(why));
         }
         self.check_place(seen, limits)?;

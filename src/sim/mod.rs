@@ -7,6 +7,7 @@ mod error;
 mod fixes;
 mod keyframes;
 mod lidar;
+mod mishap;
 mod mission;
 mod moving;
 mod noise;
@@ -33,6 +34,7 @@ pub use error::SimError;
 pub use fixes::{FixSource, Fixes};
 pub use keyframes::Script;
 pub use lidar::{Lidar, LidarReturn};
+pub use mishap::Mishap;
 pub use mission::{
     Mission, MissionError, MissionResult, Moment, Observer, StopError, run_mission,
     run_mission_with,

@@ -3,6 +3,7 @@
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
+use super::mishap::{Carried, spoil, spoilt};
 use super::mission::{Mission, MissionError, MissionResult, Moment, Observer, StopError};
 use super::whereabouts::{Seen, Whereabouts};
 use super::{Config, OdometryReading, Trace, TraceRow, Vehicle, Walkers, World};
@@ -18,6 +19,7 @@ pub(super) struct Simulation<'a> {
     world: World,
     walkers: Walkers,
     vehicle: &'a mut dyn Vehicle,
+    carried: Carried,
     /// Whether the vehicle can go on.
     goes_on: bool,
     whereabouts: Whereabouts,
@@ -68,6 +70,7 @@ impl<'a> Simulation<'a> {
             world: World::new(truth),
             walkers: mission.walkers.clone(),
             vehicle,
+            carried: Carried::default(),
             goes_on: true,
             whereabouts,
             truth: PoseTrack::new(),
@@ -159,7 +162,8 @@ impl<'a> Simulation<'a> {
         let odometry = self.vehicle.odometry();
         let own = self.vehicle.sweep(time_s);
         self.has_own_lidar = own.is_some();
-        let truth = self.vehicle.pose();
+        let own_pose = self.vehicle.pose();
+        let truth = self.carried.pose(&self.mission.mishaps, time_s, &own_pose);
         self.truth.record(time_s, &truth);
         self.odometry.record(time_s, &odometry.pose);
         let seen = own.map_or_else(|| self.simulated(time_s), Seen::Sweep);
@@ -185,10 +189,17 @@ impl<'a> Simulation<'a> {
         let (world, rng) = (&self.world, &mut self.lidar_noise);
         let truth = &self.truth;
         let pose_at = |time_s: f64| truth.at(time_s).unwrap_or_default();
+        let mishaps = &self.mission.mishaps;
         if lidar.sweep_s > 0.0 {
-            return Seen::Sweep(lidar.sweep(world, pose_at, time_s, rng));
+            let mut sweep = lidar.sweep(world, pose_at, time_s, rng);
+            for beam in &mut sweep.beams {
+                beam.range = spoilt(mishaps, beam.time_s, beam.range);
+            }
+            return Seen::Sweep(sweep);
         }
-        Seen::Scan(lidar.scan(world, &pose_at(time_s), rng).scan)
+        let mut scan = lidar.scan(world, &pose_at(time_s), rng).scan;
+        spoil(mishaps, time_s, &mut scan);
+        Seen::Scan(scan)
     }
 
     /// A revolution as the navigator takes it: as seen from the place of the last odometry.
@@ -202,7 +213,7 @@ impl<'a> Simulation<'a> {
         if self.has_own_lidar {
             self.whereabouts.pose()
         } else {
-            self.vehicle.pose()
+            self.carried.here(&self.vehicle.pose())
         }
     }
 

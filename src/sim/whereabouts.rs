@@ -32,11 +32,7 @@ pub(super) enum Whereabouts {
 }
 
 impl Whereabouts {
-    pub fn new(
-        config: &Config,
-        known: &ObstacleGrid,
-        mission: &Mission,
-    ) -> Result<Self, SimError> {
+    pub fn new(config: &Config, known: &ObstacleGrid, mission: &Mission) -> Result<Self, SimError> {
         let start = mission.start;
         if config.pose_from == PoseFrom::Scans {
             let localizer = Localizer::new(known, config.localization, &start)?;

@@ -2,7 +2,7 @@
 
 use crate::program::Workplace;
 
-const COMMANDS: [&str; 21] = [
+const COMMANDS: [&str; 22] = [
     "",
     "plan",
     "drive",
@@ -21,6 +21,7 @@ const COMMANDS: [&str; 21] = [
     "bench density",
     "bench draw",
     "bench dynabarn",
+    "bench localization",
     "bench movingai",
     "bench paper",
     "bench soak",
