@@ -146,23 +146,9 @@ impl Lidar {
         };
         let mut seen = vec![false; world.moving.len()];
         for beam in 0..self.beams {
-            if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
-                scan.ranges.push(f64::NAN);
-                continue;
-            }
-            let pose = pose_of(beam);
-            let direction = pose.yaw + scan.angle(beam);
-            let (mut range, disc) = self.first_hit(world, &pose.position(), direction);
-            if range < self.range_min_m {
-                scan.ranges.push(f64::NAN);
-                continue;
-            }
+            let (range, disc) = self.beam(world, &pose_of(beam), scan.angle(beam), rng);
             if let Some(disc) = disc {
                 seen[disc] = true;
-            }
-            if self.range_sigma_m > 0.0 && range.is_finite() {
-                range += self.range_sigma_m * standard_normal(rng);
-                range = range.clamp(self.range_min_m, self.range_max_m);
             }
             scan.ranges.push(range);
         }
@@ -170,6 +156,34 @@ impl Lidar {
             scan,
             visible: (0..seen.len()).filter(|&disc| seen[disc]).collect(),
         }
+    }
+
+    /// One beam of a scan: its range in a direction of the robot's frame, radians.
+    #[must_use]
+    pub fn measure(&self, world: &World, pose: &Pose, angle: f64, rng: &mut Pcg64Mcg) -> f64 {
+        self.beam(world, pose, angle, rng).0
+    }
+
+    /// What a beam reads, and the moving obstacle that it shows, if it shows one.
+    fn beam(
+        &self,
+        world: &World,
+        pose: &Pose,
+        angle: f64,
+        rng: &mut Pcg64Mcg,
+    ) -> (f64, Option<usize>) {
+        if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
+            return (f64::NAN, None);
+        }
+        let (mut range, disc) = self.first_hit(world, &pose.position(), pose.yaw + angle);
+        if range < self.range_min_m {
+            return (f64::NAN, None);
+        }
+        if self.range_sigma_m > 0.0 && range.is_finite() {
+            range += self.range_sigma_m * standard_normal(rng);
+            range = range.clamp(self.range_min_m, self.range_max_m);
+        }
+        (range, disc)
     }
 
     /// A full turn has no second beam at its seam; a smaller fan has one at either edge.
