@@ -1,11 +1,15 @@
-//! A global path on a built-in scene, stage by stage.
+//! A global path on a built-in scene, stage by stage, and the localiser's revolutions there.
 
 use std::hint::black_box;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use inbye::geometry::Pose;
 use inbye::global::{Ground, Heuristic, Searcher, Settings, plan};
+use inbye::localization::{LocalizationSettings, Localizer};
 use inbye::map::{FreeSpace, UnknownPolicy};
-use inbye::sim::scenes;
+use inbye::sim::{Lidar, World, roadway, scenes};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
 
 /// The robot's circle with its margin, and that with the comfortable distance.
 const RADII_M: (f64, f64) = (0.5, 0.75);
@@ -51,5 +55,49 @@ fn scene_plan(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, scene_plan);
+/// One revolution of 450 beams laid on the map of the roadway scene, by a robot that knows where it is, and by one that is lost.
+fn scene_revolution(criterion: &mut Criterion) {
+    let scene = roadway();
+    let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
+    let world = World::new(obstacles.clone());
+    let lidar = Lidar {
+        beams: 450,
+        range_max_m: 12.0,
+        ..Lidar::default()
+    };
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let sweep = lidar.sweep(&world, |_| scene.start, 0.0, &mut random);
+    let settings = LocalizationSettings::default();
+    let start = Pose::new(
+        scene.start.x + 0.03,
+        scene.start.y - 0.02,
+        scene.start.yaw + 0.01,
+    );
+    let localizer = Localizer::new(&obstacles, settings, &start).expect("good settings");
+    criterion.bench_function("localizer, map of 600 x 400 taken in", |bencher| {
+        bencher.iter(|| black_box(Localizer::new(&obstacles, settings, &start)));
+    });
+    criterion.bench_function("localizer, revolution of 450 beams", |bencher| {
+        bencher.iter_batched_ref(
+            || localizer.clone(),
+            |localizer| black_box(localizer.look(&sweep).rounds),
+            BatchSize::LargeInput,
+        );
+    });
+    let elsewhere = Pose::new(15.5, 12.0, 1.6);
+    let sweep = lidar.sweep(&world, |_| elsewhere, 0.0, &mut random);
+    let mut lost = localizer;
+    while lost.fix().state.lost().is_none() {
+        lost.look(&sweep);
+    }
+    criterion.bench_function("localizer, lost robot looked for", |bencher| {
+        bencher.iter_batched_ref(
+            || lost.clone(),
+            |localizer| black_box(localizer.look(&sweep).state),
+            BatchSize::LargeInput,
+        );
+    });
+}
+
+criterion_group!(benches, scene_plan, scene_revolution);
 criterion_main!(benches);

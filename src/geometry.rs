@@ -87,6 +87,29 @@ impl Pose {
         }
     }
 
+    /// The pose after a share, 0 to 1, of a motion with constant twist, forward and sideways, that ends at another pose. It turns
+    /// the shorter way round; its yaw is in (-pi, pi].
+    #[must_use]
+    pub fn on_the_way_to(&self, end: &Self, share: f64) -> Self {
+        // As long as the arc is to its chord, and half the turn away from it, so is the part to its own chord.
+        let chord_share = |half_turn: f64| {
+            if half_turn.abs() < 1e-4 {
+                1.0 - half_turn * half_turn / 6.0
+            } else {
+                libm::sin(half_turn) / half_turn
+            }
+        };
+        let half_turn = wrap_angle(end.yaw - self.yaw) / 2.0;
+        let length = share * chord_share(share * half_turn) / chord_share(half_turn);
+        let (sin, cos) = libm::sincos((share - 1.0) * half_turn);
+        let (x, y) = (end.x - self.x, end.y - self.y);
+        Self {
+            x: self.x + length * (cos * x - sin * y),
+            y: self.y + length * (sin * x + cos * y),
+            yaw: wrap_angle(self.yaw + 2.0 * share * half_turn),
+        }
+    }
+
     /// Whether all three coordinates are finite.
     #[must_use]
     pub const fn is_finite(&self) -> bool {
@@ -185,6 +208,21 @@ mod tests {
         let end = Pose::default().after(&Twist::new(1.0, 0.5), 2.0 * PI);
         assert!(end.x.abs() < 1e-12 && (end.y - 4.0).abs() < 1e-12);
         assert!((end.yaw.abs() - PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn on_the_way_along_an_arc_one_is_on_the_arc() {
+        let start = Pose::new(3.0, -1.0, 2.5);
+        for (linear, angular) in [(1.0, 0.5), (-0.4, 1.3), (0.7, 0.0), (0.0, -2.0)] {
+            let twist = Twist::new(linear, angular);
+            let end = start.after(&twist, 1.0);
+            for share in [0.0, 0.25, 0.6, 1.0] {
+                let (on_the_way, there) =
+                    (start.on_the_way_to(&end, share), start.after(&twist, share));
+                assert!((on_the_way.position() - there.position()).norm() < 1e-12);
+                assert!(wrap_angle(on_the_way.yaw - there.yaw).abs() < 1e-12);
+            }
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //! |---|---|
 //! | [`map`] | where is free space? |
 //! | [`robot`] | what is the machine? |
+//! | [`localization`] | where am I? |
 //! | [`global`] | which way? |
 //! | [`local`] | how to move now? |
 //! | [`navigator`] | when to do which? |
@@ -70,6 +71,8 @@ pub mod spelling;
 
 pub mod map;
 pub mod robot;
+
+pub mod localization;
 
 pub mod global;
 

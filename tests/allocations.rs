@@ -15,8 +15,10 @@ use inbye::local::{
     Axis, ClearanceField, CpuEngine, Detail, Engine, Instructions, LocalPlanner, LocalSettings,
     Prepared, Problem, Situation, Stopping, Window,
 };
-use inbye::map::{Cell, FreeSpace, MovingDisc};
+use inbye::localization::{LocalizationSettings, Localizer, State};
+use inbye::map::{Cell, FreeSpace, MovingDisc, Sweep, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
+use inbye::sim::{Lidar, World, roadway};
 use libtest_mimic::{Arguments, Failed, Trial};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -41,6 +43,7 @@ fn main() -> ExitCode {
         Trial::test("a_warm_planner_allocates_nothing", warm_planners),
         Trial::test("preparing_again_allocates_nothing", preparing_again),
         Trial::test("a_warm_searcher_allocates_nothing", warm_searchers),
+        Trial::test("a_warm_localizer_allocates_nothing", warm_localizers),
         Trial::test("what_allocates_is_counted", what_allocates_is_counted),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()
@@ -247,6 +250,41 @@ fn warm_searchers() -> Result<(), Failed> {
     let (count, found) = lap();
     if growth == 0 || count > 0 || found < 4 * LAP {
         return Err(format!("{growth}, then {count} allocations for {found} paths").into());
+    }
+    Ok(())
+}
+
+/// Revolutions of a robot that drives and knows where it is.
+fn warm_localizers() -> Result<(), Failed> {
+    let scene = roadway();
+    let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
+    let world = World::new(obstacles.clone());
+    let settings = LocalizationSettings::default();
+    let mut localizer = Localizer::new(&obstacles, settings, &scene.start)?;
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let looks = |laps: core::ops::Range<usize>, random: &mut Pcg64Mcg| -> Vec<(f64, Pose, Sweep)> {
+        let look = |tick: usize| {
+            let time_s = 0.1 * tick as f64;
+            let pose = scene.start.after(&Twist::new(0.5, 0.05), time_s);
+            let sweep = Lidar::default().sweep(&world, |_| pose, time_s, random);
+            (time_s, pose, sweep)
+        };
+        laps.map(look).collect()
+    };
+    let mut lap = |looks: &[(f64, Pose, Sweep)]| {
+        let mut tracked = 0;
+        let count = allocations(|| {
+            for (time_s, pose, sweep) in looks {
+                localizer.moved(*time_s, pose);
+                tracked += usize::from(localizer.look(sweep).state == State::Tracking);
+            }
+        });
+        (count, tracked)
+    };
+    let (growth, _) = lap(&looks(0..LAP, &mut random));
+    let (count, tracked) = lap(&looks(LAP..2 * LAP, &mut random));
+    if growth == 0 || count > 0 || tracked < LAP {
+        return Err(format!("{growth}, then {count} allocations, {tracked} tracked").into());
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order in which data flows. A room may use those before it; the first five are before all.
-const ROOMS: [&str; 18] = [
+const ROOMS: [&str; 19] = [
     "digest",
     "documented",
     "geometry",
@@ -12,6 +12,7 @@ const ROOMS: [&str; 18] = [
     "spelling",
     "map",
     "robot",
+    "localization",
     "global",
     "local",
     "navigator",

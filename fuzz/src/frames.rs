@@ -5,13 +5,16 @@ use core::slice;
 
 use inbye::base::arduino::{Answer, read_answer};
 use inbye::base::roboclaw::{Reply, Request};
-use inbye::base::{Faults, native, wheeltec};
+use inbye::base::{Faults, ld19, native, wheeltec};
 use inbye::geometry::Twist;
 
 use super::bytes::Bytes;
 
 /// Longest piece that a native frame can be, bytes: what is held of a stream is no more, whatever comes.
 const NATIVE_HELD: usize = 32;
+
+/// Longest frame of any protocol, bytes.
+const LONGEST: usize = ld19::PACKET_LENGTH;
 
 /// A decoder and its frames.
 trait Stream: Default + Debug {
@@ -68,6 +71,30 @@ stream!(
     any_wheeltec_report
 );
 
+impl Stream for ld19::Decoder {
+    type Frame = ld19::Packet;
+
+    fn push(&mut self, bytes: &[u8]) {
+        Self::push(self, bytes);
+    }
+
+    fn frames(&mut self) -> Vec<ld19::Packet> {
+        self.by_ref().collect()
+    }
+
+    fn dropped(&self) -> u64 {
+        self.dropped_bytes()
+    }
+
+    fn encode(packet: &ld19::Packet) -> Vec<u8> {
+        packet.encode().to_vec()
+    }
+
+    fn any(bytes: &mut Bytes) -> ld19::Packet {
+        any_ld19_packet(bytes)
+    }
+}
+
 /// Our own frames, both ways.
 pub fn native(data: &[u8]) {
     in_native_stream::<native::Decoder<native::Command>>(data);
@@ -83,6 +110,43 @@ pub fn wheeltec(data: &[u8]) {
     there_and_back::<wheeltec::Decoder<wheeltec::Command>>(data);
     there_and_back::<wheeltec::Decoder<wheeltec::Report>>(data);
     any_rates_are_encoded_or_refused(&mut Bytes(data));
+}
+
+/// An LD19's packets, and the turns that they make.
+pub fn ld19(data: &[u8]) {
+    let (stream, found, dropped) = in_pieces::<ld19::Decoder>(data);
+    let used = found.len() * ld19::PACKET_LENGTH + dropped as usize;
+    assert!(
+        stream.len() - used < ld19::PACKET_LENGTH,
+        "{} bytes wait",
+        stream.len() - used
+    );
+    for packet in &found {
+        let is_in = stream
+            .windows(ld19::PACKET_LENGTH)
+            .any(|bytes| bytes == packet.encode());
+        assert!(is_in, "{packet:?}");
+    }
+    there_and_back::<ld19::Decoder>(data);
+    let mut bytes = Bytes(data);
+    let settings = ld19::LidarSettings {
+        mount_x_m: 0.2,
+        mount_yaw_rad: -2.0,
+        upside_down: bytes.byte() & 1 != 0,
+        ..ld19::LidarSettings::default()
+    };
+    let mut revolutions = ld19::Revolutions::new(settings);
+    let mut now_s = 0.0;
+    while !bytes.0.is_empty() {
+        now_s += f64::from(bytes.byte()) / 1e3;
+        let packet = any_ld19_packet(&mut bytes);
+        if let Some(sweep) = revolutions.take(&packet, now_s) {
+            assert!(sweep.is_sound() && sweep.beams.len() <= 4096);
+            assert!(sweep.beams.is_sorted_by_key(|beam| beam.time_s));
+            let within = |range: f64| range.is_nan() || (0.0..=sweep.range_max).contains(&range);
+            assert!(sweep.beams.iter().all(|beam| within(beam.range)));
+        }
+    }
 }
 
 /// `RoboClaw` packets at a controller, and answers at a host.
@@ -165,7 +229,7 @@ fn there_and_back<S: Stream>(data: &[u8]) {
 
 fn is_found_again<S: Stream>(frame: &S::Frame) {
     let line = S::encode(frame);
-    assert!(line.len() <= NATIVE_HELD + ZEROS, "{line:?}");
+    assert!(line.len() <= LONGEST.max(NATIVE_HELD + ZEROS), "{line:?}");
     let mut decoder = S::default();
     decoder.push(&line);
     assert_eq!(decoder.frames(), slice::from_ref(frame));
@@ -237,6 +301,21 @@ fn any_rates_are_encoded_or_refused(bytes: &mut Bytes) {
     for (sent, found) in [(twist.linear, found.linear), (twist.angular, found.angular)] {
         let nearest = sent.clamp(-32.768, 32.767);
         assert!((nearest - found).abs() < 0.000_500_1, "{sent} as {found}");
+    }
+}
+
+/// One of any content that a lidar can have.
+fn any_ld19_packet(bytes: &mut Bytes) -> ld19::Packet {
+    let first = bytes.u16() % 36_000;
+    ld19::Packet {
+        speed_deg_s: bytes.u16(),
+        first,
+        last: (first + bytes.u16() % 9_001) % 36_000,
+        time_ms: bytes.u16(),
+        points: core::array::from_fn(|_| ld19::Point {
+            distance_mm: bytes.u16(),
+            intensity: bytes.byte(),
+        }),
     }
 }
 

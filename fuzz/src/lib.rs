@@ -15,7 +15,7 @@ use core::fmt::Display;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 25] = [
+pub const TARGETS: [Target; 26] = [
     ("map_yaml", maps::map_yaml),
     ("map_image", maps::map_image),
     ("map_server", maps::map_server),
@@ -36,6 +36,7 @@ pub const TARGETS: [Target; 25] = [
     ("frames_native", frames::native),
     ("frames_wheeltec", frames::wheeltec),
     ("frames_roboclaw", frames::roboclaw),
+    ("frames_ld19", frames::ld19),
     ("lines_arduino", frames::arduino),
     ("wire_native", wire::native),
     ("wire_wheeltec", wire::wheeltec),

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::arduino::ArduinoSettings;
+use super::ld19::LidarSettings;
 use super::roboclaw::RoboClawSettings;
 use super::{BaseError, BaseSettings, KeeperSettings, PlausibilitySettings};
 use crate::documented::{Described, Keys, commented_toml, described, documented};
@@ -17,11 +18,13 @@ documented! {
         pub base: BaseSettings,
         /// How it is kept.
         pub keeper: KeeperSettings,
+        /// A lidar on it, of `drive --lidar`.
+        pub lidar: LidarSettings,
     }
 }
 
 /// Its tables, by their paths.
-const TABLES: [(&str, Keys); 7] = [
+const TABLES: [(&str, Keys); 8] = [
     ("", BaseConfig::KEYS),
     ("base", BaseSettings::KEYS),
     ("base.tracks", TrackLimits::KEYS),
@@ -29,6 +32,7 @@ const TABLES: [(&str, Keys); 7] = [
     ("base.arduino", ArduinoSettings::KEYS),
     ("keeper", KeeperSettings::KEYS),
     ("keeper.plausibility", PlausibilitySettings::KEYS),
+    ("lidar", LidarSettings::KEYS),
 ];
 
 /// What its text begins with.
@@ -53,7 +57,8 @@ impl BaseConfig {
     /// [`BaseError::BadConfig`] names the table and the first of its numbers that is out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
         check("base", self.base.validate())?;
-        check("keeper", self.keeper.validate())
+        check("keeper", self.keeper.validate())?;
+        check("lidar", self.lidar.validate())
     }
 }
 

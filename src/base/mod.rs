@@ -13,6 +13,7 @@ mod error;
 mod exchange;
 mod faults;
 pub mod keeper;
+pub mod ld19;
 pub mod native;
 mod peer;
 mod plausibility;
@@ -38,7 +39,7 @@ pub use peer::{Machine, Orders, Peer};
 pub use plausibility::{Observation, Plausibility, PlausibilitySettings};
 pub use protocol::Protocol;
 #[cfg(feature = "serial")]
-pub use serial::{SerialBase, SerialSettings};
+pub use serial::{SerialBase, SerialSettings, open_lidar};
 pub use session::{Counters, Heard, Session};
 pub use settings::BaseSettings;
 pub use verdict::Verdict;

@@ -5,11 +5,15 @@ use std::time::{Duration, Instant};
 
 use serialport::{ClearBuffer, SerialPort};
 
+use super::ld19::BAUD;
 use super::{Base, BaseError, Counters, Feedback, Session};
 use crate::geometry::Twist;
 
 /// Shortest wait, and how long a read waits for a first byte. Never zero: on some systems that means forever.
 const SHORTEST_WAIT: Duration = Duration::from_millis(1);
+
+/// How long a read waits for a lidar's bytes.
+const LISTENING: Duration = Duration::from_millis(10);
 
 /// Reads of one look at the line at most, so that a babbling peer cannot hold the caller.
 const READS_PER_LOOK: usize = 8;
@@ -243,6 +247,23 @@ impl<S: Session> Base for SerialBase<S> {
         self.session.release();
         self.hand_over()
     }
+}
+
+/// Opens the port of an LD19 by its name; reads wait for a hundredth of a second at most.
+///
+/// # Errors
+/// [`BaseError::CannotOpen`].
+pub fn open_lidar(name: &str) -> Result<Box<dyn Read + Send>, BaseError> {
+    let port = serialport::new(name, BAUD)
+        .timeout(LISTENING)
+        .open()
+        .map_err(|error| BaseError::CannotOpen {
+            port: name.to_owned(),
+            reason: error.to_string(),
+        })?;
+    // What came before tells where the robot was then.
+    let _ = port.clear(ClearBuffer::Input);
+    Ok(port)
 }
 
 fn is_silence(kind: ErrorKind) -> bool {

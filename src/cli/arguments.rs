@@ -235,6 +235,8 @@ pub enum BenchCommand {
     Draw(super::draw::DrawArguments),
     /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and take no notice of the robot.
     Dynabarn(super::dynabarn::DynaBarnArguments),
+    /// The pose from slipping odometry and scans matched to the map, against the truth: tours, and robots that are lost.
+    Localization(super::localization::LocalizationArguments),
     /// Grid search against the published optimal lengths of the MovingAI benchmark.
     Movingai(MovingAiArguments),
     /// The paper's tables and figures, paths and drives, repeated beside its printed values.
@@ -422,7 +424,7 @@ where
     }
 }
 
-fn length(text: &str) -> Result<f64, String> {
+pub(super) fn length(text: &str) -> Result<f64, String> {
     let fits = |metres: f64| metres > 0.0 && metres <= FARTHEST;
     number(text, fits, "metres, above zero and at most 1e9")
 }

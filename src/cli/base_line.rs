@@ -47,7 +47,7 @@ impl BaseLine {
 
     /// Opens the port and keeps the base still until something is planned, or until the flag is set.
     pub fn keeper(&self, end: Arc<AtomicBool>) -> anyhow::Result<Keeper> {
-        let BaseConfig { base, keeper } = self.settings;
+        let BaseConfig { base, keeper, .. } = self.settings;
         Keeper::start(self.opener(), &base, keeper, end).context("--port")
     }
 

@@ -32,6 +32,7 @@ mod hardship_words;
 mod import_nav2;
 mod interrupt;
 mod known_words;
+mod localization;
 mod main_job;
 mod man;
 mod map_file;
@@ -103,6 +104,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             BenchCommand::Density(command) => bench::density(command, json),
             BenchCommand::Draw(command) => draw::run(command, json),
             BenchCommand::Dynabarn(command) => dynabarn::run(command, json),
+            BenchCommand::Localization(command) => localization::run(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),
             BenchCommand::Soak(command) => soak::run(command, json),

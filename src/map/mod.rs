@@ -18,6 +18,7 @@ mod movingai;
 mod note;
 mod scan;
 mod scenario;
+mod sweep;
 mod text_map;
 pub(crate) mod yaml;
 
@@ -35,3 +36,4 @@ pub use movingai::cell_from_top_left;
 pub use note::MapNote;
 pub use scan::Scan;
 pub use scenario::{Scenario, parse_scen, read_scen};
+pub use sweep::{Beam, Sweep};

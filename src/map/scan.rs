@@ -1,5 +1,7 @@
 //! One revolution of a planar lidar.
 
+use core::f64::consts::{PI, TAU};
+
 use crate::geometry::{Point, Pose};
 
 /// Ranges measured at equal angles, counter-clockwise, from the robot's own origin.
@@ -16,6 +18,32 @@ pub struct Scan {
 }
 
 impl Scan {
+    /// A scan of so many equal angles over a full turn from measurements in any directions, each a direction in radians and a range
+    /// in metres: in each angle the nearest; NaN where there is none.
+    #[must_use]
+    pub fn nearest_of(
+        beams: usize,
+        range_max: f64,
+        measured: impl Iterator<Item = (f64, f64)>,
+    ) -> Self {
+        let angle_increment = TAU / beams.max(1) as f64;
+        let mut ranges = vec![f64::NAN; beams];
+        for (direction, range) in measured {
+            let beam = ((direction + PI) / angle_increment).rem_euclid(beams as f64) as usize;
+            if let Some(before) = ranges.get_mut(beam.min(beams.saturating_sub(1))) {
+                // NaN is no measurement: anything is better.
+                *before = before.min(range);
+            }
+        }
+        Self {
+            // The middle of the first direction.
+            angle_min: -PI + angle_increment / 2.0,
+            angle_increment,
+            range_max,
+            ranges,
+        }
+    }
+
     /// The direction of a beam in the robot's frame, radians.
     #[must_use]
     pub fn angle(&self, beam: usize) -> f64 {

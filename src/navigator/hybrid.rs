@@ -176,6 +176,7 @@ impl Navigator {
             pose,
             twist,
             scan,
+            lost: _,
             scan_s: _,
         } = observation;
         if has_new_scan && !self.is_over() {
@@ -209,7 +210,11 @@ impl Navigator {
         if !self.is_over() {
             // What it was doing it goes on with when this is over.
             mode = Mode::Doubting;
-            if f64::from(times) * period_s > self.settings.senses_patience_s {
+            let patience_s = match doubt {
+                Doubt::Lost(_) => self.settings.lost_patience_s,
+                _ => self.settings.senses_patience_s,
+            };
+            if f64::from(times) * period_s > patience_s {
                 self.fault = Some(Fault::BadObservation { doubt, times });
                 (self.mode, mode) = (Mode::Failed, Mode::Failed);
             }

@@ -1,6 +1,7 @@
 //! What the robot sees and knows at a tick.
 
 use crate::geometry::{Pose, Twist};
+use crate::localization::Lost;
 use crate::map::Scan;
 
 /// One tick's worth of senses. The navigator knows nothing of the world beyond these and its map.
@@ -10,6 +11,8 @@ pub struct Observation {
     pub time_s: f64,
     /// Where the robot is, as its localisation has it.
     pub pose: Pose,
+    /// Why that is not to be believed, of a localisation that says so.
+    pub lost: Option<Lost>,
     /// How fast it moves, as its odometry has it.
     pub twist: Twist,
     /// The latest revolution of the lidar. The navigator stops when it has had none with a measurement for too long.

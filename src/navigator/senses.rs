@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::{NavigatorSettings, Observation};
 use crate::geometry::{Pose, Twist, Vector};
+use crate::localization::Lost;
 use crate::robot::Limits;
 
 /// A localisation may correct itself by this much at once, metres, beyond what the robot can have driven since.
@@ -44,6 +45,8 @@ pub enum Doubt {
     Clock,
     /// No scan, none with a measurement, or an old one.
     NoScan,
+    /// The localisation says that it does not know the pose, and why.
+    Lost(Lost),
     /// The pose jumped farther than the robot can drive.
     Jump,
     /// The pose does not change though the robot drives.
@@ -55,6 +58,7 @@ pub enum Doubt {
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Lost(why) => return write!(f, "the robot is lost: {why}"),
             Self::NotFinite => "time, pose, speed or the scan's angles are not finite",
             Self::Clock => "the clock jumped, or the scan is from the future",
             Self::NoScan => "there is no fresh scan with a measurement",
@@ -166,6 +170,12 @@ impl Senses {
             .is_none_or(|scan_s| now_s - scan_s > settings.senses_timeout_s)
         {
             return Err(Doubt::NoScan);
+        }
+        if let Some(why) = seen.lost {
+            // Where it will be found it need not have driven to.
+            self.last = None;
+            self.recent.clear();
+            return Err(Doubt::Lost(why));
         }
         self.check_place(seen, limits)?;
         self.check_frozen(seen, commanded)?;

@@ -64,6 +64,8 @@ documented! {
         pub senses_timeout_s: f64,
         /// It gives up when its senses could not be believed for so many seconds' worth of ticks, 0 to 10000.
         pub senses_patience_s: f64,
+        /// The same of a robot whose localisation says that it is lost, 0 to 10000: it stands until it is found.
+        pub lost_patience_s: f64,
         /// A new plan is followed so long after it was asked for, seconds, 0 to 10000; planning runs beside the control
         /// loop.
         pub planning_budget_s: f64,
@@ -116,6 +118,7 @@ impl Default for NavigatorSettings {
             replan_period_s: 0.5,
             senses_timeout_s: 0.3,
             senses_patience_s: 3.0,
+            lost_patience_s: 30.0,
             planning_budget_s: 0.1,
             wait_for_plans: true,
             deadline_s: None,
@@ -162,6 +165,7 @@ impl NavigatorSettings {
             ("replan_period_s", self.replan_period_s, at_least_zero),
             ("senses_timeout_s", self.senses_timeout_s, above_zero),
             ("senses_patience_s", self.senses_patience_s, at_least_zero),
+            ("lost_patience_s", self.lost_patience_s, at_least_zero),
             (
                 "required_movement_radius",
                 self.required_movement_radius,

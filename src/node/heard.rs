@@ -92,6 +92,7 @@ impl Heard {
         Ok(Observation {
             time_s: now_s,
             pose: compose(&frame, &motion.pose),
+            lost: None,
             twist: motion.twist,
             scan: from_origin(sensed.scan.clone(), &self.mount().unwrap_or_default()),
             scan_s: sensed.at_s,

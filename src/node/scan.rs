@@ -1,6 +1,6 @@
 //! A scan as the navigator takes it: counter-clockwise, from the robot's own origin.
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::TAU;
 
 use super::MessageError;
 use super::msg::LaserScan;
@@ -80,31 +80,21 @@ pub fn from_origin(scan: Scan, mount: &Pose) -> Scan {
         return scan;
     }
     let beams = (TAU / scan.angle_increment).ceil().clamp(1.0, MOST_BEAMS);
-    let angle_increment = TAU / beams;
-    let mut ranges = vec![f64::NAN; beams as usize];
-    let mut lower = |direction: f64, range: f64| {
-        let beam = ((direction + PI) / angle_increment).rem_euclid(beams) as usize;
-        let before = &mut ranges[beam.min(beams as usize - 1)];
-        // NaN is no measurement: anything is better.
-        *before = before.min(range);
-    };
-    for (beam, range) in scan.ranges.iter().enumerate() {
+    let seen_from_origin = |(beam, range): (usize, &f64)| {
         let direction = mount.yaw + scan.angle(beam);
-        if range.is_finite() {
-            let (sin, cos) = libm::sincos(direction);
-            let hit = Point::new(mount.x + range * cos, mount.y + range * sin);
-            lower(libm::atan2(hit.y, hit.x), hit.coords.norm());
-        } else if *range == f64::INFINITY {
-            lower(direction, f64::INFINITY);
+        if *range == f64::INFINITY {
+            return Some((direction, f64::INFINITY));
         }
-    }
-    Scan {
-        // The middle of the first direction.
-        angle_min: -PI + angle_increment / 2.0,
-        angle_increment,
-        range_max: scan.range_max + mount.position().coords.norm(),
-        ranges,
-    }
+        let (sin, cos) = libm::sincos(direction);
+        let hit = Point::new(mount.x + range * cos, mount.y + range * sin);
+        let seen = (libm::atan2(hit.y, hit.x), hit.coords.norm());
+        range.is_finite().then_some(seen)
+    };
+    Scan::nearest_of(
+        beams as usize,
+        scan.range_max + mount.position().coords.norm(),
+        scan.ranges.iter().enumerate().filter_map(seen_from_origin),
+    )
 }
 
 fn finite(field: &'static str, value: f32) -> Result<f64, MessageError> {

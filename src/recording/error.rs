@@ -64,4 +64,4 @@ pub enum RecordingError {
 }
 
 /// The format of what is written; a change that older readers would misread raises it.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;

@@ -9,6 +9,7 @@ use super::{Crowd, DriveDynamics, Fixes, Lidar, OdometryNoise, SimError, Slip};
 use crate::documented::{Described, Keys, commented_toml, described, documented};
 use crate::global;
 use crate::local::{LocalSettings, MAX_DISCS, Weights};
+use crate::localization::LocalizationSettings;
 use crate::map::UnknownPolicy;
 use crate::navigator::{Abilities, NavigatorSettings, RobotModel, RoutePlanner};
 use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
@@ -154,6 +155,17 @@ impl WalkerSettings {
     }
 }
 
+/// Where a robot has its pose from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PoseFrom {
+    /// Simulated fixes of the true pose.
+    #[default]
+    Fixes,
+    /// Scans matched to the map.
+    Scans,
+}
+
 documented! {
     /// A whole configuration.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -161,6 +173,9 @@ documented! {
     pub struct Config {
         /// What unknown ground counts as: `blocked` or `free`.
         pub unknown: UnknownPolicy,
+        /// Where the robot has its pose from: `fixes`, simulated ones that hold its odometry to the map, or `scans`, those of its lidar
+        /// matched to the map.
+        pub pose_from: PoseFrom,
         /// The robot.
         pub robot: RobotConfig,
         /// Global planning.
@@ -177,13 +192,15 @@ documented! {
         pub odometry: OdometryNoise,
         /// Simulated fixes of the robot's pose.
         pub fixes: Fixes,
+        /// Matching of scans to the map.
+        pub localization: LocalizationSettings,
         /// Simulated people.
         pub walkers: WalkerSettings,
     }
 }
 
 /// Its tables, by their paths.
-const TABLES: [(&str, Keys); 14] = [
+const TABLES: [(&str, Keys); 15] = [
     ("", Config::KEYS),
     ("robot", RobotConfig::KEYS),
     ("robot.limits", Limits::KEYS),
@@ -197,6 +214,7 @@ const TABLES: [(&str, Keys); 14] = [
     ("dynamics.slip", Slip::KEYS),
     ("odometry", OdometryNoise::KEYS),
     ("fixes", Fixes::KEYS),
+    ("localization", LocalizationSettings::KEYS),
     ("walkers", WalkerSettings::KEYS),
 ];
 
@@ -242,6 +260,7 @@ impl Config {
         check("dynamics", self.dynamics.validate())?;
         check("odometry", self.odometry.validate())?;
         check("fixes", self.fixes.validate())?;
+        check("localization", self.localization.validate())?;
         check("walkers", self.walkers.validate())
     }
 }

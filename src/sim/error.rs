@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::localization::LocalizationError;
 use crate::robot::RobotError;
 
 /// Refuses a setting that is not good.
@@ -40,6 +41,9 @@ pub enum SimError {
     /// A robot that cannot be.
     #[error(transparent)]
     Robot(#[from] RobotError),
+    /// A localiser that cannot be.
+    #[error(transparent)]
+    Localization(#[from] LocalizationError),
     /// A setting out of range.
     #[error("{name} is {value}: it must be {expected}")]
     BadSetting {

@@ -12,7 +12,7 @@ use super::ray::GridRay;
 use super::{SimError, World};
 use crate::documented::documented;
 use crate::geometry::{Point, Pose, Vector};
-use crate::map::{MovingDisc, Scan};
+use crate::map::{MovingDisc, Scan, Sweep};
 
 /// Most beams of one scan; a scan is made at every tick.
 const MAX_BEAMS: usize = 65_536;
@@ -38,6 +38,9 @@ documented! {
         /// Share of the beams, each by itself, that return no measurement whatever they meet, 0 to 1: dust, wet or dark rock,
         /// grazing angles. Default 0.01: our own choice.
         pub dropout: f64,
+        /// Time of a revolution, seconds, 0 to 0.5, in which beam after beam is measured while the robot moves. Default zero: all
+        /// beams at once. Planar lidars commonly take 0.1 s.
+        pub sweep_s: f64,
     }
 }
 
@@ -59,6 +62,7 @@ impl Default for Lidar {
             range_max_m: 10.0,
             range_sigma_m: 0.01,
             dropout: 0.01,
+            sweep_s: 0.0,
         }
     }
 }
@@ -88,7 +92,14 @@ impl Lidar {
         )?;
         at_least_zero("range_sigma_m", self.range_sigma_m)?;
         let share = self.dropout;
-        require((0.0..=1.0).contains(&share), "dropout", share, "0 to 1")
+        require((0.0..=1.0).contains(&share), "dropout", share, "0 to 1")?;
+        let sweep_s = self.sweep_s;
+        require(
+            (0.0..=0.5).contains(&sweep_s),
+            "sweep_s",
+            sweep_s,
+            "0 to 0.5",
+        )
     }
 
     /// One scan by a robot at this pose, which must be finite. Each beam ends at the first wall or body it meets, at a
@@ -100,6 +111,33 @@ impl Lidar {
     /// does not depend on it. Without noise and dropouts the generator is left alone.
     #[must_use]
     pub fn scan(&self, world: &World, pose: &Pose, rng: &mut Pcg64Mcg) -> LidarReturn {
+        self.scan_from(world, |_| *pose, rng)
+    }
+
+    /// A revolution that ends at a time, seconds, by a robot that was at this pose at each time, seconds, in the last
+    /// [`Lidar::sweep_s`] before. Each beam is that of [`Lidar::scan`] from the pose of its own moment; bodies are where they are in
+    /// the end.
+    #[must_use]
+    pub fn sweep(
+        &self,
+        world: &World,
+        pose_at: impl Fn(f64) -> Pose,
+        end_s: f64,
+        rng: &mut Pcg64Mcg,
+    ) -> Sweep {
+        let gaps = (self.beams.max(2) - 1) as f64;
+        let time_of = |beam: usize| end_s - self.sweep_s * (1.0 - beam as f64 / gaps);
+        let seen = self.scan_from(world, |beam| pose_at(time_of(beam)), rng);
+        Sweep::of_scan(&seen.scan, end_s, self.sweep_s)
+    }
+
+    /// A scan whose beams start each at a pose of its own.
+    fn scan_from(
+        &self,
+        world: &World,
+        pose_of: impl Fn(usize) -> Pose,
+        rng: &mut Pcg64Mcg,
+    ) -> LidarReturn {
         let mut scan = Scan {
             angle_min: -self.field_of_view_rad / 2.0,
             angle_increment: self.angle_increment(),
@@ -108,22 +146,9 @@ impl Lidar {
         };
         let mut seen = vec![false; world.moving.len()];
         for beam in 0..self.beams {
-            if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
-                scan.ranges.push(f64::NAN);
-                continue;
-            }
-            let direction = pose.yaw + scan.angle(beam);
-            let (mut range, disc) = self.first_hit(world, &pose.position(), direction);
-            if range < self.range_min_m {
-                scan.ranges.push(f64::NAN);
-                continue;
-            }
+            let (range, disc) = self.beam(world, &pose_of(beam), scan.angle(beam), rng);
             if let Some(disc) = disc {
                 seen[disc] = true;
-            }
-            if self.range_sigma_m > 0.0 && range.is_finite() {
-                range += self.range_sigma_m * standard_normal(rng);
-                range = range.clamp(self.range_min_m, self.range_max_m);
             }
             scan.ranges.push(range);
         }
@@ -131,6 +156,34 @@ impl Lidar {
             scan,
             visible: (0..seen.len()).filter(|&disc| seen[disc]).collect(),
         }
+    }
+
+    /// One beam of a scan: its range in a direction of the robot's frame, radians.
+    #[must_use]
+    pub fn measure(&self, world: &World, pose: &Pose, angle: f64, rng: &mut Pcg64Mcg) -> f64 {
+        self.beam(world, pose, angle, rng).0
+    }
+
+    /// What a beam reads, and the moving obstacle that it shows, if it shows one.
+    fn beam(
+        &self,
+        world: &World,
+        pose: &Pose,
+        angle: f64,
+        rng: &mut Pcg64Mcg,
+    ) -> (f64, Option<usize>) {
+        if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
+            return (f64::NAN, None);
+        }
+        let (mut range, disc) = self.first_hit(world, &pose.position(), pose.yaw + angle);
+        if range < self.range_min_m {
+            return (f64::NAN, None);
+        }
+        if self.range_sigma_m > 0.0 && range.is_finite() {
+            range += self.range_sigma_m * standard_normal(rng);
+            range = range.clamp(self.range_min_m, self.range_max_m);
+        }
+        (range, disc)
     }
 
     /// A full turn has no second beam at its seam; a smaller fan has one at either edge.

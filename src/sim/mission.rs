@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::simulation::Simulation;
-use super::{Config, OdometryReading, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers};
+use super::{
+    Config, Mishap, OdometryReading, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers,
+};
 use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Fan, Incidents, Sampling};
+use crate::localization::Fix;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Decision, Doubt, Fault, Goal, Navigator, Observation, Punctuality};
 
@@ -25,6 +28,8 @@ pub struct Mission {
     pub goal: Goal,
     /// The moving obstacles.
     pub walkers: Walkers,
+    /// What befalls the robot.
+    pub mishaps: Vec<Mishap>,
     /// Seed of all noise.
     pub seed: u64,
     /// The run ends after this long, seconds of simulated time.
@@ -45,6 +50,7 @@ impl Mission {
             via: Vec::new(),
             goal,
             walkers: Walkers::default(),
+            mishaps: Vec::new(),
             seed: 0,
             time_limit_s: 3600.0,
             done_within_m: None,
@@ -138,6 +144,8 @@ pub struct Moment<'a> {
     pub observation: &'a Observation,
     /// What its base knows of its own motion: the pose in the `odom` frame.
     pub odometry: &'a OdometryReading,
+    /// What its localiser says of the pose, of a robot that has one.
+    pub fix: Option<&'a Fix>,
     /// What it decided.
     pub decision: &'a Decision,
     /// How long that took by the observer's clock, seconds.

@@ -3,16 +3,15 @@
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::fixes::FixSource;
+use super::mishap::{Carried, spoil, spoilt};
 use super::mission::{Mission, MissionError, MissionResult, Moment, Observer, StopError};
+use super::whereabouts::{Seen, Whereabouts};
 use super::{Config, OdometryReading, Trace, TraceRow, Vehicle, Walkers, World};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
-use crate::map::MovingDisc;
-use crate::navigator::{Journey, Mode, Navigator, Observation, PoseFilter, PoseFix};
-
-/// A deviation that is as good as none, metres and radians: a filter must not divide by zero.
-const LEAST_SIGMA: f64 = 1e-6;
+use crate::localization::{PoseTrack, View};
+use crate::map::{MovingDisc, Scan, Sweep};
+use crate::navigator::{Journey, Mode, Navigator, Observation};
 
 pub(super) struct Simulation<'a> {
     mission: &'a Mission,
@@ -20,10 +19,16 @@ pub(super) struct Simulation<'a> {
     world: World,
     walkers: Walkers,
     vehicle: &'a mut dyn Vehicle,
+    carried: Carried,
     /// Whether the vehicle can go on.
     goes_on: bool,
-    fixes: FixSource,
-    belief: PoseFilter,
+    whereabouts: Whereabouts,
+    /// Where it truly was, and where odometry had it, of late.
+    truth: PoseTrack,
+    odometry: PoseTrack,
+    view: View,
+    /// Whether the vehicle has a lidar of its own, and so is not in the simulated world.
+    has_own_lidar: bool,
     navigator: Navigator,
     lidar_noise: Pcg64Mcg,
     trace: Trace,
@@ -46,6 +51,7 @@ impl<'a> Simulation<'a> {
         let route_planner = config.route_planner(known.frame().resolution_m);
         let planner = LocalPlanner::new(engine, config.local.clone());
         let engine = planner.engine_name();
+        let whereabouts = Whereabouts::new(config, &known, mission)?;
         let navigator = Navigator::new(
             known,
             &Journey {
@@ -64,9 +70,13 @@ impl<'a> Simulation<'a> {
             world: World::new(truth),
             walkers: mission.walkers.clone(),
             vehicle,
+            carried: Carried::default(),
             goes_on: true,
-            fixes: FixSource::new(config.fixes, mission.seed)?,
-            belief: PoseFilter::new(&fix(config, mission.start)),
+            whereabouts,
+            truth: PoseTrack::new(),
+            odometry: PoseTrack::new(),
+            view: View::default(),
+            has_own_lidar: false,
             navigator,
             lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
             trace: Trace {
@@ -110,14 +120,15 @@ impl<'a> Simulation<'a> {
         self.note_stop(decision.mode);
         let counts = decision.counts.unwrap_or_default();
         let footprint = &self.config.robot.footprint;
+        let pose = self.pose();
         let row = TraceRow {
             time_s,
-            pose: self.vehicle.pose(),
+            pose,
             belief: observation.pose,
             twist: self.vehicle.twist(),
             command: decision.command,
             local_target: decision.local_target,
-            gap_m: self.world.gap_m(footprint, &self.vehicle.pose()),
+            gap_m: self.world.gap_m(footprint, &pose),
             admissible: counts.admissible,
             samples: counts.to_array().iter().sum(),
             mode: decision.mode,
@@ -132,11 +143,12 @@ impl<'a> Simulation<'a> {
         let period_s = self.config.local.control_period_s;
         self.goes_on = self.vehicle.drive(&decision.command, period_s);
         let trouble = self.vehicle.trouble();
-        self.walkers.step(period_s, &self.vehicle.pose(), footprint);
+        self.walkers.step(period_s, &self.pose(), footprint);
         (observer.witness)(&Moment {
             row: &row,
             observation: &observation,
             odometry: &odometry,
+            fix: self.whereabouts.fix(),
             decision: &decision,
             took_s,
             moving_radii: &self.trace.moving_radii,
@@ -146,32 +158,72 @@ impl<'a> Simulation<'a> {
         row
     }
 
-    /// What the robot can know: its odometry held to the map by fixes, and what its lidar sees.
+    /// What the robot can know: its odometry, what its lidar sees, and where both have it in the map.
     fn observe(&mut self, time_s: f64) -> (Observation, OdometryReading) {
         self.world.moving = self.walkers.discs();
-        let truth = self.vehicle.pose();
         let odometry = self.vehicle.odometry();
-        self.belief.moved(&odometry.pose);
-        if let Some(pose) = self.fixes.fix(time_s, &truth) {
-            self.belief.fixed(&fix(self.config, pose));
-        }
-        let lidar = &self.config.lidar;
-        let seen = lidar.scan(&self.world, &truth, &mut self.lidar_noise);
+        let own = self.vehicle.sweep(time_s);
+        self.has_own_lidar = own.is_some();
+        let own_pose = self.vehicle.pose();
+        let truth = self.carried.pose(&self.mission.mishaps, time_s, &own_pose);
+        self.truth.record(time_s, &truth);
+        self.odometry.record(time_s, &odometry.pose);
+        let seen = own.map_or_else(|| self.simulated(time_s), Seen::Sweep);
+        self.whereabouts
+            .observe(time_s, &odometry.pose, &truth, &seen);
+        let (scan, scan_s) = match seen {
+            Seen::Scan(scan) => (scan, time_s),
+            Seen::Sweep(sweep) => (self.at_once(&sweep), sweep.end_s().unwrap_or(time_s)),
+        };
         let observation = Observation {
             time_s,
-            pose: *self.belief.pose(),
+            pose: self.whereabouts.pose(),
+            lost: self.whereabouts.lost(),
             twist: odometry.twist,
-            scan: seen.scan,
-            scan_s: time_s,
+            scan,
+            scan_s,
         };
         (observation, odometry)
+    }
+
+    fn simulated(&mut self, time_s: f64) -> Seen {
+        let lidar = &self.config.lidar;
+        let (world, rng) = (&self.world, &mut self.lidar_noise);
+        let truth = &self.truth;
+        let pose_at = |time_s: f64| truth.at(time_s).unwrap_or_default();
+        let mishaps = &self.mission.mishaps;
+        if lidar.sweep_s > 0.0 {
+            let mut sweep = lidar.sweep(world, pose_at, time_s, rng);
+            for beam in &mut sweep.beams {
+                beam.range = spoilt(mishaps, beam.time_s, beam.range);
+            }
+            return Seen::Sweep(sweep);
+        }
+        let mut scan = lidar.scan(world, &pose_at(time_s), rng).scan;
+        spoil(mishaps, time_s, &mut scan);
+        Seen::Scan(scan)
+    }
+
+    /// A revolution as the navigator takes it: as seen from the place of the last odometry.
+    fn at_once(&mut self, sweep: &Sweep) -> Scan {
+        self.view.take(sweep, &self.odometry);
+        self.view.scan(sweep.beams.len())
+    }
+
+    /// Where the vehicle truly is; where it believes to be, of one whose world is not simulated.
+    fn pose(&self) -> Pose {
+        if self.has_own_lidar {
+            self.whereabouts.pose()
+        } else {
+            self.carried.here(&self.vehicle.pose())
+        }
     }
 
     /// Measures how well it stands at each stop but the last, once.
     fn note_stop(&mut self, mode: Mode) {
         let (stop, number) = self.navigator.stop();
         if mode == Mode::Stopped && self.stop_errors.len() == number {
-            let error = StopError::of(&self.vehicle.pose(), stop);
+            let error = StopError::of(&self.pose(), stop);
             self.stop_errors.push(error);
         }
     }
@@ -211,14 +263,5 @@ impl<'a> Simulation<'a> {
             plans,
             trace: self.trace,
         }
-    }
-}
-
-/// A pose as well known as the configuration's fixes tell it.
-fn fix(config: &Config, pose: Pose) -> PoseFix {
-    PoseFix {
-        pose,
-        sigma_m: config.fixes.sigma_m.max(LEAST_SIGMA),
-        sigma_rad: config.fixes.sigma_rad.max(LEAST_SIGMA),
     }
 }

@@ -3,6 +3,7 @@
 use super::{OdometryReading, SimBase};
 use crate::base::Base;
 use crate::geometry::{Pose, Twist};
+use crate::map::Sweep;
 
 /// A base in the simulated world.
 pub trait Vehicle {
@@ -17,6 +18,12 @@ pub trait Vehicle {
 
     /// What is wrong with it now, a sentence for people; none where nothing is, or where it cannot tell.
     fn trouble(&self) -> Option<String> {
+        None
+    }
+
+    /// The newest whole revolution of a lidar of its own, by the clock of the mission, whose time is given in seconds; empty as long
+    /// as there is none. None for a vehicle without one: then its lidar is simulated, and its pose is the truth.
+    fn sweep(&mut self, _time_s: f64) -> Option<Sweep> {
         None
     }
 

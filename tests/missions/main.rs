@@ -43,6 +43,7 @@ fn main() -> ExitCode {
     ];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.push(mine::trial());
+    trials.push(mine::trial_by_scans());
     trials.extend(gpu_trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }

@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use inbye::bench::{LocalizationCase, LocalizationPlan};
 use inbye::geometry::{Point, Pose};
 use inbye::map::{LoadOptions, UnknownPolicy, load};
 use inbye::navigator::Goal;
-use inbye::sim::{Config, Crowd, Mission, Walkers};
+use inbye::sim::{Config, Crowd, Lidar, Mission, Walkers};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use crate::driving::{arrive, story};
@@ -15,6 +16,51 @@ const MAP: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../shared/data/mine/niosh_sr_coal_mine.yaml"
 );
+
+/// By wheel odometry that slips 5 % and scans alone, more than 300 m.
+pub fn trial_by_scans() -> Trial {
+    Trial::ignorable_test("the mine is toured by scans matched to its map", || {
+        if !Path::new(MAP).exists() {
+            return Ok(Completion::ignored_with(
+                "the development data are not beside the repository",
+            ));
+        }
+        tours_by_scans()?;
+        Ok(Completion::Completed)
+    })
+}
+
+fn tours_by_scans() -> Result<(), Failed> {
+    let mut config = Config {
+        lidar: Lidar {
+            beams: 450,
+            range_max_m: 12.0,
+            range_sigma_m: 0.02,
+            sweep_s: 0.1,
+            ..Lidar::default()
+        },
+        ..Config::default()
+    };
+    config.dynamics.slip.mean = 0.05;
+    let plan = LocalizationPlan {
+        name: "mine".to_owned(),
+        map: Arc::new(load(Path::new(MAP), &LoadOptions::default())?),
+        start: Pose::new(57.37, 93.86, 0.0),
+        goal: Point::new(210.86, 169.48),
+        config,
+        tour_m: 300.0,
+    };
+    for seed in 0..2 {
+        let row = plan.drive(LocalizationCase::Tour, seed)?;
+        assert!(row.reached && row.travelled_m >= 300.0, "{row:#?}");
+        assert!(row.worst_m <= 0.05 && row.worst_rad <= 0.02, "{row:#?}");
+        assert!(
+            row.lost_ticks == 0 && row.odometry_worst_m > 1.0,
+            "{row:#?}"
+        );
+    }
+    Ok(())
+}
 
 pub fn trial() -> Trial {
     Trial::ignorable_test("the mine is crossed among five people", || {

@@ -82,6 +82,7 @@ impl Script {
             observation: Observation {
                 time_s: 0.0,
                 pose: start,
+                lost: None,
                 twist: Twist::STOP,
                 scan: empty_scan(),
                 scan_s: 0.0,

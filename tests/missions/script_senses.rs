@@ -1,6 +1,7 @@
 //! Senses that lie, fail or say nothing.
 
 use inbye::geometry::{Pose, Twist};
+use inbye::localization::Lost;
 use inbye::navigator::{Decision, Doubt, Fault, Mode, Observation};
 
 use crate::Test;
@@ -26,6 +27,7 @@ pub const TESTS: &[Test] = &[
         "ranges that are no measurement are no obstacle",
         no_measurement,
     ),
+    ("a robot that is lost stands until it is found", lost),
     ("a scan without beams is none", no_beams),
     (
         "a false return is forgotten when it is seen through",
@@ -116,6 +118,28 @@ fn goes_on_after_a_few_and_gives_up_after_many(
         }
         _ => Err(format!("{last:?}, {fault:?}")),
     }
+}
+
+/// A robot whose localisation has lost it stands for as long as its patience lasts, and goes on where it is found, also elsewhere.
+fn lost() {
+    let (decisions, mut script) = disturbed(100, &|_, seen| seen.lost = Some(Lost::Blind));
+    assert!(
+        decisions
+            .iter()
+            .all(|decision| decision.mode == Mode::Doubting)
+    );
+    assert_eq!(decisions[20].command, Twist::STOP);
+    let doubt = Doubt::Lost(Lost::Blind);
+    assert_eq!(script.navigator.doubts().get(&doubt), Some(&100));
+    script.finish(45.0);
+    let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(Lost::Blind));
+    assert_eq!(decisions.last().map(|last| last.mode), Some(Mode::Failed));
+    let fault = script.navigator.fault().map(ToString::to_string);
+    assert_eq!(
+        fault.unwrap_or_default(),
+        "INVALID_OBSERVATION: the robot is lost: the lidar measures nothing where the map has walls, 301 times in a row; \
+         the robot stops"
+    );
 }
 
 fn old_scan() {

@@ -6,6 +6,7 @@ mod emulator;
 mod goldens;
 mod guard;
 mod keeper;
+mod ld19;
 mod line;
 mod mixing;
 mod plausibility;

@@ -18,7 +18,7 @@ use proptest::test_runner::TestCaseError;
 use crate::sure::{counterexample, for_all};
 
 /// A decoder under test.
-trait Language {
+pub trait Language {
     /// What it finds.
     type Item: Clone + Debug + PartialEq;
     /// The bytes of one.
@@ -208,7 +208,7 @@ fn after_noise<L: Language>(noise: &[u8], items: &[L::Item]) -> Result<(), TestC
     Ok(())
 }
 
-fn holds_everywhere<L: Language>(item: impl Strategy<Value = L::Item>) {
+pub fn holds_everywhere<L: Language>(item: impl Strategy<Value = L::Item>) {
     let items = vec(item, 3..8);
     let cuts = vec(any::<usize>(), 0..12);
     let noise = vec(any::<u8>(), 0..80);

@@ -2,7 +2,7 @@
 
 /// Pauses that double from one failure to the next, up to a longest one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BackOff {
+pub(in crate::base) struct BackOff {
     first_s: f64,
     longest_s: f64,
     failures: i32,
@@ -11,7 +11,7 @@ pub(super) struct BackOff {
 
 impl BackOff {
     /// Nothing has failed yet.
-    pub(super) const fn new(first_s: f64, longest_s: f64) -> Self {
+    pub(in crate::base) const fn new(first_s: f64, longest_s: f64) -> Self {
         Self {
             first_s,
             longest_s,
@@ -21,12 +21,12 @@ impl BackOff {
     }
 
     /// Whether it may be tried now.
-    pub(super) fn is_due(&self, now_s: f64) -> bool {
+    pub(in crate::base) fn is_due(&self, now_s: f64) -> bool {
         now_s >= self.due_s
     }
 
     /// It has failed.
-    pub(super) fn failed(&mut self, now_s: f64) {
+    pub(in crate::base) fn failed(&mut self, now_s: f64) {
         let pause_s = self.first_s * libm::ldexp(1.0, self.failures);
         self.due_s = now_s + pause_s.min(self.longest_s);
         // Beyond that it is the longest in any case, and the count must not overflow.
@@ -34,7 +34,7 @@ impl BackOff {
     }
 
     /// It has worked: the next pause is the first again.
-    pub(super) const fn worked(&mut self) {
+    pub(in crate::base) const fn worked(&mut self) {
         self.failures = 0;
     }
 }

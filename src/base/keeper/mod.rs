@@ -16,7 +16,7 @@
 //! 0.5 s with our own frames and, as the session sets it, with a `RoboClaw`; after 2 s with a `ROSArduinoBridge`. WHEELTEC's
 //! published firmware has none and drives on.
 
-mod back_off;
+pub(super) mod back_off;
 mod guard;
 mod link;
 mod odometer;

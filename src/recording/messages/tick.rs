@@ -2,6 +2,7 @@
 
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::Counts;
+use crate::localization::Lost;
 use crate::map::Scan;
 use crate::navigator::{Decision, Mode, Observation};
 use crate::recording::cdr::{Decoder, Encoder};
@@ -38,6 +39,15 @@ const MODES: [Mode; 10] = [
     Mode::Doubting,
 ];
 
+/// In the order of the message's numbers, from one; zero is a pose that is believed.
+const LOST: [Lost; 5] = [
+    Lost::Blind,
+    Lost::ThroughWalls,
+    Lost::Unexplained,
+    Lost::Jumped,
+    Lost::Unsure,
+];
+
 /// The message of a tick.
 pub fn tick(
     tick: u64,
@@ -49,6 +59,7 @@ pub fn tick(
     let Observation {
         time_s,
         pose,
+        lost,
         twist,
         scan,
         scan_s,
@@ -58,6 +69,7 @@ pub fn tick(
     message.u64(tick);
     message.all_f64([*time_s, *scan_s]);
     message.all_f64([pose.x, pose.y, pose.yaw]);
+    message.u8(lost.map_or(0, |why| why as u8 + 1));
     message.all_f64([twist.linear, twist.angular]);
     message.all_f64([scan.angle_min, scan.angle_increment, scan.range_max]);
     message.count(scan.ranges.len());
@@ -85,6 +97,10 @@ impl Tick {
         let observation = Observation {
             time_s,
             pose: Pose::new(read.f64()?, read.f64()?, read.f64()?),
+            lost: match read.u8()? {
+                0 => None,
+                number => Some(*LOST.get(usize::from(number) - 1)?),
+            },
             twist: Twist::new(read.f64()?, read.f64()?),
             scan: Scan {
                 angle_min: read.f64()?,
@@ -136,10 +152,22 @@ mod tests {
     }
 
     #[test]
+    fn reasons_are_numbered_as_the_definition_has_them() {
+        for (number, why) in LOST.iter().enumerate() {
+            assert_eq!(*why as usize, number);
+            let word = serde_json::to_value(why).expect("a word");
+            let word = word.as_str().unwrap_or_default().to_uppercase();
+            let line = format!("uint8 {word}={}\n", number + 1);
+            assert!(crate::recording::definitions::schema("inbye_msgs/Tick").contains(&line));
+        }
+    }
+
+    #[test]
     fn a_tick_is_read_as_it_was_written() {
         let observation = Observation {
             time_s: 12.3,
             pose: Pose::new(0.1, -0.2, 0.3),
+            lost: Some(Lost::Unsure),
             twist: Twist::new(0.4, -0.5),
             scan: Scan {
                 angle_min: -1.0,
@@ -171,6 +199,7 @@ mod tests {
             assert_eq!((&read.decision, read.took_s), (&decision, 0.001));
             assert_eq!(read.observation.scan, observation.scan);
             assert_eq!(read.observation.pose, observation.pose);
+            assert_eq!(read.observation.lost, observation.lost);
             assert_eq!(read.observation.twist, observation.twist);
             assert_eq!(
                 (read.observation.time_s, read.observation.scan_s),

@@ -1,0 +1,162 @@
+//! A packet's bytes and numbers, and the finding of packets in a stream.
+
+use std::collections::VecDeque;
+
+use crc::{Algorithm, Crc};
+
+const HEAD: u8 = 0x54;
+const KIND: u8 = 0x2C;
+
+/// Bytes of a packet.
+pub const PACKET_LENGTH: usize = 47;
+
+/// Points of a packet.
+pub const POINTS: usize = 12;
+
+/// Angles are below a full turn, 0.01 degrees.
+pub(super) const TURN: u16 = 36_000;
+
+/// A packet spans no more than this, 0.01 degrees: what is above has no sense for twelve points, however slowly it turns.
+const WIDEST: u16 = 9_000;
+
+/// Check value of `123456789`, by a program of its own: see the tests.
+const ALGORITHM: Algorithm<u8> = Algorithm {
+    width: 8,
+    poly: 0x4D,
+    init: 0,
+    refin: false,
+    refout: false,
+    xorout: 0,
+    check: 0xC3,
+    residue: 0,
+};
+
+const CRC: Crc<u8> = Crc::<u8>::new(&ALGORITHM);
+
+/// One measurement.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Point {
+    /// Distance, mm; zero for none.
+    pub distance_mm: u16,
+    /// Strength of the echo.
+    pub intensity: u8,
+}
+
+/// Twelve points at equal angles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Packet {
+    /// Speed of rotation, degrees per second.
+    pub speed_deg_s: u16,
+    /// Angle of the first point, 0.01 degrees clockwise, below 36,000.
+    pub first: u16,
+    /// The points in the order in which they were measured.
+    pub points: [Point; POINTS],
+    /// Angle of the last point, at most 90 degrees on.
+    pub last: u16,
+    /// When, ms by the lidar's clock; it begins anew after 30,000.
+    pub time_ms: u16,
+}
+
+impl Packet {
+    /// From the first point to the last, 0.01 degrees clockwise.
+    #[must_use]
+    pub const fn span(&self) -> u16 {
+        let turn = TURN as u32;
+        ((self.last as u32 + turn - self.first as u32 % turn) % turn) as u16
+    }
+
+    /// The bytes on the line: for an emulated lidar.
+    #[must_use]
+    pub fn encode(&self) -> [u8; PACKET_LENGTH] {
+        let mut bytes = [0; PACKET_LENGTH];
+        (bytes[0], bytes[1]) = (HEAD, KIND);
+        let mut put = |at: usize, number: u16| {
+            bytes[at..at + 2].copy_from_slice(&number.to_le_bytes());
+        };
+        put(2, self.speed_deg_s);
+        put(4, self.first);
+        put(42, self.last);
+        put(44, self.time_ms);
+        for (index, point) in self.points.iter().enumerate() {
+            put(6 + 3 * index, point.distance_mm);
+        }
+        for (index, point) in self.points.iter().enumerate() {
+            bytes[8 + 3 * index] = point.intensity;
+        }
+        bytes[PACKET_LENGTH - 1] = CRC.checksum(&bytes[..PACKET_LENGTH - 1]);
+        bytes
+    }
+
+    /// The packet in bytes, if head, check and angles are right.
+    fn decode(bytes: &[u8; PACKET_LENGTH]) -> Option<Self> {
+        let (content, check) = bytes.split_at(PACKET_LENGTH - 1);
+        if content[..2] != [HEAD, KIND] || CRC.checksum(content) != check[0] {
+            return None;
+        }
+        let number = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        let packet = Self {
+            speed_deg_s: number(2),
+            first: number(4),
+            points: core::array::from_fn(|index| Point {
+                distance_mm: number(6 + 3 * index),
+                intensity: bytes[8 + 3 * index],
+            }),
+            last: number(42),
+            time_ms: number(44),
+        };
+        let is_angle = packet.first < TURN && packet.last < TURN;
+        (is_angle && packet.span() <= WIDEST).then_some(packet)
+    }
+}
+
+/// Finds packets in a stream that arrives in pieces and may be damaged.
+///
+/// An iterator that ends for want of bytes and goes on after the next [`Decoder::push`].
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    pending: VecDeque<u8>,
+    dropped: u64,
+}
+
+impl Decoder {
+    /// Adds bytes in the order they came. They are kept until [`Iterator::next`] has used them.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.pending.extend(bytes);
+    }
+
+    /// Bytes thrown away so far because they were no part of a valid packet: zero on a clean line.
+    #[must_use]
+    pub const fn dropped_bytes(&self) -> u64 {
+        self.dropped
+    }
+
+    /// The packet at the front, none where there is none; bytes enough are there.
+    fn front(&self) -> Option<Packet> {
+        let mut bytes = [0; PACKET_LENGTH];
+        for (byte, held) in bytes.iter_mut().zip(&self.pending) {
+            *byte = *held;
+        }
+        Packet::decode(&bytes)
+    }
+}
+
+impl Iterator for Decoder {
+    type Item = Packet;
+
+    fn next(&mut self) -> Option<Packet> {
+        loop {
+            let is_head = |(index, byte): (usize, &u8)| *byte == [HEAD, KIND][index];
+            let may_be = self.pending.iter().take(2).enumerate().all(is_head);
+            if may_be && self.pending.len() < PACKET_LENGTH {
+                return None;
+            }
+            if may_be && let Some(packet) = self.front() {
+                self.pending.drain(..PACKET_LENGTH);
+                return Some(packet);
+            }
+            // What follows a false head may hold a true one.
+            self.pending.pop_front()?;
+            self.dropped += 1;
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Ground that is hard to know one's place in.
+
+use crate::geometry::{Point, Pose};
+use crate::map::{Cell, GridFrame, OCCUPIED_FROM, OccupancyGrid};
+
+const FREE: i8 = 0;
+const OCCUPIED: i8 = 100;
+
+/// Side of a cell of the smooth roadways, metres.
+const RESOLUTION_M: f64 = 0.05;
+
+/// A straight roadway of a length and a width, metres, with smooth walls: nothing in it tells how far along one is.
+pub(super) fn smooth_roadway(length_m: f64, width_m: f64) -> OccupancyGrid {
+    roadways(length_m, &[1.0], width_m)
+}
+
+/// Two such roadways beside one another, without a way between them.
+pub(super) fn twin_roadways(length_m: f64, width_m: f64) -> OccupancyGrid {
+    roadways(length_m, &[1.0, 2.0 + width_m], width_m)
+}
+
+/// Roadways along x whose lower walls are at these places, metres.
+fn roadways(length_m: f64, lower_m: &[f64], width_m: f64) -> OccupancyGrid {
+    let highest_m = lower_m.iter().fold(0.0, |most: f64, &low| most.max(low));
+    let frame = GridFrame {
+        width: ((length_m + 2.0) / RESOLUTION_M).round() as i32,
+        height: ((highest_m + width_m + 1.0) / RESOLUTION_M).round() as i32,
+        resolution_m: RESOLUTION_M,
+        origin: Pose::default(),
+    };
+    let is_open = |place: &Point| {
+        let along = place.x > 1.0 && place.x < 1.0 + length_m;
+        along
+            && lower_m
+                .iter()
+                .any(|&low| place.y > low && place.y < low + width_m)
+    };
+    let cell = |index| {
+        if is_open(&frame.center_of(frame.cell_at(index))) {
+            FREE
+        } else {
+            OCCUPIED
+        }
+    };
+    OccupancyGrid::new(frame, (0..frame.len()).map(cell).collect())
+}
+
+/// The same ground in cells of twice the side, occupied where half of it or more is: a map that is coarser than the world.
+pub(super) fn coarsened(map: &OccupancyGrid) -> OccupancyGrid {
+    let fine = map.frame();
+    let frame = GridFrame {
+        width: fine.width / 2,
+        height: fine.height / 2,
+        resolution_m: 2.0 * fine.resolution_m,
+        origin: fine.origin,
+    };
+    let is_occupied =
+        |column: i32, row: i32| map.cells()[fine.index(Cell::new(column, row))] >= OCCUPIED_FROM;
+    let value = |index: usize| {
+        let Cell { column, row } = frame.cell_at(index);
+        let occupied = [(0, 0), (1, 0), (0, 1), (1, 1)]
+            .iter()
+            .filter(|(right, up)| is_occupied(2 * column + right, 2 * row + up))
+            .count();
+        if occupied >= 2 { OCCUPIED } else { FREE }
+    };
+    OccupancyGrid::new(frame, (0..frame.len()).map(value).collect())
+}

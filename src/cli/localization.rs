@@ -1,0 +1,206 @@
+//! `inbye bench localization`.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::bail;
+use clap::Args;
+use inbye::bench::{LocalizationCase, LocalizationPlan, LocalizationRow};
+use inbye::sim::{Config, Lidar, Scene, roadway};
+use serde_json::json;
+
+use super::arguments::{Place, number, whole};
+use super::output_file::Output;
+use super::{config, map_file, output, record_file};
+
+/// Bounds of the position and of the yaw that a tour is to keep, metres and radians.
+const WITHIN: (f64, f64) = (0.05, 0.02);
+
+/// `inbye bench localization`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench localization --case tour --seeds 1 --tour 30\n\n\
+    The closed loop with the pose from wheel odometry that slips and from scans matched to the map, and from nothing else; errors are \
+    those against the simulator's truth, at each tick. Cases: tour (to and fro), people, coarse_map (the map's cells are twice \
+    the world's), smooth (a straight roadway without any feature along it), carried (2 m back), elsewhere (carried anywhere), \
+    twin (carried into a smooth roadway that looks the same), blinded, blinded_for_a_moment, other_map.\n\
+    Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
+    of noise.\n\
+    Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad."
+)]
+pub struct LocalizationArguments {
+    /// Map that is the world: a ROS map_server .yaml, a MovingAI .map, or rows of text; with --start and --goal.
+    #[arg(long, requires_all = ["start", "goal"])]
+    pub map: Option<PathBuf>,
+    /// Side of a cell of a .map or text map, metres.
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = super::arguments::length)]
+    pub resolution: f64,
+    /// Where drives start.
+    #[arg(
+        long,
+        value_name = "X,Y[,YAW]",
+        allow_hyphen_values = true,
+        requires = "map"
+    )]
+    pub start: Option<Place>,
+    /// Where they turn back.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "map")]
+    pub goal: Option<Place>,
+    /// Settings, TOML.
+    #[arg(long)]
+    pub config: Option<PathBuf>,
+    /// A case; give one --case for each [default: all].
+    #[arg(long, value_name = "NAME", value_parser = case)]
+    pub case: Vec<LocalizationCase>,
+    /// Drives of each case, each with a seed of its own.
+    #[arg(long, default_value_t = 3, allow_negative_numbers = true, value_parser = whole::<u64>(1, 10_000))]
+    pub seeds: u64,
+    /// The first seed.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, 1_000_000_000))]
+    pub seed: u64,
+    /// Least length of a tour, metres.
+    #[arg(long, default_value_t = 300.0, allow_negative_numbers = true, value_parser = way)]
+    pub tour: f64,
+    /// Share of each belt's speed that the ground takes.
+    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true, value_parser = slip)]
+    pub slip: f64,
+    /// Write a row for each drive into this file, CSV or JSON by its ending.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+}
+
+fn case(text: &str) -> Result<LocalizationCase, String> {
+    let mut all = LocalizationCase::ALL.into_iter();
+    all.find(|case| case.word() == text).ok_or_else(|| {
+        let words = LocalizationCase::ALL.map(LocalizationCase::word);
+        format!("it is one of {}", words.join(", "))
+    })
+}
+
+fn way(text: &str) -> Result<f64, String> {
+    number(
+        text,
+        |way| (1.0..=10_000.0).contains(&way),
+        "metres, 1 to 10000",
+    )
+}
+
+fn slip(text: &str) -> Result<f64, String> {
+    number(text, |share| (0.0..=0.9).contains(&share), "0 to 0.9")
+}
+
+/// Drives all cases. False when a tour was not what it should be.
+pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool> {
+    let record = Output::create("--record", arguments.record.as_deref(), &["csv", "json"])?;
+    let plan = plan(arguments)?;
+    let cases = if arguments.case.is_empty() {
+        LocalizationCase::ALL.to_vec()
+    } else {
+        arguments.case.clone()
+    };
+    let bar = output::progress(cases.len() as u64 * arguments.seeds, "localization");
+    let mut rows = Vec::new();
+    for case in cases {
+        for seed in arguments.seed..arguments.seed + arguments.seeds {
+            rows.push(plan.drive(case, seed)?);
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    if let Some(record) = record {
+        record_file::write(record, &rows)?;
+    }
+    if json {
+        output::json(&json!({ "rows": rows, "within": rows.iter().all(is_within) }))?;
+    } else {
+        output::line(HEADER);
+        rows.iter().map(line).for_each(output::line);
+    }
+    Ok(rows.iter().all(is_within))
+}
+
+fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
+    let mut config = config::load("--config", arguments.config.as_deref())?;
+    if arguments.config.is_none() {
+        config.lidar = usual_lidar(&config);
+    }
+    config.dynamics.slip.mean = arguments.slip;
+    let (name, map, start, goal) = match (&arguments.map, &arguments.start, &arguments.goal) {
+        (Some(file), Some(start), Some(goal)) => {
+            let map = map_file::load(file, arguments.resolution)?;
+            let name = file.file_stem().unwrap_or_default().to_string_lossy();
+            let (start, goal) = (start.pose(), goal.position);
+            (name.into_owned(), map, start, goal)
+        }
+        (None, None, None) => {
+            let Scene {
+                name,
+                map,
+                start,
+                goal,
+                ..
+            } = roadway();
+            (name.to_owned(), map, start, goal)
+        }
+        _ => bail!("--map needs --start and --goal: say where drives start and turn back"),
+    };
+    Ok(LocalizationPlan {
+        name,
+        map: Arc::new(map),
+        start,
+        goal,
+        config,
+        tour_m: arguments.tour,
+    })
+}
+
+/// As common small planar lidars are.
+fn usual_lidar(config: &Config) -> Lidar {
+    Lidar {
+        beams: 450,
+        range_max_m: 12.0,
+        range_sigma_m: 0.02,
+        sweep_s: 0.1,
+        ..config.lidar
+    }
+}
+
+/// Whether a tour did what it should; other cases have no bound.
+fn is_within(row: &LocalizationRow) -> bool {
+    let words = [LocalizationCase::Tour, LocalizationCase::People].map(LocalizationCase::word);
+    !words.contains(&row.case.as_str())
+        || row.reached
+            && !row.collided
+            && row.worst_m <= WITHIN.0
+            && row.worst_rad <= WITHIN.1
+            && row.lost_ticks == 0
+}
+
+const HEADER: &str = "case                  seed  reached   way m  worst m  worst rad    rms m  odometry m  sigma m  lost after s  \
+    driven on m  found after s";
+
+fn line(row: &LocalizationRow) -> String {
+    let option =
+        |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
+    let reached = match (row.reached, row.collided) {
+        (_, true) => "contact",
+        (true, false) => "yes",
+        (false, false) => "no",
+    };
+    let figures = format!(
+        "{:20} {:5} {reached:>8} {:7.1} {:8.4} {:10.4} {:8.4} {:11.2} {:8.3} {:>13} {:>12} {:>14}",
+        row.case,
+        row.seed,
+        row.travelled_m,
+        row.worst_m,
+        row.worst_rad,
+        row.rms_m,
+        row.odometry_worst_m,
+        row.sigma_m,
+        option(row.lost_after_s),
+        option(row.driven_on_m),
+        option(row.found_after_s),
+    );
+    let why = row.lost_why.as_deref();
+    why.map_or_else(|| figures.clone(), |why| format!("{figures}  {why}"))
+}

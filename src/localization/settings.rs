@@ -1,0 +1,217 @@
+//! How much is believed, and when a robot counts as lost.
+
+use serde::{Deserialize, Serialize};
+
+use super::LocalizationError;
+use crate::documented::documented;
+
+documented! {
+    /// Localisation by matching scans to the map.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct LocalizationSettings {
+        /// How well the start is known along each axis, one standard deviation, metres, above zero and at most 10.
+        pub start_sigma_m: f64,
+        /// How well its yaw is known, one standard deviation, radians, above zero and at most 1.
+        pub start_sigma_rad: f64,
+        /// How far odometry's way may be off as a whole, one standard deviation, as a share, 0 to 0.5: the slip of tracks. It is
+        /// learned on the way.
+        pub slip_sigma: f64,
+        /// The same of odometry's turns, 0 to 0.5.
+        pub turn_sigma: f64,
+        /// How far odometry's way may be off after one metre beyond that, one standard deviation, metres, above zero and at most 1.
+        pub way_sigma_m: f64,
+        /// How far a beam that ends on a wall may end from the map's wall, one standard deviation, metres, above zero and at most 1:
+        /// the lidar's noise and the map's.
+        pub beam_sigma_m: f64,
+        /// So many beams of a revolution count as independent witnesses, 1 to 10000: what is wrong with a map is wrong for all
+        /// beams on the same wall.
+        pub independent_beams: f64,
+        /// A beam that ends farther from a wall than this, metres, above zero and at most 1, and half a cell tells nothing of the
+        /// pose: somebody, or something that the map does not show.
+        pub outlier_m: f64,
+        /// A direction along which fewer than this share of the beams would notice a motion is left to odometry, 0 to 1.
+        pub least_information: f64,
+        /// Fewer returns than this in a revolution are too few where the map shows walls, 1 to 10000.
+        pub least_returns: usize,
+        /// Less than this share of the beams in agreement with the map speaks against the pose, 0 to 1.
+        pub least_agreement: f64,
+        /// More than this share of the beams through walls of the map speaks against the pose, 0 to 1.
+        pub most_through: f64,
+        /// So many revolutions that speak against the pose, each that does not taken off, make the robot lost, 1 to 1000.
+        pub lost_after: u32,
+        /// A position that may be off by more than this, one standard deviation along the worse axis, metres, is uncertain, above zero
+        /// and at most 100.
+        pub uncertain_sigma_m: f64,
+        /// The same of the yaw, radians, above zero and at most 3.
+        pub uncertain_sigma_rad: f64,
+        /// A position that may be off by more than this makes the robot lost, metres, above zero and at most 100.
+        pub lost_sigma_m: f64,
+        /// The same of the yaw, radians, above zero and at most 3.
+        pub lost_sigma_rad: f64,
+        /// This share of the beams must agree with the map for a lost robot to be found, 0 to 1.
+        pub found_agreement: f64,
+        /// In so many revolutions in a row, 1 to 1000.
+        pub found_after: u32,
+        /// A lost robot is looked for within this distance of where odometry has it, metres, 0 to 20.
+        pub search_radius_m: f64,
+    }
+}
+
+impl Default for LocalizationSettings {
+    fn default() -> Self {
+        Self {
+            start_sigma_m: 0.1,
+            start_sigma_rad: 0.05,
+            slip_sigma: 0.05,
+            turn_sigma: 0.03,
+            way_sigma_m: 0.04,
+            beam_sigma_m: 0.03,
+            independent_beams: 60.0,
+            outlier_m: 0.12,
+            least_information: 0.01,
+            least_returns: 30,
+            least_agreement: 0.4,
+            most_through: 0.25,
+            lost_after: 5,
+            uncertain_sigma_m: 0.025,
+            uncertain_sigma_rad: 0.01,
+            lost_sigma_m: 0.5,
+            lost_sigma_rad: 0.15,
+            found_agreement: 0.7,
+            found_after: 5,
+            search_radius_m: 3.0,
+        }
+    }
+}
+
+impl LocalizationSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`LocalizationError::BadSetting`] names the first that is out of range.
+    pub fn validate(&self) -> Result<(), LocalizationError> {
+        let above_zero = f64::MIN_POSITIVE;
+        for (name, value, least, most, expected) in [
+            (
+                "start_sigma_m",
+                self.start_sigma_m,
+                above_zero,
+                10.0,
+                "above zero and at most 10",
+            ),
+            (
+                "start_sigma_rad",
+                self.start_sigma_rad,
+                above_zero,
+                1.0,
+                "above zero and at most 1",
+            ),
+            ("slip_sigma", self.slip_sigma, 0.0, 0.5, "0 to 0.5"),
+            ("turn_sigma", self.turn_sigma, 0.0, 0.5, "0 to 0.5"),
+            (
+                "way_sigma_m",
+                self.way_sigma_m,
+                above_zero,
+                1.0,
+                "above zero and at most 1",
+            ),
+            (
+                "beam_sigma_m",
+                self.beam_sigma_m,
+                above_zero,
+                1.0,
+                "above zero and at most 1",
+            ),
+            (
+                "independent_beams",
+                self.independent_beams,
+                1.0,
+                1e4,
+                "1 to 10000",
+            ),
+            (
+                "outlier_m",
+                self.outlier_m,
+                above_zero,
+                1.0,
+                "above zero and at most 1",
+            ),
+            (
+                "least_information",
+                self.least_information,
+                0.0,
+                1.0,
+                "0 to 1",
+            ),
+            (
+                "least_returns",
+                self.least_returns as f64,
+                1.0,
+                1e4,
+                "1 to 10000",
+            ),
+            ("least_agreement", self.least_agreement, 0.0, 1.0, "0 to 1"),
+            ("most_through", self.most_through, 0.0, 1.0, "0 to 1"),
+            (
+                "lost_after",
+                f64::from(self.lost_after),
+                1.0,
+                1e3,
+                "1 to 1000",
+            ),
+            (
+                "uncertain_sigma_m",
+                self.uncertain_sigma_m,
+                above_zero,
+                100.0,
+                "above zero and at most 100",
+            ),
+            (
+                "uncertain_sigma_rad",
+                self.uncertain_sigma_rad,
+                above_zero,
+                3.0,
+                "above zero and at most 3",
+            ),
+            (
+                "lost_sigma_m",
+                self.lost_sigma_m,
+                above_zero,
+                100.0,
+                "above zero and at most 100",
+            ),
+            (
+                "lost_sigma_rad",
+                self.lost_sigma_rad,
+                above_zero,
+                3.0,
+                "above zero and at most 3",
+            ),
+            ("found_agreement", self.found_agreement, 0.0, 1.0, "0 to 1"),
+            (
+                "found_after",
+                f64::from(self.found_after),
+                1.0,
+                1e3,
+                "1 to 1000",
+            ),
+            (
+                "search_radius_m",
+                self.search_radius_m,
+                0.0,
+                20.0,
+                "0 to 20",
+            ),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(LocalizationError::BadSetting {
+                    name,
+                    value,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+}

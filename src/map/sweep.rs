@@ -1,0 +1,77 @@
+//! One revolution of a planar lidar, beam after beam: a robot moves while it turns.
+
+use super::Scan;
+
+/// One measurement, from the robot's own origin as the robot stood at that moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// Its direction in the robot's frame, radians, counter-clockwise.
+    pub angle: f64,
+    /// The range, metres. Infinite: nothing within [`Sweep::range_max`]. NaN: no measurement.
+    pub range: f64,
+    /// When it was measured, seconds.
+    pub time_s: f64,
+}
+
+/// The beams of a revolution in the order in which they were measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sweep {
+    /// The beams; their times do not descend.
+    pub beams: Vec<Beam>,
+    /// Longest range the sensor reports, metres.
+    pub range_max: f64,
+}
+
+impl Sweep {
+    /// A scan whose last beam was measured at a time, seconds, and whose first one so long before, seconds.
+    #[must_use]
+    pub fn of_scan(scan: &Scan, end_s: f64, duration_s: f64) -> Self {
+        let gaps = (scan.ranges.len().max(2) - 1) as f64;
+        let beam = |(index, &range): (usize, &f64)| Beam {
+            angle: scan.angle(index),
+            range,
+            time_s: end_s - duration_s * (1.0 - index as f64 / gaps),
+        };
+        Self {
+            beams: scan.ranges.iter().enumerate().map(beam).collect(),
+            range_max: scan.range_max,
+        }
+    }
+
+    /// When the last beam was measured, seconds; none of a sweep without beams.
+    #[must_use]
+    pub fn end_s(&self) -> Option<f64> {
+        self.beams.last().map(|beam| beam.time_s)
+    }
+
+    /// Whether every beam has a direction and a time.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let is_sound = |beam: &Beam| beam.angle.is_finite() && beam.time_s.is_finite();
+        self.range_max.is_finite() && self.beams.iter().all(is_sound)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_becomes_beams_that_end_at_its_time() {
+        let scan = Scan {
+            angle_min: -1.0,
+            angle_increment: 0.5,
+            range_max: 8.0,
+            ranges: vec![1.0, f64::INFINITY, 3.0],
+        };
+        let sweep = Sweep::of_scan(&scan, 7.0, 0.1);
+        let angles: Vec<f64> = sweep.beams.iter().map(|beam| beam.angle).collect();
+        let times: Vec<f64> = sweep.beams.iter().map(|beam| beam.time_s).collect();
+        assert_eq!(
+            (angles, times),
+            (vec![-1.0, -0.5, 0.0], vec![6.9, 6.95, 7.0])
+        );
+        assert!(sweep.is_sound() && sweep.end_s() == Some(7.0));
+        assert_eq!(Sweep::of_scan(&Scan::default(), 7.0, 0.1).end_s(), None);
+    }
+}

@@ -1,0 +1,88 @@
+//! What befalls a robot that its tracks do not feel.
+
+use crate::geometry::{Pose, wrap_angle};
+use crate::map::Scan;
+
+/// Something that befalls the simulated robot, at its time in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mishap {
+    /// It is carried to another pose of the map, which its odometry does not notice.
+    Carried {
+        /// When.
+        at_s: f64,
+        /// Where to.
+        to: Pose,
+    },
+    /// Its lidar sees nothing within its range: a window that fogged up, say.
+    Blinded {
+        /// From when on.
+        from_s: f64,
+        /// Until when; infinite for the rest of the time.
+        to_s: f64,
+    },
+    /// Its lidar measures nothing at all.
+    Silenced {
+        /// From when on.
+        from_s: f64,
+        /// Until when; infinite for the rest of the time.
+        to_s: f64,
+    },
+}
+
+/// Where a vehicle is of which that thinks so, after all that carried it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Carried {
+    /// The pose of the vehicle's own frame in the map's.
+    frame: Pose,
+    until_s: f64,
+}
+
+impl Carried {
+    /// The vehicle's pose in the map at a time, seconds, that does not descend.
+    pub fn pose(&mut self, mishaps: &[Mishap], time_s: f64, own: &Pose) -> Pose {
+        for mishap in mishaps {
+            if let Mishap::Carried { at_s, to } = mishap
+                && (self.until_s..time_s).contains(at_s)
+            {
+                let yaw = wrap_angle(to.yaw - own.yaw);
+                let turned = Pose::new(0.0, 0.0, yaw).transform(&own.position());
+                self.frame = Pose::new(to.x - turned.x, to.y - turned.y, yaw);
+            }
+        }
+        self.until_s = self.until_s.max(time_s);
+        self.here(own)
+    }
+
+    /// The same at the last time.
+    pub fn here(&self, own: &Pose) -> Pose {
+        if self.frame == Pose::default() {
+            return *own;
+        }
+        let place = self.frame.transform(&own.position());
+        Pose::new(place.x, place.y, wrap_angle(self.frame.yaw + own.yaw))
+    }
+}
+
+/// What is left of a range that was measured at a time, seconds.
+pub(super) fn spoilt(mishaps: &[Mishap], time_s: f64, range: f64) -> f64 {
+    let mut range = range;
+    for mishap in mishaps {
+        match mishap {
+            Mishap::Blinded { from_s, to_s } if (*from_s..*to_s).contains(&time_s) => {
+                range = f64::INFINITY;
+            }
+            Mishap::Silenced { from_s, to_s } if (*from_s..*to_s).contains(&time_s) => {
+                range = f64::NAN;
+            }
+            _ => {}
+        }
+    }
+    range
+}
+
+/// The same of a whole scan.
+pub(super) fn spoil(mishaps: &[Mishap], time_s: f64, scan: &mut Scan) {
+    for range in &mut scan.ranges {
+        *range = spoilt(mishaps, time_s, *range);
+    }
+}

@@ -1,0 +1,108 @@
+//! Where a simulated robot has its pose from: its odometry, held to the map by fixes or by scans.
+
+use super::fixes::FixSource;
+use super::{Config, Mission, PoseFrom, SimError};
+use crate::geometry::Pose;
+use crate::localization::{Fix, Localizer, Lost};
+use crate::map::{ObstacleGrid, Scan, Sweep};
+use crate::navigator::{PoseFilter, PoseFix};
+
+/// A deviation that is as good as none, metres and radians: a filter must not divide by zero.
+const LEAST_SIGMA: f64 = 1e-6;
+
+/// What the lidar showed at a tick.
+pub(super) enum Seen {
+    /// All beams at once, at the time of the tick.
+    Scan(Scan),
+    /// Beam after beam. It may be one that was seen before.
+    Sweep(Sweep),
+}
+
+pub(super) enum Whereabouts {
+    Fixes {
+        source: FixSource,
+        filter: PoseFilter,
+        accuracy: PoseFix,
+    },
+    Scans {
+        localizer: Box<Localizer>,
+        /// When the last revolution ended that was looked at.
+        looked_s: Option<f64>,
+    },
+}
+
+impl Whereabouts {
+    pub fn new(config: &Config, known: &ObstacleGrid, mission: &Mission) -> Result<Self, SimError> {
+        let start = mission.start;
+        if config.pose_from == PoseFrom::Scans {
+            let localizer = Localizer::new(known, config.localization, &start)?;
+            return Ok(Self::Scans {
+                localizer: Box::new(localizer),
+                looked_s: None,
+            });
+        }
+        let accuracy = PoseFix {
+            pose: start,
+            sigma_m: config.fixes.sigma_m.max(LEAST_SIGMA),
+            sigma_rad: config.fixes.sigma_rad.max(LEAST_SIGMA),
+        };
+        Ok(Self::Fixes {
+            source: FixSource::new(config.fixes, mission.seed)?,
+            filter: PoseFilter::new(&accuracy),
+            accuracy,
+        })
+    }
+
+    /// Takes in a tick: where odometry has the robot, where it truly is, and what its lidar shows.
+    pub fn observe(&mut self, time_s: f64, odometry: &Pose, truth: &Pose, seen: &Seen) {
+        match self {
+            Self::Fixes {
+                source,
+                filter,
+                accuracy,
+            } => {
+                filter.moved(odometry);
+                if let Some(pose) = source.fix(time_s, truth) {
+                    filter.fixed(&PoseFix { pose, ..*accuracy });
+                }
+            }
+            Self::Scans {
+                localizer,
+                looked_s,
+            } => {
+                localizer.moved(time_s, odometry);
+                match seen {
+                    Seen::Scan(scan) => {
+                        localizer.look(&Sweep::of_scan(scan, time_s, 0.0));
+                    }
+                    Seen::Sweep(sweep) => {
+                        let end_s = sweep.end_s();
+                        if end_s.is_some() && end_s != *looked_s {
+                            localizer.look(sweep);
+                            *looked_s = end_s;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    pub fn pose(&self) -> Pose {
+        match self {
+            Self::Fixes { filter, .. } => *filter.pose(),
+            Self::Scans { localizer, .. } => *localizer.pose(),
+        }
+    }
+
+    /// What a localiser says of it.
+    pub fn fix(&self) -> Option<&Fix> {
+        match self {
+            Self::Fixes { .. } => None,
+            Self::Scans { localizer, .. } => Some(localizer.fix()),
+        }
+    }
+
+    pub fn lost(&self) -> Option<Lost> {
+        self.fix()?.state.lost()
+    }
+}
