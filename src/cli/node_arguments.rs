@@ -16,7 +16,7 @@ use super::known_words;
     (PoseStamped, in the map's frame), tf and tf_static. Published: cmd_vel (Twist, or TwistStamped with --stamped), plan (Path, \
     latched), local_markers (MarkerArray).\n\
     The pose is that of odom, moved by what tf says of its frame in the map's; with --odom-is-map, or where both frames have \
-    the same name, as it stands. The lidar is where tf says on the robot, else at its origin. All names are within the namespace, \
+    the same name, as it stands. The lidar is where tf says on the robot, else at its origin; what the robot drove while it turned is taken out by the stamps of scan and odometry. All names are within the namespace, \
     tf too.\n\
     Without a goal nothing is published. With one, a velocity at each control_period_s: the robot brakes to zero while map, \
     scan, odometry or transform are missing or older than senses_timeout_s, and goes on when they come; it gives up when scans \

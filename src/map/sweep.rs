@@ -1,6 +1,7 @@
 //! One revolution of a planar lidar, beam after beam: a robot moves while it turns.
 
 use super::Scan;
+use crate::geometry::{Pose, wrap_angle};
 
 /// One measurement, from the robot's own origin as the robot stood at that moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +12,24 @@ pub struct Beam {
     pub range: f64,
     /// When it was measured, seconds.
     pub time_s: f64,
+}
+
+impl Beam {
+    /// The same measurement by a lidar that is mounted at a pose of the robot's frame, whose own frame its angle was in.
+    #[must_use]
+    pub fn from_mount(self, mount: &Pose) -> Self {
+        let angle = wrap_angle(mount.yaw + self.angle);
+        if !self.range.is_finite() {
+            return Self { angle, ..self };
+        }
+        let (sin, cos) = libm::sincos(angle);
+        let (x, y) = (mount.x + self.range * cos, mount.y + self.range * sin);
+        Self {
+            angle: libm::atan2(y, x),
+            range: libm::hypot(x, y),
+            ..self
+        }
+    }
 }
 
 /// The beams of a revolution in the order in which they were measured.

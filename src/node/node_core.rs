@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::arrived::{self, Chart, Motion};
+use super::arrived::{self, Chart};
 use super::heard::Heard;
 use super::markers::{SHOWN, markers};
 use super::msg::{Header, Time};
@@ -106,7 +106,7 @@ impl NodeCore {
             Arrived::Map(map) => self.take_map(now_s, Chart::of(map)?),
             Arrived::Scan(scan) => self.heard.take_scan(now_s, scan)?,
             Arrived::Odometry(odometry) => {
-                self.heard.motion = Some((now_s, Motion::of(odometry)?));
+                self.heard.take_odometry(now_s, odometry)?;
             }
             Arrived::Goal(goal) => self.take_goal(arrived::goal(goal)?)?,
             Arrived::Transforms(said) | Arrived::StaticTransforms(said) => {

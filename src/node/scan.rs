@@ -4,13 +4,16 @@ use core::f64::consts::TAU;
 
 use super::MessageError;
 use super::msg::LaserScan;
-use crate::geometry::{Point, Pose};
-use crate::map::Scan;
+use crate::geometry::Pose;
+use crate::localization::{PoseTrack, View};
+use crate::map::{Beam, Scan, Sweep};
 
 /// So many beams may be missing or too many by the angles: drivers round them.
 const BEAMS_OFF: f64 = 2.0;
 /// A lidar no farther from the robot's origin than this, metres, stands there.
 const AT_ORIGIN_M: f64 = 1e-3;
+/// A revolution takes no longer than this, seconds: a time between beams that says more is none.
+const LONGEST_S: f64 = 1.0;
 /// Most beams of a scan that is seen from elsewhere.
 const MOST_BEAMS: f64 = 65_536.0;
 
@@ -56,6 +59,35 @@ pub fn scan(message: &LaserScan) -> Result<Scan, MessageError> {
     })
 }
 
+/// The same in the order in which it was measured, with the time of each beam by the sender's clock. None where the message does
+/// not say when that was.
+pub fn sweep(message: &LaserScan, scan: &Scan) -> Option<Sweep> {
+    let (stamp, count) = (message.header.stamp, scan.ranges.len());
+    if stamp.is_zero() || count == 0 {
+        return None;
+    }
+    let step_s = f64::from(message.time_increment);
+    let is_step = (0.0..=LONGEST_S / count as f64).contains(&step_s);
+    let step_s = if is_step { step_s } else { 0.0 };
+    let is_clockwise = message.angle_increment < 0.0;
+    let beam = |index: usize| {
+        let at = if is_clockwise {
+            count - 1 - index
+        } else {
+            index
+        };
+        Beam {
+            angle: scan.angle(at),
+            range: scan.ranges[at],
+            time_s: stamp.seconds() + index as f64 * step_s,
+        }
+    };
+    Some(Sweep {
+        beams: (0..count).map(beam).collect(),
+        range_max: scan.range_max,
+    })
+}
+
 /// A range by REP 117: too near to be measured is as near as can be; what lies outside the limits otherwise is no measurement.
 fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
     if range == f64::NEG_INFINITY {
@@ -65,6 +97,21 @@ fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
         return range;
     }
     f64::NAN
+}
+
+/// A scan by a lidar that is mounted at a pose of the robot's frame, as from the robot's origin at the newest pose of a track of
+/// its motion: each beam is where it was when it was measured.
+pub fn from_now(scan: &Scan, sweep: &Sweep, mount: &Pose, track: &PoseTrack) -> Scan {
+    let beams = sweep.beams.iter().map(|beam| beam.from_mount(mount));
+    let mut view = View::default();
+    let sweep = Sweep {
+        beams: beams.collect(),
+        range_max: scan.range_max + mount.position().coords.norm(),
+    };
+    view.take(&sweep, track);
+    // Twice as many directions as there were: a beam is moved by a quarter of an angle at most.
+    let directions = (2.0 * TAU / scan.angle_increment).ceil();
+    view.scan(directions.clamp(1.0, MOST_BEAMS) as usize)
 }
 
 /// A scan by a lidar that is mounted at a pose of the robot's frame, as from the robot's origin: in each direction the nearest
@@ -80,20 +127,19 @@ pub fn from_origin(scan: Scan, mount: &Pose) -> Scan {
         return scan;
     }
     let beams = (TAU / scan.angle_increment).ceil().clamp(1.0, MOST_BEAMS);
-    let seen_from_origin = |(beam, range): (usize, &f64)| {
-        let direction = mount.yaw + scan.angle(beam);
-        if *range == f64::INFINITY {
-            return Some((direction, f64::INFINITY));
-        }
-        let (sin, cos) = libm::sincos(direction);
-        let hit = Point::new(mount.x + range * cos, mount.y + range * sin);
-        let seen = (libm::atan2(hit.y, hit.x), hit.coords.norm());
-        range.is_finite().then_some(seen)
+    let seen = |(index, &range): (usize, &f64)| {
+        let beam = Beam {
+            angle: scan.angle(index),
+            range,
+            time_s: 0.0,
+        };
+        let beam = beam.from_mount(mount);
+        (!range.is_nan()).then_some((beam.angle, beam.range))
     };
     Scan::nearest_of(
         beams as usize,
         scan.range_max + mount.position().coords.norm(),
-        scan.ranges.iter().enumerate().filter_map(seen_from_origin),
+        scan.ranges.iter().enumerate().filter_map(seen),
     )
 }
 
@@ -122,6 +168,7 @@ fn require(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
 
     fn message(ranges: &[f32]) -> LaserScan {
         LaserScan {

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use super::frames::{POINTS, TURN};
 use super::{LidarSettings, Packet, RANGE_MAX_M};
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::Pose;
 use crate::map::{Beam, Sweep};
 
 /// The lidar's clock begins anew after so long, ms.
@@ -132,22 +132,18 @@ impl Revolutions {
         } else {
             -clockwise
         };
-        let direction = wrap_angle(self.mount.yaw + own);
         let range = f64::from(distance_mm) / 1e3;
-        if distance_mm == 0 || range < self.settings.range_min_m || range > RANGE_MAX_M {
-            return Beam {
-                angle: direction,
-                range: f64::NAN,
-                time_s,
-            };
-        }
-        let (sin, cos) = libm::sincos(direction);
-        let (x, y) = (self.mount.x + range * cos, self.mount.y + range * sin);
-        Beam {
-            angle: libm::atan2(y, x),
-            range: libm::hypot(x, y),
+        let is_measured = distance_mm != 0 && range >= self.settings.range_min_m;
+        let beam = Beam {
+            angle: own,
+            range: if is_measured && range <= RANGE_MAX_M {
+                range
+            } else {
+                f64::NAN
+            },
             time_s,
-        }
+        };
+        beam.from_mount(&self.mount)
     }
 
     /// The turn so far, if it is whole in time and not the rest of one.

@@ -15,7 +15,7 @@ pub struct LaserScan {
     pub angle_max: f32,
     /// From one beam to the next.
     pub angle_increment: f32,
-    /// Time from one beam to the next, seconds; not used.
+    /// Time from one beam to the next, seconds.
     pub time_increment: f32,
     /// Time from one scan to the next, seconds; not used.
     pub scan_time: f32,
