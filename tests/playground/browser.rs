@@ -69,6 +69,14 @@ fn place(page: &mut Page, selector: &str) -> Result<(f64, f64), Failed> {
     Ok((number(0)?, number(1)?))
 }
 
+/// The middle of a thing on the page, wherever that is scrolled to.
+fn on_page(page: &mut Page, selector: &str) -> Result<(f64, f64), Failed> {
+    let (x, y) = place(page, selector)?;
+    let scrolled = page.evaluate("[window.scrollX, window.scrollY]")?;
+    let number = |index: usize| scrolled[index].as_f64().unwrap_or_default();
+    Ok((x + number(0), y + number(1)))
+}
+
 fn focus(page: &mut Page, selector: &str) -> Result<(), Failed> {
     page.evaluate(&format!(
         "document.querySelector({}).focus()",
@@ -101,6 +109,9 @@ fn drags(program: &Program) -> Result<(), Failed> {
     let digest = text(&mut page, "#digest-own")?;
     let told = text(&mut page, "#told")?;
     let robot = place(&mut page, "[data-handle=robot]")?;
+    let before = on_page(&mut page, "[data-handle=robot]")?;
+    let label = "document.querySelector('[data-handle=robot]').getAttribute('aria-label')";
+    let label_before = page.evaluate(label)?;
     decide(&mut page, |page| {
         page.drag(robot, (robot.0 + 60.0, robot.1 - 30.0))
     })?;
@@ -111,11 +122,12 @@ fn drags(program: &Program) -> Result<(), Failed> {
         json!(told)
     ))?;
     // The handle has gone along, and so has what it says of itself.
-    let moved = place(&mut page, "[data-handle=robot]")?;
+    let now = on_page(&mut page, "[data-handle=robot]")?;
     assert!(
-        (moved.0 - robot.0 - 60.0).abs() < 2.0 && (moved.1 - robot.1 + 30.0).abs() < 2.0,
-        "{robot:?} to {moved:?}"
+        (now.0 - before.0 - 60.0).abs() < 2.0 && (now.1 - before.1 + 30.0).abs() < 2.0,
+        "{before:?} to {now:?}"
     );
+    assert_ne!(page.evaluate(label)?, label_before);
     for handle in ["goal", "nose", "'obstacle 0'", "'tip 0'"] {
         let before = text(&mut page, "#digest-own")?;
         let at = place(&mut page, &format!("[data-handle={handle}]"))?;
@@ -320,7 +332,15 @@ fn keys(program: &Program) -> Result<(), Failed> {
 
 fn fits(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
-    let mut page = open(program, &served, &WEBGPU, PHONE)?;
+    let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
+    focus(&mut page, "#scene")?;
+    for name in ["crossing", "dead_end"] {
+        decide(&mut page, |page| page.press("ArrowDown", 0, 1))?;
+        let chosen = page.evaluate("document.querySelector('#scene').value")?;
+        assert_eq!(chosen, json!(name));
+        assert_agrees(&mut page)?;
+        page.photograph(name)?;
+    }
     let width = "[document.documentElement.scrollWidth, document.documentElement.clientWidth]";
     for (name, look) in [
         ("phone", PHONE),
@@ -382,13 +402,16 @@ fn own_map(program: &Program) -> Result<(), Failed> {
     assert_agrees(&mut page)?;
     page.photograph("own-map")?;
     // More at once than the server takes: it says so, and the page does.
-    for slider in ["#vx_samples", "#vtheta_samples", "#sim_time_s"] {
+    let add = place(&mut page, "#add")?;
+    for _ in 0..8 {
+        page.click(add)?;
+    }
+    for slider in ["#sim_time_s", "#vx_samples", "#vtheta_samples"] {
         focus(&mut page, slider)?;
         page.press("End", 0, 1)?;
     }
-    let trouble = "document.querySelector('#trouble').textContent.includes('meetings') || \
-        document.querySelector('#trouble').textContent.includes('at most 536870912')";
-    page.wait_for(trouble)?;
+    let trouble = "document.querySelector('#trouble').textContent";
+    page.wait_for(&format!("{trouble}.includes('at most 268435456 here')"))?;
     page.photograph("too-much")?;
     for slider in ["#vx_samples", "#vtheta_samples"] {
         focus(&mut page, slider)?;

@@ -232,7 +232,8 @@ impl Page {
         let said = match event["method"].as_str().unwrap_or_default() {
             "Runtime.consoleAPICalled" => &parameters["args"],
             "Runtime.exceptionThrown" => &parameters["exceptionDetails"],
-            "Log.entryAdded" => &parameters["entry"],
+            // What Chromium itself says of WebGPU is no error.
+            "Log.entryAdded" if parameters["entry"]["level"] == "error" => &parameters["entry"],
             _ => return,
         };
         self.console.push(said.to_string());

@@ -128,10 +128,16 @@ impl Served {
     }
 }
 
+/// What comes first to a client that asked whether to send its body.
+const CONTINUE: &[u8] = b"HTTP/1.1 100 Continue\r\n\r\n";
+
 /// Reads an answer to its end.
 pub fn read_answer(mut stream: TcpStream) -> Result<Answer, Failed> {
     let mut bytes = Vec::new();
     stream.read_to_end(&mut bytes)?;
+    if bytes.starts_with(CONTINUE) {
+        bytes.drain(..CONTINUE.len());
+    }
     let end = bytes.windows(4).position(|four| four == b"\r\n\r\n");
     let end = end.ok_or_else(|| format!("no answer: {:?}", String::from_utf8_lossy(&bytes)))?;
     let head = String::from_utf8(bytes[..end].to_vec())?;

@@ -9,8 +9,8 @@ use super::response::Refusal;
 pub const MOST_SAMPLES: usize = 1 << 19;
 /// Most moving obstacles.
 pub const MOST_OBSTACLES: usize = 32;
-/// Most meetings of a disc with the ground or a moving obstacle, over all samples and steps: about a second on one core.
-pub const MOST_MEETINGS: usize = 1 << 29;
+/// Most meetings of a disc with the ground or a moving obstacle, over all samples and steps: well below a second on one core.
+pub const MOST_MEETINGS: usize = 1 << 28;
 
 /// Refuses a problem that is too large.
 pub fn check(problem: &Problem) -> Result<(), Refusal> {

@@ -49,9 +49,9 @@ pub fn built_in(config: &Config) -> anyhow::Result<Vec<Scene>> {
     let places = [
         (
             "roadway",
-            [10.3, 3.6, -0.1],
-            [14.6, 3.6],
-            [12.4, 4.1, -0.5, 0.05],
+            [9.6, 3.7, 0.0],
+            [14.4, 4.0],
+            [13.1, 4.6, -0.4, 0.0],
         ),
         (
             "crossing",

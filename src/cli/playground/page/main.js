@@ -180,7 +180,6 @@ async function enter(scene) {
   state.scene = scene;
   state.problem = structuredClone(scene.problem);
   state.shown = state.looked = state.ground = null;
-  results.forgetTimes();
   const { cells } = await groundFor(scene);
   state.ground = groundOf(scene, cells, colours);
   fit();

@@ -2,6 +2,7 @@
 
 const find = (id) => document.getElementById(id);
 const number = (value, digits) => (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits);
+const whole = (value) => value.toLocaleString("en");
 const ms = (value) => value === null || value === undefined ? "–" : number(value, 2) + " ms";
 
 const TERMS = [
@@ -14,12 +15,7 @@ const QUIET_MS = 400;
 const KEPT = 31;
 
 const warm = [];
-let cold = null, saying = 0;
-
-// The times of decisions of one kind are no guide to those of another.
-export function forgetTimes() {
-  warm.length = 0;
-}
+let cold = null, kind = "", saying = 0;
 
 export function setCold(took) {
   cold = took;
@@ -52,6 +48,10 @@ export function showTerms({ winner }, looked, reasons) {
 
 export function show(shown, withoutGpu) {
   const { decision, own, verdict, took, isCold, reading, server_ms, counts } = shown;
+  // The times of decisions of one size are no guide to those of another.
+  const kindNow = JSON.stringify([decision.bytes, decision.horizon_s]);
+  if (kind !== kindNow) warm.length = 0;
+  kind = kindNow;
   if (took !== undefined && !isCold) {
     warm.push(took);
     if (warm.length > KEPT) warm.shift();
@@ -72,12 +72,13 @@ export function show(shown, withoutGpu) {
     "server: preparation": ms(decision.prepare_ms),
     "server: CPU decision": ms(decision.decide_ms),
     "asking the server": ms(server_ms),
-    "admissible": `${admissible.toLocaleString("en")} of ${counts.reduce((sum, count) => sum + count).toLocaleString("en")}`,
-    "rejected": `${collision} collide, ${stops} cannot stop, ${outside} leave`,
+    "admissible": `${whole(admissible)} of ${whole(counts.reduce((sum, count) => sum + count))}`,
+    "rejected": `${whole(collision)} collide, ${whole(stops)} cannot stop, ${whole(outside)} leave the map`,
   };
   find("readings").replaceChildren(...Object.entries(readings).map(([name, text]) => {
     const box = document.createElement("div");
     box.dataset.reading = name;
+    box.className = name === "rejected" ? "wide" : "";
     box.append(Object.assign(document.createElement("dt"), { textContent: name }), Object.assign(document.createElement("dd"), { textContent: text }));
     return box;
   }));
@@ -88,7 +89,7 @@ function say({ winner, counts, verdict }) {
   clearTimeout(saying);
   const checked = { agree: " Browser and CPU agree, bit for bit.", differ: " Browser and CPU differ.", server: " Decided by the server's CPU engine." }[verdict];
   const text = winner
-    ? `Winner: sample ${winner.index}, ${number(winner.v, 2)} m/s, ${number(winner.omega, 2)} rad/s, clearance ${number(winner.clearance, 2)} m; ${counts[0].toLocaleString("en")} samples admissible.`
+    ? `Winner: sample ${winner.index}, ${number(winner.v, 2)} m/s, ${number(winner.omega, 2)} rad/s, clearance ${number(winner.clearance, 2)} m; ${whole(counts[0])} samples admissible.`
     : "No sample is admissible: the robot stops.";
   saying = setTimeout(() => { find("told").textContent = text + checked; }, QUIET_MS);
 }
