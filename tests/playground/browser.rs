@@ -7,13 +7,17 @@ use crate::devtools::{DESKTOP, Look, PHONE, Page, SHIFT, WEBGPU};
 use crate::program::{self, BrowserTest, Program};
 use crate::served::Served;
 
-const TRIALS: [(&str, BrowserTest); 7] = [
+const TRIALS: [(&str, BrowserTest); 8] = [
     ("dragging changes the winner, and the bits agree", drags),
     ("65536 samples have one digest in browser and server", dense),
     ("one wrong bit is shown as a difference", wrong_bit),
     (
         "without WebGPU the page says so and shows the server's answer",
         without_webgpu,
+    ),
+    (
+        "a GPU process that crashes is survived, and so is a server that is gone",
+        losses,
     ),
     ("keys alone do all of it", keys),
     ("it fits a phone and the dark", fits),
@@ -29,7 +33,8 @@ pub fn trials() -> Vec<Trial> {
 
 /// Nothing is under way, and something is shown.
 const SETTLED: &str = "document.querySelector('#results')?.getAttribute('aria-busy') === 'false' && \
-    document.querySelector('#told').textContent !== ''";
+    document.querySelector('#told').textContent !== '' && \
+    document.querySelector('#told').textContent === document.querySelector('#winner').textContent";
 
 fn open(program: &Program, served: &Served, flags: &[&str], look: Look) -> Result<Page, Failed> {
     let mut page = Page::open(program, flags, look, &served.url)?;
@@ -222,17 +227,16 @@ fn wrong_bit(program: &Program) -> Result<(), Failed> {
 
 fn without_webgpu(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
-    let flags = [
-        "--disable-features=WebGPU,WebGPUService",
-        "--disable-blink-features=WebGPU",
-    ];
-    let mut page = open(program, &served, &flags, DESKTOP)?;
+    let mut page = open(program, &served, &[], DESKTOP)?;
     assert_eq!(text(&mut page, "#verdict")?, "server only");
     let why = text(&mut page, "#why")?;
-    assert!(
-        why.contains("Nothing is evaluated in this browser: this browser has"),
-        "{why}"
-    );
+    let expected = "Nothing is evaluated in this browser: this browser has WebGPU but no adapter";
+    assert!(why.contains(expected), "{why}");
+    page.reload_with("delete Navigator.prototype.gpu")?;
+    page.wait_for(SETTLED)?;
+    assert_eq!(text(&mut page, "#verdict")?, "server only");
+    let why = text(&mut page, "#why")?;
+    assert!(why.contains("navigator.gpu is absent"), "{why}");
     assert_eq!(text(&mut page, "#digest-own")?, "–");
     let answer = served
         .request("POST", "/decision", &served.problem()?.to_string())?
@@ -257,6 +261,26 @@ fn without_webgpu(program: &Program) -> Result<(), Failed> {
     );
     page.photograph("without-webgpu")?;
     assert_quiet(&page);
+    Ok(())
+}
+
+fn losses(program: &Program) -> Result<(), Failed> {
+    let served = Served::start(&[])?;
+    let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
+    assert_agrees(&mut page)?;
+    page.crash_gpu()?;
+    let step = place(&mut page, "#step")?;
+    decide(&mut page, |page| page.click(step))?;
+    page.wait_for("document.querySelector('#verdict').textContent === 'agree, bit for bit'")?;
+    page.wait_for(SETTLED)?;
+    assert_agrees(&mut page)?;
+    drop(served);
+    page.click(step)?;
+    let told =
+        "document.querySelector('#trouble').textContent.startsWith('The server does not answer')";
+    page.wait_for(told)?;
+    assert_eq!(text(&mut page, "#verdict")?, "not decided");
+    page.photograph("gone")?;
     Ok(())
 }
 

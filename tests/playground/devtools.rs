@@ -108,6 +108,24 @@ impl Page {
         Ok(())
     }
 
+    /// Loads the page again, with a script that runs before its own.
+    pub fn reload_with(&mut self, script: &str) -> Result<(), Failed> {
+        let source = json!({ "source": script });
+        self.call("Page.addScriptToEvaluateOnNewDocument", &source)?;
+        self.evaluate("document.querySelector('#told').textContent = ''")?;
+        self.call("Page.reload", &json!({}))?;
+        Ok(())
+    }
+
+    /// Ends the process that has the graphics adapter.
+    pub fn crash_gpu(&mut self) -> Result<(), Failed> {
+        let session = core::mem::take(&mut self.session);
+        let crashed = self.call("Browser.crashGpuProcess", &json!({}));
+        self.session = session;
+        crashed?;
+        Ok(())
+    }
+
     /// The value of an expression in the page.
     pub fn evaluate(&mut self, expression: &str) -> Result<Value, Failed> {
         let parameters =

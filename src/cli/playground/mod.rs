@@ -75,6 +75,6 @@ fn scenes(arguments: &PlaygroundArguments, config: &Config) -> anyhow::Result<Ve
         return scene::built_in(config);
     };
     let map: OccupancyGrid = map_file::load(file, arguments.resolution)?;
-    let title = file.display().to_string();
+    let title = file.file_name().unwrap_or_default().to_string_lossy();
     Ok(vec![scene::of_map(&title, &map, config)?])
 }

@@ -21,8 +21,8 @@ export class Gpu {
   }
 
   constructor(shader, device, name) {
-    Object.assign(this, { shader, device, name, buffers: {}, sizes: {}, held: null, lost: null });
-    device.lost.then(({ message }) => { this.lost = "the device was lost: " + message; });
+    Object.assign(this, { shader, device, name, buffers: {}, sizes: {}, held: null });
+    this.isLost = device.lost.then(({ message }) => new Error("the device was lost: " + message));
   }
 
   // What WebGPU would only have written to the console becomes an error.
@@ -77,7 +77,6 @@ export class Gpu {
 
   // Takes a decision: the words of its answer, the milliseconds from upload to read-back, and whether memory had to be made.
   async decide(decision, scene, field) {
-    if (this.lost) throw new Error(this.lost);
     return this.checked(async () => {
       const begun = performance.now();
       const isCold = this.makeRoom(decision.bytes);

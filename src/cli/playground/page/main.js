@@ -56,6 +56,7 @@ async function run() {
       showDecision();
     } catch (error) {
       const isGone = error instanceof TypeError;
+      results.showStale();
       trouble(isGone ? "The server does not answer: is the program still running?" : error.message);
     }
   }
@@ -109,19 +110,23 @@ async function onGpu(problem, decision) {
   return { ...own, verdict: "differ", difference: answer.difference(evaluated, answer.ofServer(decision), theirs) };
 }
 
-// The page goes on with the server's answers; a device that was lost is opened anew.
+// The page goes on with the server's answers.
 function withoutGpuSince(error) {
   withoutGpu = `Nothing is evaluated in this browser: ${error.message}. What you see is the answer of the server's CPU engine.`;
-  if (gpu?.lost) open().then(changed);
   gpu = null;
   return null;
 }
 
+// A device that is lost is opened anew.
 async function open() {
   const begun = performance.now();
-  const opened = await Gpu.open(setup.shader).catch(withoutGpuSince);
-  if (opened) results.setCold(performance.now() - begun);
-  gpu = opened;
+  gpu = await Gpu.open(setup.shader).catch(withoutGpuSince);
+  if (!gpu) return;
+  results.setCold(performance.now() - begun);
+  gpu.isLost.then((error) => {
+    withoutGpuSince(error);
+    return open().then(changed);
+  });
 }
 
 function showDecision() {

@@ -7,7 +7,7 @@ const ms = (value) => value === null || value === undefined ? "–" : number(val
 
 const TERMS = [
   ["speed", "m/s", "v", 3], ["turn rate", "rad/s", "omega", 3], ["heading", "rad", "heading", 3], ["clearance", "m", "clearance", 3],
-  ["velocity", "m/s", "vel", 3], ["goal's distance", "m", "path", 3], ["score", "", "score", 7],
+  ["velocity", "m/s", "vel", 3], ["goal's distance", "m", "path", 3], ["score", "", "score", 0],
 ];
 // Until nothing has changed for so long, nothing is said aloud.
 const QUIET_MS = 400;
@@ -28,7 +28,7 @@ function median(values) {
 
 function words(sample, reasons, key, digits) {
   if (!sample) return "–";
-  if (key === "score" && sample.score === null) return reasons[sample.reason].replace("_", " ");
+  if (key === "score") return sample.score === null ? reasons[sample.reason].replace("_", " ") : sample.score.toPrecision(5);
   return number(sample[key], digits);
 }
 
@@ -43,7 +43,14 @@ export function showTerms({ winner }, looked, reasons) {
   };
   find("terms").replaceChildren(...TERMS.map(row));
   find("looked-words").textContent = looked ? `sample ${looked.index}` : "none";
-  find("looked").setAttribute("aria-valuetext", looked ? `sample ${looked.index}, ${words(looked, reasons, "score", 7)}` : "none");
+  find("looked").setAttribute("aria-valuetext", looked ? `sample ${looked.index}, ${words(looked, reasons, "score", 0)}` : "none");
+}
+
+// What is shown is of an earlier problem.
+export function showStale() {
+  find("verdict").className = "badge bad";
+  find("verdict").textContent = "not decided";
+  find("why").textContent = "This is the decision before it.";
 }
 
 export function show(shown, withoutGpu) {
@@ -71,7 +78,7 @@ export function show(shown, withoutGpu) {
     "all samples read back": ms(reading),
     "server: preparation": ms(decision.prepare_ms),
     "server: CPU decision": ms(decision.decide_ms),
-    "asking the server": ms(server_ms),
+    "server: there and back": ms(server_ms),
     "admissible": `${whole(admissible)} of ${whole(counts.reduce((sum, count) => sum + count))}`,
     "rejected": `${whole(collision)} collide, ${whole(stops)} cannot stop, ${whole(outside)} leave the map`,
   };
@@ -91,5 +98,6 @@ function say({ winner, counts, verdict }) {
   const text = winner
     ? `Winner: sample ${winner.index}, ${number(winner.v, 2)} m/s, ${number(winner.omega, 2)} rad/s, clearance ${number(winner.clearance, 2)} m; ${whole(counts[0])} samples admissible.`
     : "No sample is admissible: the robot stops.";
+  find("winner").textContent = text + checked;
   saying = setTimeout(() => { find("told").textContent = text + checked; }, QUIET_MS);
 }
