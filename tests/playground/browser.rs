@@ -7,7 +7,7 @@ use crate::devtools::{DESKTOP, Look, PHONE, Page, SHIFT, WEBGPU};
 use crate::program::{self, BrowserTest, Program};
 use crate::served::Served;
 
-const TRIALS: [(&str, BrowserTest); 8] = [
+const TRIALS: [(&str, BrowserTest); 9] = [
     ("dragging changes the winner, and the bits agree", drags),
     ("65536 samples have one digest in browser and server", dense),
     ("one wrong bit is shown as a difference", wrong_bit),
@@ -18,6 +18,10 @@ const TRIALS: [(&str, BrowserTest); 8] = [
     (
         "a GPU process that crashes is survived, and so is a server that is gone",
         losses,
+    ),
+    (
+        "what is dragged follows the pointer while a decision is awaited, and the latest wins",
+        follows,
     ),
     ("keys alone do all of it", keys),
     ("it fits a phone and the dark", fits),
@@ -50,15 +54,17 @@ fn text(page: &mut Page, selector: &str) -> Result<String, Failed> {
     Ok(found.as_str().unwrap_or_default().to_owned())
 }
 
+/// How many decisions were begun.
+const DECISIONS: &str = "Number(document.querySelector('#results').dataset.decisions)";
+
 /// Does something, and waits until a decision has come of it.
 fn decide(
     page: &mut Page,
     does: impl FnOnce(&mut Page) -> Result<(), Failed>,
 ) -> Result<(), Failed> {
-    let decisions = "Number(document.querySelector('#results').dataset.decisions)";
-    let before = page.evaluate(decisions)?;
+    let before = page.evaluate(DECISIONS)?;
     does(page)?;
-    page.wait_for(&format!("{decisions} > {before}"))?;
+    page.wait_for(&format!("{DECISIONS} > {before}"))?;
     page.wait_for(SETTLED)
 }
 
@@ -281,6 +287,67 @@ fn losses(program: &Program) -> Result<(), Failed> {
     page.wait_for(told)?;
     assert_eq!(text(&mut page, "#verdict")?, "not decided");
     page.photograph("gone")?;
+    Ok(())
+}
+
+fn follows(program: &Program) -> Result<(), Failed> {
+    let served = Served::start(&[])?;
+    let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
+    let goal = place(&mut page, "[data-handle=goal]")?;
+    let before = page.evaluate(DECISIONS)?.as_u64().ok_or("a number")?;
+    page.mouse("mouseMoved", goal, 0)?;
+    page.mouse("mousePressed", goal, 1)?;
+    served.signal("STOP")?;
+    for part in 1..=10 {
+        let to = (
+            goal.0 - 6.0 * f64::from(part),
+            goal.1 + 4.0 * f64::from(part),
+        );
+        page.mouse("mouseMoved", to, 1)?;
+        // Two frames: one in which it is drawn, and the next.
+        page.evaluate(
+            "new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)))",
+        )?;
+        let expression = "(() => { const box = document.querySelector('[data-handle=goal]').getBoundingClientRect(); \
+            return [box.x + box.width / 2, box.y + box.height / 2]; })()";
+        let now = page.evaluate(expression)?;
+        let near =
+            |index: usize, to: f64| now[index].as_f64().is_some_and(|at| (at - to).abs() < 1.5);
+        assert!(near(0, to.0) && near(1, to.1), "{to:?}: {now}");
+    }
+    let busy = "document.querySelector('#results').getAttribute('aria-busy')";
+    assert_eq!(page.evaluate(busy)?, json!("true"));
+    served.signal("CONT")?;
+    page.mouse("mouseReleased", (goal.0 - 60.0, goal.1 + 40.0), 0)?;
+    page.wait_for(SETTLED)?;
+    // The one that was under way, and the last.
+    let decisions = page.evaluate(DECISIONS)?.as_u64().ok_or("a number")?;
+    assert_eq!(decisions - before, 2);
+    assert_agrees(&mut page)?;
+    // What it decided on is what the handle says.
+    let label = "document.querySelector('[data-handle=goal]').getAttribute('aria-label')";
+    let label = page.evaluate(label)?;
+    let numbers: Vec<f64> = label
+        .as_str()
+        .unwrap_or_default()
+        .split([' ', ','])
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let mut problem = served.problem()?;
+    let moved = (problem["target"][0].as_f64(), problem["target"][1].as_f64());
+    assert_ne!((Some(numbers[0]), Some(numbers[1])), moved);
+    problem["target"] = json!(numbers);
+    let answer = served
+        .request("POST", "/decision", &problem.to_string())?
+        .json()?;
+    // To a centimetre, as the label is rounded: the same winner.
+    let told = text(&mut page, "#told")?;
+    let winner = answer["cpu"]["winner"]["index"].to_string();
+    assert!(
+        told.starts_with(&format!("Winner: sample {winner},")),
+        "{winner}: {told}"
+    );
+    assert_quiet(&page);
     Ok(())
 }
 

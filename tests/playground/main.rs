@@ -5,6 +5,7 @@ mod browser;
 mod devtools;
 #[path = "../support/browser/program.rs"]
 mod program;
+mod refusals;
 #[path = "../support/requirements.rs"]
 mod requirements;
 mod served;
@@ -16,6 +17,7 @@ use libtest_mimic::Arguments;
 
 fn main() -> ExitCode {
     let mut trials = browser::trials();
+    trials.extend(refusals::trials());
     trials.extend(server::trials());
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

@@ -11,6 +11,9 @@ use serde_json::{Value, json};
 /// A server that has not answered after this long never will.
 pub const DEADLINE: Duration = Duration::from_secs(120);
 
+/// A test of the server.
+pub type ServerTest = fn() -> Result<(), Failed>;
+
 /// `inbye playground` at a port of its own. It ends when this is dropped.
 pub struct Served {
     child: Child,
@@ -110,13 +113,18 @@ impl Served {
         Ok(problem)
     }
 
-    /// Sends a signal, as Ctrl-C does, and returns the exit status.
+    /// Sends it a signal.
+    pub fn signal(&self, name: &str) -> Result<(), Failed> {
+        let (name, id) = (format!("-{name}"), self.id().to_string());
+        let sent = Command::new("kill").args([name, id]).status()?;
+        assert!(sent.success());
+        Ok(())
+    }
+
+    /// Ends it as Ctrl-C does, and returns the exit status.
     #[cfg(unix)]
     pub fn interrupt(mut self) -> Result<Option<i32>, Failed> {
-        let sent = Command::new("kill")
-            .args(["-INT", &self.id().to_string()])
-            .status()?;
-        assert!(sent.success());
+        self.signal("INT")?;
         let deadline = Instant::now() + DEADLINE;
         while Instant::now() < deadline {
             if let Some(status) = self.child.try_wait()? {

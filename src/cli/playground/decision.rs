@@ -56,9 +56,9 @@ impl Desk {
             let written = batch.write(&mut input, 0, |_| 0);
             let prepare_ms = milliseconds_since(began);
             let began = Instant::now();
-            engine.evaluate(&prepared, Detail::Answer).map_err(failed)?;
+            engine.evaluate(&prepared, Detail::Answer).map_err(|error| failed(&error))?;
             let decide_ms = milliseconds_since(began);
-            let evaluation = engine.evaluate(&prepared, Detail::Samples).map_err(failed)?;
+            let evaluation = engine.evaluate(&prepared, Detail::Samples).map_err(|error| failed(&error))?;
             let sizes = batch.sizes();
             let window = &problem.window;
             Ok(json!({
@@ -97,7 +97,7 @@ impl Desk {
             let (_, prepared) = self.prepare(body)?;
             let evaluation = engine
                 .evaluate(&prepared, Detail::Samples)
-                .map_err(failed)?;
+                .map_err(|error| failed(&error))?;
             let samples = evaluation.samples.iter().flatten().flat_map(words);
             Ok(samples.flat_map(u32::to_le_bytes).collect())
         })
@@ -106,9 +106,9 @@ impl Desk {
     fn prepare(&self, body: &[u8]) -> Result<(Problem, Prepared), Refusal> {
         let text = core::str::from_utf8(body)
             .map_err(|_| Refusal::new(400, "the problem must be text in UTF-8"))?;
-        let problem = self.read(text).map_err(refused)?;
+        let problem = self.read(text).map_err(|error| refused(&error))?;
         bounds::check(&problem)?;
-        let prepared = Prepared::new(&problem).map_err(|error| refused(error.into()))?;
+        let prepared = Prepared::new(&problem).map_err(|error| refused(&error.into()))?;
         Ok((problem, prepared))
     }
 
@@ -205,11 +205,11 @@ fn milliseconds_since(began: Instant) -> f64 {
     began.elapsed().as_secs_f64() * 1000.0
 }
 
-fn refused(error: anyhow::Error) -> Refusal {
+fn refused(error: &anyhow::Error) -> Refusal {
     let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
     Refusal::new(400, causes.join(": "))
 }
 
-fn failed(error: EngineError) -> Refusal {
+fn failed(error: &EngineError) -> Refusal {
     Refusal::new(500, error.to_string())
 }

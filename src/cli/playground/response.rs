@@ -44,6 +44,8 @@ pub struct Response {
     content_type: &'static str,
     body: Body,
     allow: Option<&'static str>,
+    /// Whether only the head is sent, which tells of the body all the same.
+    is_head: bool,
 }
 
 impl Response {
@@ -54,6 +56,7 @@ impl Response {
             content_type,
             body,
             allow: None,
+            is_head: false,
         }
     }
 
@@ -63,6 +66,14 @@ impl Response {
             "application/json",
             Body::Own(value.to_string().into_bytes()),
         )
+    }
+
+    /// As the method wants it: who asks for the head alone gets no body.
+    pub fn in_answer_to(self, method: &str) -> Self {
+        Self {
+            is_head: method == "HEAD",
+            ..self
+        }
     }
 
     /// Sends it and closes the connection. A client that is gone, or does not read, is no error of ours.
@@ -76,23 +87,23 @@ impl Response {
 
     fn write(&self, stream: &mut TcpStream) -> io::Result<()> {
         let bytes = self.body.bytes();
-        let mut head = format!(
+        let allow = self
+            .allow
+            .map_or_else(String::new, |methods| format!("Allow: {methods}\r\n"));
+        let head = format!(
             "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\n\
              Content-Security-Policy: {POLICY}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
              Cross-Origin-Opener-Policy: same-origin\r\nCross-Origin-Embedder-Policy: require-corp\r\n\
-             Cross-Origin-Resource-Policy: same-origin\r\n",
+             Cross-Origin-Resource-Policy: same-origin\r\n{allow}\r\n",
             self.status,
             phrase(self.status),
             self.content_type,
             bytes.len(),
         );
-        if let Some(methods) = self.allow {
-            head += &format!("Allow: {methods}\r\n");
-        }
-        head += "\r\n";
         let mut all = head.into_bytes();
         // The first piece goes with the head, in one packet where it fits.
-        let (first, rest) = bytes.split_at(bytes.len().min(PIECE));
+        let sent = if self.is_head { &[] } else { bytes };
+        let (first, rest) = sent.split_at(sent.len().min(PIECE));
         all.extend_from_slice(first);
         let deadline = Instant::now() + PATIENCE;
         for piece in std::iter::once(all.as_slice()).chain(rest.chunks(PIECE)) {

@@ -71,10 +71,10 @@ impl Site {
             }
             _ => {
                 let response = self.read(path)?;
-                if request.method == "GET" {
+                if matches!(request.method.as_str(), "GET" | "HEAD") {
                     Ok(response)
                 } else {
-                    Err(Refusal::of_method(&request.method, "GET"))
+                    Err(Refusal::of_method(&request.method, "GET, HEAD"))
                 }
             }
         }

@@ -108,9 +108,10 @@ fn work(receiver: &Mutex<Receiver<TcpStream>>, site: &Site, tally: &Tally) {
 fn answer(site: &Site, request: &Request) -> Response {
     let answered = catch_unwind(AssertUnwindSafe(|| site.answer(request)));
     let what = "a mistake in the program: please report it with the request";
-    answered
-        .unwrap_or_else(|_| Err(Refusal::new(500, what)))
+    let response = answered.unwrap_or_else(|_| Err(Refusal::new(500, what)));
+    response
         .unwrap_or_else(Response::from)
+        .in_answer_to(&request.method)
 }
 
 fn send(response: &Response, stream: TcpStream, farewell: Duration, tally: &Tally) {

@@ -47,6 +47,7 @@ async function run() {
   let done = 0;
   while (done < version) {
     done = version;
+    busy.dataset.decisions = ++decisions;
     try {
       const problem = structuredClone(state.problem), shown = await decide(problem);
       trouble("");
@@ -61,7 +62,6 @@ async function run() {
     }
   }
   isRunning = false;
-  busy.dataset.decisions = ++decisions;
   busy.setAttribute("aria-busy", "false");
 }
 

@@ -29,7 +29,8 @@ function median(values) {
 function words(sample, reasons, key, digits) {
   if (!sample) return "–";
   if (key === "score") return sample.score === null ? reasons[sample.reason].replace("_", " ") : sample.score.toPrecision(5);
-  return number(sample[key], digits);
+  // One that is not admissible has velocities and no terms.
+  return sample.score === null && !["v", "omega"].includes(key) ? "–" : number(sample[key], digits);
 }
 
 export function showTerms({ winner }, looked, reasons) {
