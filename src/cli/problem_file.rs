@@ -193,28 +193,25 @@ fn occupancy(
     source: &MapSource,
     load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
 ) -> anyhow::Result<OccupancyGrid> {
-    match source {
-        MapSource {
-            rows: Some(rows),
-            file: None,
-            ..
-        } => {
-            let origin = match source.origin.as_deref() {
-                None => Pose::default(),
-                Some(&[x, y]) => Pose::new(x, y, 0.0),
-                Some(&[x, y, yaw]) => Pose::new(x, y, yaw),
-                Some(_) => bail!("map.origin must be [x, y] or [x, y, yaw]"),
-            };
-            let Some(resolution_m) = source.resolution_m else {
-                bail!("map.rows needs map.resolution_m, the side of a cell in metres");
-            };
-            OccupancyGrid::from_rows(rows, resolution_m, origin).context("map.rows")
-        }
-        MapSource {
-            rows: None,
-            file: Some(file),
-            ..
-        } => load(file, source.resolution_m.unwrap_or(1.0)),
-        _ => bail!("map needs either `rows` or `file`"),
+    if let Some(file) = source.name() {
+        return load(file, source.resolution_m.unwrap_or(1.0));
     }
+    let MapSource {
+        rows: Some(rows),
+        file: None,
+        ..
+    } = source
+    else {
+        bail!("map needs either `rows` or `file`");
+    };
+    let origin = match source.origin.as_deref() {
+        None => Pose::default(),
+        Some(&[x, y]) => Pose::new(x, y, 0.0),
+        Some(&[x, y, yaw]) => Pose::new(x, y, yaw),
+        Some(_) => bail!("map.origin must be [x, y] or [x, y, yaw]"),
+    };
+    let Some(resolution_m) = source.resolution_m else {
+        bail!("map.rows needs map.resolution_m, the side of a cell in metres");
+    };
+    OccupancyGrid::from_rows(rows, resolution_m, origin).context("map.rows")
 }

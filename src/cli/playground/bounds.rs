@@ -3,7 +3,7 @@
 
 use inbye::local::Problem;
 
-use super::response::Refusal;
+use super::refusal::Refusal;
 
 /// Most samples.
 pub const MOST_SAMPLES: usize = 1 << 19;

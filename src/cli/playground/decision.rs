@@ -16,7 +16,7 @@ use inbye::local::{
 use serde_json::{Value, json};
 
 use super::bounds;
-use super::response::Refusal;
+use super::refusal::Refusal;
 use super::scene::Scene;
 use crate::cli::problem_file;
 

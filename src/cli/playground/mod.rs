@@ -6,6 +6,8 @@
 
 mod bounds;
 mod decision;
+mod head;
+mod refusal;
 mod request;
 mod response;
 mod routes;

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
+use super::refusal::Refusal;
+
 /// What a page may load: nothing but what this server sends, and no script or style within the page itself.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -129,33 +131,6 @@ fn drain(stream: &mut TcpStream, farewell: Duration) {
         match stream.read(&mut piece) {
             Ok(count) if count > 0 => drained += count,
             _ => return,
-        }
-    }
-}
-
-/// Why somebody does not get what they asked for: a status, and a line that says what is wrong and how to mend it.
-#[derive(Debug)]
-pub struct Refusal {
-    status: u16,
-    what: String,
-    allow: Option<&'static str>,
-}
-
-impl Refusal {
-    pub fn new(status: u16, what: impl Into<String>) -> Self {
-        Self {
-            status,
-            what: what.into(),
-            allow: None,
-        }
-    }
-
-    /// Of a method other than those of a path.
-    pub fn of_method(method: &str, allow: &'static str) -> Self {
-        let what = format!("{method} is not for this path: it takes {allow}");
-        Self {
-            allow: Some(allow),
-            ..Self::new(405, what)
         }
     }
 }

@@ -5,8 +5,9 @@ use inbye::report;
 use serde_json::{Value, json};
 
 use super::decision::Desk;
-use super::request::Request;
-use super::response::{Body, Refusal, Response};
+use super::head::Request;
+use super::refusal::Refusal;
+use super::response::{Body, Response};
 use super::scene::Scene;
 use super::setup;
 

@@ -12,8 +12,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use super::request::{self, Request};
-use super::response::{Refusal, Response};
+use super::head::Request;
+use super::refusal::Refusal;
+use super::request;
+use super::response::Response;
 use super::routes::Site;
 
 /// Connections served at a time. Most of them wait for their client: an evaluation has a bound of its own.

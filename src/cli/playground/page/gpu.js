@@ -77,6 +77,7 @@ export class Gpu {
 
   // Takes a decision: the words of its answer, the milliseconds from upload to read-back, and whether memory had to be made.
   async decide(decision, scene, field) {
+    const input = fromBase64(decision.input);
     return this.checked(async () => {
       const begun = performance.now();
       const isCold = this.makeRoom(decision.bytes);
@@ -84,7 +85,7 @@ export class Gpu {
       const uploads = this.held !== scene;
       if (uploads) queue.writeBuffer(this.buffers.field, 0, field);
       this.held = scene;
-      queue.writeBuffer(this.buffers.input, 0, fromBase64(decision.input));
+      queue.writeBuffer(this.buffers.input, 0, input);
       const encoder = this.device.createCommandEncoder();
       const pass = encoder.beginComputePass();
       pass.setBindGroup(0, this.group);

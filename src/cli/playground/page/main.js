@@ -172,6 +172,8 @@ function resize() {
   if (width === view.width && height === view.height) return;
   Object.assign(view, { width, height });
   canvas.style.height = height + "px";
+  // What was fitted stays so, on a phone that is turned too.
+  if (state.problem && view.isFitted) fit();
   drawSoon();
 }
 

@@ -5,7 +5,7 @@ const [FARTHEST, NEAREST] = [0.5, 400];
 
 export class View {
   constructor() {
-    Object.assign(this, { x: 0, y: 0, scale: 40, width: 1, height: 1 });
+    Object.assign(this, { x: 0, y: 0, scale: 40, width: 1, height: 1, isFitted: true });
   }
 
   toScreen([x, y]) {
@@ -25,10 +25,12 @@ export class View {
     const [[left, right], [low, high]] = [range(0), range(1)];
     [this.x, this.y] = [(left + right) / 2, (low + high) / 2];
     this.setScale(Math.min(this.width / (right - left), this.height / (high - low)));
+    this.isFitted = true;
   }
 
   setScale(scale) {
     this.scale = Math.min(NEAREST, Math.max(FARTHEST, scale));
+    this.isFitted = false;
   }
 
   // Moves so that a point is not at or beyond the edge.
