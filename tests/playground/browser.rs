@@ -68,6 +68,10 @@ fn decide(
     page.wait_for(SETTLED)
 }
 
+/// Waits for a few frames: one in which the page learns of its size, one in which it draws.
+const FRAMES: &str = "new Promise((resolve) => { let left = 4; \
+    const next = () => left-- > 0 ? requestAnimationFrame(next) : resolve(); next(); })";
+
 /// The middle of a thing in the window, which is scrolled to it.
 fn place(page: &mut Page, selector: &str) -> Result<(f64, f64), Failed> {
     let expression = format!(
@@ -304,10 +308,7 @@ fn follows(program: &Program) -> Result<(), Failed> {
             goal.1 + 4.0 * f64::from(part),
         );
         page.mouse("mouseMoved", to, 1)?;
-        // Two frames: one in which it is drawn, and the next.
-        page.evaluate(
-            "new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)))",
-        )?;
+        page.evaluate(FRAMES)?;
         let expression = "(() => { const box = document.querySelector('[data-handle=goal]').getBoundingClientRect(); \
             return [box.x + box.width / 2, box.y + box.height / 2]; })()";
         let now = page.evaluate(expression)?;
@@ -433,6 +434,29 @@ fn fits(program: &Program) -> Result<(), Failed> {
         page.photograph(name)?;
     }
     let width = "[document.documentElement.scrollWidth, document.documentElement.clientWidth]";
+    // With a finger, which moves the goal and not the page.
+    page.look(PHONE)?;
+    page.evaluate(FRAMES)?;
+    let goal = place(&mut page, "[data-handle=goal]")?;
+    let scrolled = page.evaluate("window.scrollY")?;
+    decide(&mut page, |page| {
+        page.swipe(goal, (goal.0 - 30.0, goal.1 + 40.0))
+    })?;
+    let moved = page.evaluate(
+        "(() => { const box = document.querySelector('[data-handle=goal]').getBoundingClientRect(); \
+         return [box.x + box.width / 2, box.y + box.height / 2]; })()",
+    )?;
+    let near = |index: usize, to: f64| {
+        moved[index]
+            .as_f64()
+            .is_some_and(|at| (at - to).abs() < 2.0)
+    };
+    assert!(
+        near(0, goal.0 - 30.0) && near(1, goal.1 + 40.0),
+        "{goal:?} to {moved}"
+    );
+    assert_eq!(page.evaluate("window.scrollY")?, scrolled);
+    assert_agrees(&mut page)?;
     for (name, look) in [
         ("phone", PHONE),
         (
@@ -453,7 +477,7 @@ fn fits(program: &Program) -> Result<(), Failed> {
         page.look(look)?;
         let fit = place(&mut page, "#fit")?;
         page.click(fit)?;
-        page.evaluate("new Promise((resolve) => setTimeout(resolve, 300))")?;
+        page.evaluate(FRAMES)?;
         page.evaluate("window.scrollTo(0, 0)")?;
         page.photograph(name)?;
         let found = page.evaluate(width)?;

@@ -102,6 +102,8 @@ impl Page {
         let (width, height) = look.size;
         let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600 });
         self.call("Emulation.setDeviceMetricsOverride", &metrics)?;
+        let touch = json!({ "enabled": width < 600 });
+        self.call("Emulation.setTouchEmulationEnabled", &touch)?;
         let scheme = if look.is_dark { "dark" } else { "light" };
         let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
         self.call("Emulation.setEmulatedMedia", &features)?;
@@ -165,6 +167,23 @@ impl Page {
             self.mouse("mouseMoved", (at(from.0, to.0), at(from.1, to.1)), 1)?;
         }
         self.mouse("mouseReleased", to, 0)
+    }
+
+    /// Drags a finger likewise.
+    pub fn swipe(&mut self, from: (f64, f64), to: (f64, f64)) -> Result<(), Failed> {
+        let mut touch = |kind: &str, points: Value| {
+            let event = json!({ "type": kind, "touchPoints": points });
+            self.call("Input.dispatchTouchEvent", &event)
+        };
+        touch("touchStart", json!([{ "x": from.0, "y": from.1 }]))?;
+        for part in 1..=8 {
+            let share = f64::from(part) / 8.0;
+            let at = |from: f64, to: f64| from + share * (to - from);
+            let point = json!([{ "x": at(from.0, to.0), "y": at(from.1, to.1) }]);
+            touch("touchMove", point)?;
+        }
+        touch("touchEnd", json!([]))?;
+        Ok(())
     }
 
     /// Clicks at a place of the window.
