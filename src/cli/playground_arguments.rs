@@ -23,8 +23,11 @@ pub struct PlaygroundArguments {
     /// Port of the loopback to serve at; 0 takes any free one.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u16>(0, 65_535))]
     pub port: u16,
-    /// A map to play on instead of the built-in scenes: a ROS `map_server` .yaml, a `MovingAI` .map, or rows of text.
-    #[arg(long, value_name = "FILE")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        help = "Map to play on instead of the built-in scenes: a ROS map_server .yaml, a MovingAI .map, or rows of text"
+    )]
     pub map: Option<PathBuf>,
     /// Side of a cell of a .map or text map, metres.
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]

@@ -97,15 +97,33 @@ fn same_as_evaluate() -> Result<(), Failed> {
     let folder = tempfile::tempdir()?;
     let map = folder.path().join("room.txt");
     fs::write(&map, ROOM)?;
-    let served = Served::start(&["--map", &map.to_string_lossy(), "--resolution", "0.25"])?;
+    let config = folder.path().join("robot.toml");
+    fs::write(
+        &config,
+        "[local]
+vtheta_samples = 21
+[robot]
+footprint = [{ x = 0.1, y = 0.0, radius = 0.2 }]
+",
+    )?;
+    let served = Served::start(&[
+        "--map",
+        &map.to_string_lossy(),
+        "--resolution",
+        "0.25",
+        "--config",
+        &config.to_string_lossy(),
+    ])?;
     let mut problem = served.problem()?;
+    assert_eq!(problem["vtheta_samples"], json!(21));
+    assert_eq!(problem["robot"]["footprint"][0]["radius"], json!(0.2));
     problem["vx_samples"] = json!(33);
     problem["obstacles"] = json!([{"x": 3.0, "y": 0.6, "radius": 0.2, "vx": -0.4, "vy": 0.1}]);
     let served_answer = served
         .request("POST", "/decision", &problem.to_string())?
         .json()?;
     let records = served.request("POST", "/records", &problem.to_string())?;
-    assert_eq!(records.body.len(), 33 * 40 * 20);
+    assert_eq!(records.body.len(), 33 * 21 * 20);
     problem["map"] = json!({"file": "room.txt", "resolution_m": 0.25});
     let file = folder.path().join("problem.json");
     fs::write(&file, problem.to_string())?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose, Vector};
 use inbye::local::{ClearanceField, LocalSettings};
-use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
+use inbye::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::robot::Footprint;
 use inbye::sim::{self, Config};
 use serde_json::{Value, json};
@@ -141,7 +141,7 @@ fn roomiest(field: &ClearanceField, footprint: &Footprint) -> Situation {
     let frame = field.frame();
     let units = field.units().iter().enumerate();
     // Of equal ones the one nearest to the middle, so that an empty map begins there.
-    let middle = frame.len() / 2;
+    let middle = frame.index(Cell::new(frame.width / 2, frame.height / 2));
     let best =
         units.max_by_key(|(index, units)| (**units, core::cmp::Reverse(index.abs_diff(middle))));
     let center = frame.center_of(frame.cell_at(best.map_or(0, |(index, _)| index)));
