@@ -7,10 +7,14 @@ use crate::devtools::{DESKTOP, Look, PHONE, Page, SHIFT, WEBGPU};
 use crate::program::{self, BrowserTest, Program};
 use crate::served::Served;
 
-const TRIALS: [(&str, BrowserTest); 9] = [
+const TRIALS: [(&str, BrowserTest); 10] = [
     ("dragging changes the winner, and the bits agree", drags),
     ("65536 samples have one digest in browser and server", dense),
     ("one wrong bit is shown as a difference", wrong_bit),
+    (
+        "a slip in a shader is shown as a difference",
+        slip_in_a_shader,
+    ),
     (
         "without WebGPU the page says so and shows the server's answer",
         without_webgpu,
@@ -231,6 +235,32 @@ fn wrong_bit(program: &Program) -> Result<(), Failed> {
     let flip = place(&mut page, "#flip")?;
     decide(&mut page, |page| page.click(flip))?;
     assert_agrees(&mut page)?;
+    assert_quiet(&page);
+    Ok(())
+}
+
+/// What the browser shows is its own: another shader gives another answer.
+fn slip_in_a_shader(program: &Program) -> Result<(), Failed> {
+    let served = Served::start(&[])?;
+    let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
+    assert_agrees(&mut page)?;
+    // A sixteenth of a unit of length along one axis, about 0.01 mm.
+    page.reload_with(
+        "const real = window.fetch; window.fetch = async (path, ...rest) => {
+            const answer = await real(path, ...rest);
+            if (path !== '/shader.wgsl') return answer;
+            const parts = (await answer.text()).split('squared_length(to_key_x,');
+            if (parts.length !== 2) throw new Error('no such call');
+            return new Response(parts.join('squared_length(to_key_x + 1,'));
+        };",
+    )?;
+    page.wait_for(SETTLED)?;
+    assert_eq!(text(&mut page, "#verdict")?, "differ");
+    let why = text(&mut page, "#why")?;
+    assert!(
+        why.starts_with("sample ") && why.contains(": browser 0x"),
+        "{why}"
+    );
     assert_quiet(&page);
     Ok(())
 }

@@ -10,7 +10,7 @@ use super::refusal::Refusal;
 /// How long a client may take to send all of a request.
 pub const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Reads a request. None when the client has left without one.
+/// Reads a request. None when the client has left, or has not begun in time.
 pub fn read(stream: &mut TcpStream) -> Result<Option<Request>, Refusal> {
     let deadline = Instant::now() + PATIENCE;
     let mut bytes = Vec::new();
@@ -23,12 +23,13 @@ pub fn read(stream: &mut TcpStream) -> Result<Option<Request>, Refusal> {
         if bytes.len() >= MOST_HEAD_BYTES {
             return Err(head_too_large());
         }
-        if receive(stream, deadline, &mut bytes, MOST_HEAD_BYTES)? == 0 {
-            return if bytes.is_empty() {
-                Ok(None)
-            } else {
-                Err(Refusal::new(400, "the request ends within its head"))
-            };
+        let received = receive(stream, deadline, &mut bytes, MOST_HEAD_BYTES);
+        if bytes.is_empty() {
+            // Browsers open connections before they know whether they need them.
+            return Ok(None);
+        }
+        if received? == 0 {
+            return Err(Refusal::new(400, "the request ends within its head"));
         }
     }
 }

@@ -21,7 +21,7 @@ use super::routes::Site;
 /// Connections served at a time. Most of them wait for their client: an evaluation has a bound of its own.
 const WORKERS: usize = 32;
 /// Connections that wait for their turn; one more is told to come again.
-const WAITING: usize = 2048;
+const WAITING: usize = 1024;
 /// How long a client may go on sending after its answer; one that is sent away at the door, less.
 const FAREWELL: Duration = Duration::from_secs(1);
 const BRIEF_FAREWELL: Duration = Duration::from_millis(10);
