@@ -36,10 +36,12 @@ export function makeControls(box, problem, changed) {
   box.append(product);
   return (bounds) => {
     for (const show of shows) show();
-    const { vx_samples, vtheta_samples, sim_time_s, sim_step_s } = problem();
-    const steps = Math.round(sim_time_s / sim_step_s);
-    product.textContent = `${whole(vx_samples)} × ${whole(vtheta_samples)} = ${whole(vx_samples * vtheta_samples)} samples of ${steps} steps; ` +
-      `at most ${whole(bounds.samples)} samples and ${bounds.obstacles} obstacles, and the server decides how much work at once is too much.`;
+    const { vx_samples, vtheta_samples, sim_time_s, sim_step_s, robot, obstacles } = problem();
+    const samples = vx_samples * vtheta_samples, steps = Math.round(sim_time_s / sim_step_s);
+    const meetings = samples * steps * robot.footprint.length * (1 + obstacles.length);
+    product.textContent = `${whole(vx_samples)} × ${whole(vtheta_samples)} = ${whole(samples)} samples of ${steps} steps, ` +
+      `${obstacles.length} obstacles: at most ${whole(bounds.samples)} samples, ${bounds.obstacles} obstacles. ` +
+      `Samples × steps × discs × (1 + obstacles) = ${whole(meetings)}: at most ${whole(bounds.meetings)}.`;
   };
 }
 

@@ -201,8 +201,8 @@ function removeObstacle(index) {
 function addObstacle() {
   const { obstacles, robot: { pose } } = state.problem;
   if (obstacles.length >= setup.bounds.obstacles) return trouble(`There are ${obstacles.length} obstacles already.`);
-  // Ahead of the robot, each a little farther to the side, on its way to it.
-  const [x, y, yaw] = after(pose, 2, 0, 1), side = 0.7 * (obstacles.length % 5 - 2);
+  // Rows of five ahead of the robot, on their way to it.
+  const [x, y, yaw] = after(pose, 2 + 0.8 * Math.floor(obstacles.length / 5), 0, 1), side = 0.7 * (obstacles.length % 5 - 2);
   const round = (value) => Math.round(value * 1e4) / 1e4;
   const place = { x: round(x - side * Math.sin(yaw)), y: round(y + side * Math.cos(yaw)) };
   obstacles.push({ ...place, radius: 0.3, vx: round(-0.4 * Math.cos(yaw)), vy: round(-0.4 * Math.sin(yaw)) });
