@@ -4,6 +4,7 @@
 pub mod bytes;
 pub mod files;
 pub mod frames;
+pub mod http;
 pub mod maps;
 mod program;
 pub mod settings;
@@ -27,6 +28,7 @@ pub const TARGETS: [Target; 26] = [
     ("short_drive", settings::short_drive),
     ("base_config", settings::base_config),
     ("words", settings::words),
+    ("http_head", http::head),
     ("nav2_params", settings::nav2_params),
     ("obstacles_json", files::obstacles_json),
     ("obstacles_toml", files::obstacles_toml),

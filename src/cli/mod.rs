@@ -51,6 +51,9 @@ mod plain_words;
 mod plan;
 mod plan_drawing;
 mod plan_words;
+#[cfg(feature = "playground")]
+mod playground;
+mod playground_arguments;
 mod problem_file;
 mod record_file;
 mod recording;
@@ -91,6 +94,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Devices) => devices::run(json),
         Some(Command::Config(command)) => config_command::run(command, json),
         Some(Command::Node(command)) => node::run(command, json),
+        #[cfg(feature = "playground")]
+        Some(Command::Playground(command)) => playground::run(command, json),
+        #[cfg(not(feature = "playground"))]
+        Some(Command::Playground(_)) => anyhow::bail!(
+            "inbye playground: this program was built without it: build it with `cargo build --release --features playground`"
+        ),
         Some(Command::Completions(command)) => completions::run(command, json),
         Some(Command::Man(command)) => man::run(command, json),
         Some(Command::Base(base)) => match &base.command {

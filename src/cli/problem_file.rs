@@ -58,13 +58,28 @@ struct ProblemFile {
     stopping: Stopping,
 }
 
+/// Where the ground of a problem is described.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct MapSource {
+pub struct MapSource {
     resolution_m: Option<f64>,
     origin: Option<Vec<f64>>,
     rows: Option<Vec<String>>,
     file: Option<String>,
+}
+
+impl MapSource {
+    /// The name that it gives; none where it describes the ground itself.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self {
+                rows: None,
+                file: Some(name),
+                ..
+            } => Some(name),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -96,10 +111,21 @@ pub fn parse(
     text: &str,
     load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
 ) -> anyhow::Result<Problem> {
+    parse_on(text, |source, unknown| {
+        let obstacles = occupancy(source, load)?.obstacles(unknown);
+        Ok(Arc::new(ClearanceField::new(&obstacles)?))
+    })
+}
+
+/// The same for who has the ground, and knows it by what the file says of its map and of unknown ground.
+pub fn parse_on(
+    text: &str,
+    ground: impl FnOnce(&MapSource, UnknownPolicy) -> anyhow::Result<Arc<ClearanceField>>,
+) -> anyhow::Result<Problem> {
     let file: ProblemFile =
         serde_json::from_str(text).map_err(|error| anyhow!(one_line(&error, text)))?;
-    let map = occupancy(&file.map, load)?;
-    problem(file, &map)
+    let field = ground(&file.map, file.unknown)?;
+    problem(file, &field)
 }
 
 fn one_line(error: &serde_json::Error, text: &str) -> String {
@@ -123,8 +149,7 @@ fn one_line(error: &serde_json::Error, text: &str) -> String {
     )
 }
 
-fn problem(file: ProblemFile, map: &OccupancyGrid) -> anyhow::Result<Problem> {
-    let field = ClearanceField::new(&map.obstacles(file.unknown))?;
+fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Problem> {
     file.limits.validate().context("limits")?;
     let defaults = LocalSettings::default();
     let settings = LocalSettings {
@@ -151,7 +176,7 @@ fn problem(file: ProblemFile, map: &OccupancyGrid) -> anyhow::Result<Problem> {
     };
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
     let situation = Situation {
-        field: &Arc::new(field),
+        field,
         pose: Pose::from(file.robot.pose),
         twist,
         obstacles: &file.obstacles,
@@ -168,28 +193,25 @@ fn occupancy(
     source: &MapSource,
     load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
 ) -> anyhow::Result<OccupancyGrid> {
-    match source {
-        MapSource {
-            rows: Some(rows),
-            file: None,
-            ..
-        } => {
-            let origin = match source.origin.as_deref() {
-                None => Pose::default(),
-                Some(&[x, y]) => Pose::new(x, y, 0.0),
-                Some(&[x, y, yaw]) => Pose::new(x, y, yaw),
-                Some(_) => bail!("map.origin must be [x, y] or [x, y, yaw]"),
-            };
-            let Some(resolution_m) = source.resolution_m else {
-                bail!("map.rows needs map.resolution_m, the side of a cell in metres");
-            };
-            OccupancyGrid::from_rows(rows, resolution_m, origin).context("map.rows")
-        }
-        MapSource {
-            rows: None,
-            file: Some(file),
-            ..
-        } => load(file, source.resolution_m.unwrap_or(1.0)),
-        _ => bail!("map needs either `rows` or `file`"),
+    if let Some(file) = source.name() {
+        return load(file, source.resolution_m.unwrap_or(1.0));
     }
+    let MapSource {
+        rows: Some(rows),
+        file: None,
+        ..
+    } = source
+    else {
+        bail!("map needs either `rows` or `file`");
+    };
+    let origin = match source.origin.as_deref() {
+        None => Pose::default(),
+        Some(&[x, y]) => Pose::new(x, y, 0.0),
+        Some(&[x, y, yaw]) => Pose::new(x, y, yaw),
+        Some(_) => bail!("map.origin must be [x, y] or [x, y, yaw]"),
+    };
+    let Some(resolution_m) = source.resolution_m else {
+        bail!("map.rows needs map.resolution_m, the side of a cell in metres");
+    };
+    OccupancyGrid::from_rows(rows, resolution_m, origin).context("map.rows")
 }

@@ -109,7 +109,7 @@ impl Fan {
 }
 
 /// At most `most` of the numbers below `count`, evenly, the first and the last among them where there is room for two.
-fn spread(count: usize, most: u32) -> impl Iterator<Item = usize> {
+pub fn spread(count: usize, most: u32) -> impl Iterator<Item = usize> {
     let shown = count.min(most as usize);
     let gaps = shown.saturating_sub(1).max(1);
     (0..shown).map(move |place| place * (count - 1) / gaps)

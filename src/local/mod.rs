@@ -36,7 +36,7 @@ pub use cpu::{CpuEngine, GatherOnly, Instructions};
 pub use error::{EngineError, LossKind, ProblemError};
 pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
 pub use failover::{Beside, FIRST_RETRY, Failover, GpuSource, Incident, Incidents, LONGEST_RETRY};
-pub use fan::{Fan, FanArc};
+pub use fan::{Fan, FanArc, spread};
 pub use field::ClearanceField;
 pub use inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
 pub use open::{Opened, Preference, open, open_all, open_to_compare};

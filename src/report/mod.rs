@@ -67,7 +67,7 @@ pub use ablation_page::{AblationReport, ablation_files};
 pub use bench_page::{BenchReport, bench_files, bench_svg};
 pub use density_picture::density_svg;
 pub use drive_picture::{DriveView, drive_svg};
-pub use page::html;
+pub use page::{STYLE, html};
 pub use paper_page::{PaperReport, paper_files};
 pub use plan_picture::{PlanFigures, PlanOutcome, PlanView, plan_svg};
 pub use player::Reel;

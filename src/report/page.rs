@@ -6,7 +6,8 @@ use super::samples_axis::samples_axis;
 use super::simplify::TOLERANCE;
 use super::{EngineComparison, MissionView, Report, density_chart, mission, player, quality_chart};
 
-const STYLE: &str = concat!(
+/// The style of all pages.
+pub const STYLE: &str = concat!(
     include_str!("colours.css"),
     include_str!("drawing.css"),
     include_str!("chart.css"),

@@ -1,0 +1,120 @@
+// The GPU engine's five dispatches in the browser's WebGPU. Knows the shaders' buffers by what /setup says of them.
+
+const FILTERS = ["validation", "out-of-memory", "internal"];
+
+// The name of an adapter, as far as the browser tells.
+function nameOf({ info }) {
+  const words = [info?.description, info?.vendor, info?.architecture, info?.device].filter((word) => word);
+  return words.slice(0, 2).join(" ") || "an adapter without a name";
+}
+
+export class Gpu {
+  // Opens the browser's adapter with the limits that every one has, and makes the pipelines.
+  static async open(shader) {
+    if (!navigator.gpu) throw new Error("this browser has no WebGPU (navigator.gpu is absent)");
+    const adapter = await navigator.gpu.requestAdapter();
+    if (!adapter) throw new Error("this browser has WebGPU but no adapter for it");
+    const device = await adapter.requestDevice();
+    const gpu = new Gpu(shader, device, nameOf(adapter));
+    await gpu.checked(() => gpu.makePipelines());
+    return gpu;
+  }
+
+  constructor(shader, device, name) {
+    Object.assign(this, { shader, device, name, buffers: {}, sizes: {}, held: null });
+    this.isLost = device.lost.then(({ message }) => new Error("the device was lost: " + message));
+  }
+
+  // What WebGPU would only have written to the console becomes an error.
+  async checked(work) {
+    for (const filter of FILTERS) this.device.pushErrorScope(filter);
+    const outcome = await work().then((result) => ({ result }), (error) => ({ error }));
+    for (const _ of FILTERS) {
+      const complaint = await this.device.popErrorScope();
+      if (complaint) throw new Error(complaint.message);
+    }
+    if (outcome.error) throw outcome.error;
+    return outcome.result;
+  }
+
+  async makePipelines() {
+    const text = await fetch("/shader.wgsl");
+    const module = this.device.createShaderModule({ code: await text.text() });
+    this.layout = this.device.createBindGroupLayout({
+      entries: this.shader.bindings.map(({ type }, binding) => ({ binding, visibility: GPUShaderStage.COMPUTE, buffer: { type } })),
+    });
+    const layout = this.device.createPipelineLayout({ bindGroupLayouts: [this.layout] });
+    this.pipelines = await Promise.all(this.shader.entry_points.map((entryPoint) =>
+      this.device.createComputePipelineAsync({ layout, compute: { module, entryPoint } })));
+  }
+
+  // Makes buffers that hold so many bytes each, unless those at hand do. True when some were made.
+  makeRoom(bytes) {
+    const grown = Object.keys(bytes).filter((name) => !(this.sizes[name] >= bytes[name]));
+    if (grown.length === 0) return false;
+    const { COPY_SRC, COPY_DST, MAP_READ, STORAGE, UNIFORM } = GPUBufferUsage;
+    for (const name of grown) {
+      // Somewhat larger, so that problems that differ little share them.
+      const size = 2 ** Math.ceil(Math.log2(Math.max(bytes[name], 4096)));
+      const usage = STORAGE | COPY_SRC | COPY_DST | (name === "input" ? UNIFORM : 0);
+      this.replace(name, { size, usage });
+      if (name === "field") this.held = null;
+      if (name === "answers" || name === "records") this.replace("read " + name, { size, usage: MAP_READ | COPY_DST });
+      this.sizes[name] = size;
+    }
+    const bound = this.shader.bindings.map(({ buffer, type }, binding) => {
+      const size = type === "uniform" ? this.shader.uniform_bytes : undefined;
+      return { binding, resource: { buffer: this.buffers[buffer], size } };
+    });
+    this.group = this.device.createBindGroup({ layout: this.layout, entries: bound });
+    return true;
+  }
+
+  replace(name, descriptor) {
+    this.buffers[name]?.destroy();
+    this.buffers[name] = this.device.createBuffer({ label: name, ...descriptor });
+  }
+
+  // Takes a decision: the words of its answer, the milliseconds from upload to read-back, and whether memory had to be made.
+  async decide(decision, scene, field) {
+    const input = fromBase64(decision.input);
+    return this.checked(async () => {
+      const begun = performance.now();
+      const isCold = this.makeRoom(decision.bytes);
+      const { queue } = this.device;
+      const uploads = this.held !== scene;
+      if (uploads) queue.writeBuffer(this.buffers.field, 0, field);
+      this.held = scene;
+      queue.writeBuffer(this.buffers.input, 0, input);
+      const encoder = this.device.createCommandEncoder();
+      const pass = encoder.beginComputePass();
+      pass.setBindGroup(0, this.group);
+      this.pipelines.forEach((pipeline, index) => {
+        pass.setPipeline(pipeline);
+        pass.dispatchWorkgroups(decision.workgroups[index]);
+      });
+      pass.end();
+      const words = await this.readBack(encoder, "answers", decision.bytes.answers);
+      return { words, took: performance.now() - begun, isCold: isCold || uploads };
+    });
+  }
+
+  // The words of all records of the last decision.
+  records(decision) {
+    return this.checked(() => this.readBack(this.device.createCommandEncoder(), "records", decision.bytes.records));
+  }
+
+  async readBack(encoder, name, bytes) {
+    const into = this.buffers["read " + name];
+    encoder.copyBufferToBuffer(this.buffers[name], 0, into, 0, bytes);
+    this.device.queue.submit([encoder.finish()]);
+    await into.mapAsync(GPUMapMode.READ, 0, bytes);
+    const words = new Uint32Array(into.getMappedRange(0, bytes).slice(0));
+    into.unmap();
+    return words;
+  }
+}
+
+function fromBase64(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
