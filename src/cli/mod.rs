@@ -30,6 +30,7 @@ mod followed;
 mod hardship_words;
 mod import_nav2;
 mod interrupt;
+mod lidar_line;
 mod localization;
 mod main_job;
 mod map_file;
