@@ -71,7 +71,7 @@ impl Default for LocalizationSettings {
             outlier_m: 0.12,
             least_information: 0.01,
             least_returns: 30,
-            least_agreement: 0.4,
+            least_agreement: 0.5,
             most_through: 0.25,
             lost_after: 5,
             uncertain_sigma_m: 0.025,
