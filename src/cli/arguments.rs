@@ -129,8 +129,10 @@ pub struct PlanArguments {
 #[command(
     after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
     --seed 7 --report out\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n\n\
-    With --port the base is a real or an emulated one on a serial line, and time is real: world and lidar are simulated, and \
-    the robot is where the base reports to have come. It is stopped when no plan comes for 0.3 s, when it does not do what it \
+    With --port the base is a real or an emulated one on a serial line, and time is real. With --lidar as well nothing is \
+    simulated: the robot is where the scans of its LD19 put it on the map, it stands while it does not know where that is or \
+    its lidar is silent, and gives up with the reason when that lasts (exit status 1). Without, world and lidar are simulated, \
+    and the robot is where the base reports to have come. It is stopped when no plan comes for 0.3 s, when it does not do what it \
     is told, and at the end however that comes: `inbye base send --help`."
 )]
 pub struct DriveArguments {

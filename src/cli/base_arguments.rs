@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 use inbye::base::{PlannedTrouble, Protocol};
 
-use super::arguments::{duration, number, whole};
+use super::arguments::{Place, duration, length, number, whole};
 use super::known_words;
 
 /// Fastest that may be typed, m/s and rad/s; the base's own limits hold in any case.
@@ -41,7 +41,7 @@ pub struct KindArguments {
     /// Protocol.
     #[arg(long, value_name = "P", default_value = "native", value_parser = known_words::protocol())]
     pub protocol: Protocol,
-    /// The base's settings, TOML with the tables [base] and [keeper].
+    /// The base's settings, TOML with the tables [base], [keeper] and [lidar].
     #[arg(long, value_name = "FILE.toml")]
     pub base_config: Option<PathBuf>,
 }
@@ -53,6 +53,8 @@ pub struct KindArguments {
     The first line is the path of the port that a host opens, or with --json an object with `port` and `protocol`. At the end, \
     by Ctrl-C, SIGTERM or --for, a summary: `frames` (commands accepted), `zeros_at_end` (how many of them, the last in a row, \
     were to stand), `watchdog_stops`, `distance_m`, `pose`, `linear`, `angular`.\n\
+    With --lidar-map and --start the second line is the port of its lidar, `lidar` in the object, and `place` in the summary is where \
+    it stands on the map.\n\
     Faults: stuck-left, stuck-right, runaway, reversed, button, silence, slow-reads, garbage, bit-flips; NAME@2 from 2 s on, \
     NAME@2..3.5 for 1.5 s. Unix only."
 )]
@@ -62,6 +64,23 @@ pub struct EmulateArguments {
     /// Something that goes wrong, at its time in seconds; give one --fault for each.
     #[arg(long, value_name = "NAME[@S[..S]]")]
     pub fault: Vec<PlannedTrouble>,
+    /// Be a whole robot: an LD19 as well, on a port of its own, in the world of this map.
+    #[arg(long, value_name = "MAP")]
+    pub lidar_map: Option<PathBuf>,
+    /// Side of a cell of that map, if it is a .map or text map, metres.
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, requires = "lidar_map", value_parser = length)]
+    pub resolution: f64,
+    /// Where in that world it stands in the beginning.
+    #[arg(
+        long,
+        value_name = "X,Y[,YAW]",
+        allow_hyphen_values = true,
+        requires = "lidar_map"
+    )]
+    pub start: Option<Place>,
+    /// Unplug the lidar after so long, seconds.
+    #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "lidar_map", value_parser = duration)]
+    pub lidar_until: Option<f64>,
     /// Seed of noise and faults.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,

@@ -21,11 +21,14 @@ mod on_pseudo_terminal {
 
     use anyhow::Context;
     use inbye::base::Emulator;
+    use inbye::geometry::{Pose, wrap_angle};
+    use inbye::map::UnknownPolicy;
+    use inbye::sim::{Lidar, TurningLidar, World};
     use serde_json::json;
     use serialport::{ClearBuffer, SerialPort, TTYPort};
 
     use super::EmulateArguments;
-    use crate::cli::{interrupt, output, settings_file};
+    use crate::cli::{interrupt, map_file, output, settings_file};
 
     /// Longest time from one turn of the controller to the next. Bytes that come begin one at once.
     const TURN: Duration = Duration::from_millis(4);
@@ -41,12 +44,19 @@ mod on_pseudo_terminal {
         for trouble in &arguments.fault {
             emulator.plan(*trouble);
         }
+        let mut lidar = lidar(arguments)?;
         let end = interrupt::flag()?;
         let mut pair = Pair::open()?;
+        let lidar_port = lidar.as_ref().map(|lidar| lidar.name().to_owned());
         if json {
-            output::json(&json!({ "port": pair.name, "protocol": kind.protocol.name() }))?;
+            let mut ports = json!({ "port": pair.name, "protocol": kind.protocol.name() });
+            if let Some(lidar_port) = &lidar_port {
+                ports["lidar"] = json!(lidar_port);
+            }
+            output::json(&ports)?;
         } else {
             output::line(&pair.name);
+            lidar_port.iter().for_each(output::line);
             output::note(format!("speaks {}; Ctrl-C ends it", kind.protocol));
         }
         let began = Instant::now();
@@ -63,9 +73,68 @@ mod on_pseudo_terminal {
             line.clear();
             emulator.step(now_s, &mut line);
             pair.write(&line)?;
+            if let Some(lidar) = &mut lidar {
+                lidar.step(now_s, emulator.pose())?;
+            }
         };
-        print(&emulator, time_s, json)?;
+        let place = lidar.map(|lidar| lidar.place(emulator.pose()));
+        print(&emulator, place, time_s, json)?;
         Ok(true)
+    }
+
+    /// The lidar of a whole robot, if it shall be one.
+    fn lidar(arguments: &EmulateArguments) -> anyhow::Result<Option<EmulatedLidar>> {
+        let Some(file) = &arguments.lidar_map else {
+            return Ok(None);
+        };
+        let map = map_file::load(file, arguments.resolution)?;
+        let start = arguments.start.as_ref();
+        let start = start.context("--lidar-map needs --start: say where on it the robot stands")?;
+        let world = World::new(map.obstacles(UnknownPolicy::Blocked));
+        let lidar = TurningLidar::new(Lidar::default(), world, arguments.seed)?;
+        Ok(Some(EmulatedLidar {
+            lidar,
+            start: start.pose(),
+            pair: Some(Pair::open()?),
+            until_s: arguments.lidar_until.unwrap_or(f64::INFINITY),
+            line: Vec::new(),
+        }))
+    }
+
+    /// An LD19 on the emulated base, and its line.
+    struct EmulatedLidar {
+        lidar: TurningLidar,
+        start: Pose,
+        /// None after it was unplugged.
+        pair: Option<Pair>,
+        until_s: f64,
+        line: Vec<u8>,
+    }
+
+    impl EmulatedLidar {
+        fn name(&self) -> &str {
+            self.pair.as_ref().map_or("", |pair| &pair.name)
+        }
+
+        /// Where the base is on the map that has come to a pose of its own.
+        fn place(&self, own: &Pose) -> Pose {
+            let place = self.start.transform(&own.position());
+            Pose::new(place.x, place.y, wrap_angle(self.start.yaw + own.yaw))
+        }
+
+        fn step(&mut self, now_s: f64, own: &Pose) -> anyhow::Result<()> {
+            let place = self.place(own);
+            self.line.clear();
+            self.lidar.step(now_s, &place, &mut self.line);
+            if now_s >= self.until_s {
+                self.pair = None;
+            }
+            if let Some(pair) = &mut self.pair {
+                pair.admit_hosts();
+                pair.write(&self.line)?;
+            }
+            Ok(())
+        }
     }
 
     /// Both ends: ours, and the host's, which is held open so that hosts may come and go.
@@ -121,7 +190,12 @@ mod on_pseudo_terminal {
         )
     }
 
-    fn print(emulator: &Emulator, time_s: f64, json: bool) -> anyhow::Result<()> {
+    fn print(
+        emulator: &Emulator,
+        place: Option<Pose>,
+        time_s: f64,
+        json: bool,
+    ) -> anyhow::Result<()> {
         let (orders, twist) = (emulator.orders(), emulator.twist());
         let distance_m = emulator.travelled_m();
         if json {
@@ -132,6 +206,7 @@ mod on_pseudo_terminal {
                 "watchdog_stops": orders.watchdog_stops,
                 "distance_m": distance_m,
                 "pose": emulator.pose(),
+                "place": place,
                 "linear": twist.linear,
                 "angular": twist.angular,
             }));

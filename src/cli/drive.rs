@@ -10,7 +10,7 @@ use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::report::Reel;
 use inbye::sim::{
-    Config, Mission, MissionError, MissionResult, Moment, Observer, StopError, Walkers,
+    Config, Mission, MissionError, MissionResult, Moment, Observer, PoseFrom, StopError, Walkers,
     run_mission, run_mission_with,
 };
 use serde_json::{Value, json};
@@ -28,6 +28,13 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let (map, mut config) = map_file::read(&arguments.map)?;
     if let Some(deadline_ms) = arguments.deadline {
         config.navigator.deadline_s = Some(deadline_ms / 1e3);
+    }
+    if arguments.wired.lidar.is_some() {
+        anyhow::ensure!(
+            matches!(arguments.obstacles, Obstacles::Count(0)),
+            "--obstacles are simulated, and --lidar sees what is there: leave one of them out"
+        );
+        config.pose_from = PoseFrom::Scans;
     }
     let mut wired = wired_drive::connect(&arguments.wired, arguments.start.pose())?;
     let map_name = format!("{}", arguments.map.map.display());

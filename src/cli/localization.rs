@@ -29,7 +29,7 @@ const WITHIN: (f64, f64) = (0.05, 0.02);
     Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad."
 )]
 pub struct LocalizationArguments {
-    /// Map that is the world: a ROS map_server .yaml, a MovingAI .map, or rows of text; with --start and --goal.
+    /// Map that is the world, of any kind that `drive` reads; with --start and --goal.
     #[arg(long, requires_all = ["start", "goal"])]
     pub map: Option<PathBuf>,
     /// Side of a cell of a .map or text map, metres.

@@ -32,6 +32,7 @@ mod hardship_words;
 mod import_nav2;
 mod interrupt;
 mod known_words;
+mod lidar_line;
 mod localization;
 mod main_job;
 mod man;

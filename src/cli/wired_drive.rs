@@ -1,4 +1,4 @@
-//! `inbye drive --port`: a simulated world for a base on a line, in real time.
+//! `inbye drive --port`: a base on a line, in real time; a simulated world for it, or with `--lidar` the one that it is in.
 
 use std::path::PathBuf;
 use std::thread;
@@ -7,10 +7,12 @@ use std::time::Duration;
 use clap::Args;
 use inbye::base::{Keeper, Protocol, Status};
 use inbye::geometry::{Pose, Twist, wrap_angle};
+use inbye::map::Sweep;
 use inbye::sim::{OdometryReading, Vehicle};
 use serde_json::{Value, json};
 
 use super::base_line::BaseLine;
+use super::lidar_line::{LidarEnding, LidarLine};
 use super::{base_words, interrupt, known_words};
 
 /// How long a mission waits for a base that does not answer, seconds.
@@ -19,13 +21,16 @@ const ANSWER_WITHIN_S: f64 = 10.0;
 /// The base of a drive.
 #[derive(Debug, Args)]
 pub struct WiredArguments {
-    /// Drive the base on this port, in real time; world and lidar stay simulated.
+    /// Drive the base on this port, in real time; without --lidar, world and lidar stay simulated.
     #[arg(long, value_name = "P")]
     pub port: Option<String>,
+    /// Look through the LD19 lidar on this port: the pose is from its scans, matched to the map, and from the base's odometry.
+    #[arg(long, value_name = "P", requires = "port")]
+    pub lidar: Option<String>,
     /// Protocol of that base [default: native].
     #[arg(long, value_name = "P", requires = "port", value_parser = known_words::protocol())]
     pub protocol: Option<Protocol>,
-    /// That base's settings, TOML with the tables [base] and [keeper].
+    /// That base's settings, TOML with the tables [base], [keeper] and [lidar].
     #[arg(long, value_name = "FILE.toml", requires = "port")]
     pub base_config: Option<PathBuf>,
 }
@@ -34,6 +39,7 @@ pub struct WiredArguments {
 pub struct Wired {
     line: BaseLine,
     keeper: Keeper,
+    lidar: Option<LidarLine>,
     /// Where the mission starts, and what the odometer says there; none before the first command.
     origin: Option<(Pose, Pose)>,
     start: Pose,
@@ -47,6 +53,7 @@ pub struct Wired {
 pub struct Ending {
     line: BaseLine,
     status: Status,
+    lidar: Option<LidarEnding>,
     late: u64,
 }
 
@@ -59,9 +66,13 @@ pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option
     let line = BaseLine::new(port, arguments.protocol.unwrap_or_default(), file)?;
     let keeper = line.keeper(interrupt::flag()?)?;
     line.await_answer(&keeper)?;
+    let lidar = arguments.lidar.as_deref();
+    let lidar = lidar.map(|port| LidarLine::connect(port, line.settings.lidar));
+    let lidar = lidar.transpose()?;
     Ok(Some(Wired {
         line,
         keeper,
+        lidar,
         origin: None,
         start,
         due_s: 0.0,
@@ -75,6 +86,7 @@ impl Wired {
     pub fn end(self) -> Ending {
         Ending {
             status: self.keeper.status(),
+            lidar: self.lidar.map(LidarLine::end),
             line: self.line,
             late: self.late,
         }
@@ -126,6 +138,10 @@ impl Vehicle for Wired {
         base_words::stopped(&status).or_else(reported)
     }
 
+    fn sweep(&mut self, time_s: f64) -> Option<Sweep> {
+        self.lidar.as_mut().map(|lidar| lidar.sweep(time_s))
+    }
+
     fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
         let now_s = self.keeper.now_s();
         if self.origin.is_none() {
@@ -152,6 +168,7 @@ impl Ending {
         object["protocol"] = json!(self.line.protocol.name());
         object["interrupted"] = json!(!self.status.is_running);
         object["late_ticks"] = json!(self.late);
+        object["lidar"] = json!(self.lidar.as_ref().map(LidarEnding::object));
         object
     }
 
@@ -167,6 +184,7 @@ impl Ending {
             self.late,
             counters.line_failures,
         )];
+        lines.extend(self.lidar.iter().flat_map(LidarEnding::lines));
         if let Some(why) = &self.status.last_failure {
             lines.push(format!("line failed  {why}"));
         }

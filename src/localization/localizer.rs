@@ -153,14 +153,12 @@ impl Localizer {
         self.fix.rms_m = there.rms_m;
         self.fix.unseen_directions = there.unseen_directions;
         self.fix.rounds = there.rounds;
-        match self.speaks_against(&there, &prior, &certainty) {
-            Some(why) => self.doubt(why),
-            None => {
-                self.belief.matched(&there.pose, &there.information);
-                self.note_pose();
-                self.believe();
-            }
+        if let Some(why) = self.speaks_against(&there, &prior, &certainty) {
+            return self.doubt(why);
         }
+        self.belief.matched(&there.pose, &there.information);
+        self.note_pose();
+        self.believe();
     }
 
     /// Why the view speaks against the pose that it was laid on the map at.

@@ -71,7 +71,7 @@ impl Default for LocalizationSettings {
             outlier_m: 0.12,
             least_information: 0.01,
             least_returns: 30,
-            least_agreement: 0.4,
+            least_agreement: 0.5,
             most_through: 0.25,
             lost_after: 5,
             uncertain_sigma_m: 0.025,
@@ -91,127 +91,61 @@ impl LocalizationSettings {
     /// # Errors
     /// [`LocalizationError::BadSetting`] names the first that is out of range.
     pub fn validate(&self) -> Result<(), LocalizationError> {
-        let above_zero = f64::MIN_POSITIVE;
-        for (name, value, least, most, expected) in [
-            (
-                "start_sigma_m",
-                self.start_sigma_m,
-                above_zero,
-                10.0,
-                "above zero and at most 10",
-            ),
-            (
-                "start_sigma_rad",
-                self.start_sigma_rad,
-                above_zero,
-                1.0,
-                "above zero and at most 1",
-            ),
-            ("slip_sigma", self.slip_sigma, 0.0, 0.5, "0 to 0.5"),
-            ("turn_sigma", self.turn_sigma, 0.0, 0.5, "0 to 0.5"),
-            (
-                "way_sigma_m",
-                self.way_sigma_m,
-                above_zero,
-                1.0,
-                "above zero and at most 1",
-            ),
-            (
-                "beam_sigma_m",
-                self.beam_sigma_m,
-                above_zero,
-                1.0,
-                "above zero and at most 1",
-            ),
-            (
-                "independent_beams",
-                self.independent_beams,
-                1.0,
-                1e4,
-                "1 to 10000",
-            ),
-            (
-                "outlier_m",
-                self.outlier_m,
-                above_zero,
-                1.0,
-                "above zero and at most 1",
-            ),
-            (
-                "least_information",
-                self.least_information,
-                0.0,
-                1.0,
-                "0 to 1",
-            ),
-            (
-                "least_returns",
-                self.least_returns as f64,
-                1.0,
-                1e4,
-                "1 to 10000",
-            ),
-            ("least_agreement", self.least_agreement, 0.0, 1.0, "0 to 1"),
-            ("most_through", self.most_through, 0.0, 1.0, "0 to 1"),
-            (
-                "lost_after",
-                f64::from(self.lost_after),
-                1.0,
-                1e3,
-                "1 to 1000",
-            ),
-            (
-                "uncertain_sigma_m",
-                self.uncertain_sigma_m,
-                above_zero,
-                100.0,
-                "above zero and at most 100",
-            ),
-            (
-                "uncertain_sigma_rad",
-                self.uncertain_sigma_rad,
-                above_zero,
-                3.0,
-                "above zero and at most 3",
-            ),
-            (
-                "lost_sigma_m",
-                self.lost_sigma_m,
-                above_zero,
-                100.0,
-                "above zero and at most 100",
-            ),
-            (
-                "lost_sigma_rad",
-                self.lost_sigma_rad,
-                above_zero,
-                3.0,
-                "above zero and at most 3",
-            ),
-            ("found_agreement", self.found_agreement, 0.0, 1.0, "0 to 1"),
-            (
-                "found_after",
-                f64::from(self.found_after),
-                1.0,
-                1e3,
-                "1 to 1000",
-            ),
-            (
-                "search_radius_m",
-                self.search_radius_m,
-                0.0,
-                20.0,
-                "0 to 20",
-            ),
-        ] {
-            if !(least..=most).contains(&value) {
-                return Err(LocalizationError::BadSetting {
+        let within = |least: f64, most: f64, expected, all: &[(&'static str, f64)]| {
+            let bad = all
+                .iter()
+                .find(|(_, value)| !(least..=most).contains(value));
+            bad.map_or(Ok(()), |&(name, value)| {
+                Err(LocalizationError::BadSetting {
                     name,
                     value,
                     expected,
-                });
-            }
-        }
-        Ok(())
+                })
+            })
+        };
+        let above_zero = f64::MIN_POSITIVE;
+        let tens = [("start_sigma_m", self.start_sigma_m)];
+        within(above_zero, 10.0, "above zero and at most 10", &tens)?;
+        let ones = [
+            ("start_sigma_rad", self.start_sigma_rad),
+            ("way_sigma_m", self.way_sigma_m),
+            ("beam_sigma_m", self.beam_sigma_m),
+            ("outlier_m", self.outlier_m),
+        ];
+        within(above_zero, 1.0, "above zero and at most 1", &ones)?;
+        let scales = [
+            ("slip_sigma", self.slip_sigma),
+            ("turn_sigma", self.turn_sigma),
+        ];
+        within(0.0, 0.5, "0 to 0.5", &scales)?;
+        let shares = [
+            ("least_information", self.least_information),
+            ("least_agreement", self.least_agreement),
+            ("most_through", self.most_through),
+            ("found_agreement", self.found_agreement),
+        ];
+        within(0.0, 1.0, "0 to 1", &shares)?;
+        let positions = [
+            ("uncertain_sigma_m", self.uncertain_sigma_m),
+            ("lost_sigma_m", self.lost_sigma_m),
+        ];
+        within(above_zero, 100.0, "above zero and at most 100", &positions)?;
+        let yaws = [
+            ("uncertain_sigma_rad", self.uncertain_sigma_rad),
+            ("lost_sigma_rad", self.lost_sigma_rad),
+        ];
+        within(above_zero, 3.0, "above zero and at most 3", &yaws)?;
+        let beams = [
+            ("independent_beams", self.independent_beams),
+            ("least_returns", self.least_returns as f64),
+        ];
+        within(1.0, 1e4, "1 to 10000", &beams)?;
+        let turns = [
+            ("lost_after", f64::from(self.lost_after)),
+            ("found_after", f64::from(self.found_after)),
+        ];
+        within(1.0, 1e3, "1 to 1000", &turns)?;
+        let search = [("search_radius_m", self.search_radius_m)];
+        within(0.0, 20.0, "0 to 20", &search)
     }
 }

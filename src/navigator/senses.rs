@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{NavigatorSettings, Observation};
 use crate::geometry::{Pose, Twist, Vector};
@@ -36,8 +36,7 @@ const COMPARED_M: f64 = 0.2;
 const AGAINST: f64 = 0.5;
 
 /// Why the senses are not believed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Doubt {
     /// A time, pose, speed or angle of the scan is not a finite number.
     NotFinite,
@@ -53,6 +52,33 @@ pub enum Doubt {
     Frozen,
     /// The pose moves against the speed that odometry reports.
     Reversed,
+}
+
+impl Doubt {
+    /// Its word in JSON.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::NotFinite => "not_finite",
+            Self::Clock => "clock",
+            Self::NoScan => "no_scan",
+            Self::Lost(Lost::Blind) => "lost_blind",
+            Self::Lost(Lost::ThroughWalls) => "lost_through_walls",
+            Self::Lost(Lost::Unexplained) => "lost_unexplained",
+            Self::Lost(Lost::Jumped) => "lost_jumped",
+            Self::Lost(Lost::Unsure) => "lost_unsure",
+            Self::Jump => "jump",
+            Self::Frozen => "frozen",
+            Self::Reversed => "reversed",
+        }
+    }
+}
+
+/// As one word, which may be the key of an object.
+impl Serialize for Doubt {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.word())
+    }
 }
 
 impl fmt::Display for Doubt {

@@ -213,9 +213,9 @@ mod tests {
     fn another_format_is_refused_by_its_name() {
         let head = head();
         let [(_, config), (_, drive)] = head.texts().expect("it can be written");
-        let newer = drive.replace("format = 1", "format = 2");
+        let newer = drive.replace("format = 2", "format = 3");
         let error = Head::read(&config, &newer, Vec::new()).expect_err("it is newer");
-        assert!(error.to_string().contains("format 2"), "{error}");
+        assert!(error.to_string().contains("format 3"), "{error}");
         assert!(Head::read(&config, &drive, vec![0]).is_err());
     }
 }

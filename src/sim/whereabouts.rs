@@ -18,6 +18,10 @@ pub(super) enum Seen {
     Sweep(Sweep),
 }
 
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one of it in a simulation"
+)]
 pub(super) enum Whereabouts {
     Fixes {
         source: FixSource,

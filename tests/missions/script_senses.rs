@@ -130,6 +130,12 @@ fn lost() {
     );
     assert_eq!(decisions[20].command, Twist::STOP);
     let doubt = Doubt::Lost(Lost::Blind);
+    // The key of an object in the JSON of a drive.
+    let counts = serde_json::to_value(script.navigator.doubts());
+    assert_eq!(
+        counts.expect("an object"),
+        serde_json::json!({ "lost_blind": 100 })
+    );
     assert_eq!(script.navigator.doubts().get(&doubt), Some(&100));
     script.finish(45.0);
     let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(Lost::Blind));

@@ -490,5 +490,8 @@ fn settings_out_of_range_are_refused() {
         ..BaseConfig::default()
     };
     let refusal = config.validate().expect_err("out of range").to_string();
-    assert_eq!(refusal, "[lidar] mount_yaw_rad is 4: it must be -pi to pi");
+    assert_eq!(
+        refusal,
+        "[lidar] mount_yaw_rad is 4: it must be -3.2 to 3.2"
+    );
 }

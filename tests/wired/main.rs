@@ -5,3 +5,4 @@ mod commands;
 mod endings;
 mod missions;
 mod processes;
+mod whole_robot;

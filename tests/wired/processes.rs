@@ -108,6 +108,8 @@ static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 pub struct Emulated {
     process: Process,
     pub port: String,
+    /// Of one that has a lidar.
+    pub lidar: Option<String>,
     pub protocol: &'static str,
     _alone: MutexGuard<'static, ()>,
 }
@@ -122,6 +124,7 @@ impl Emulated {
         Self {
             process,
             port: opened["port"].as_str().expect("a path").to_owned(),
+            lidar: opened["lidar"].as_str().map(str::to_owned),
             protocol,
             _alone: alone,
         }

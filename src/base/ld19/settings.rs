@@ -1,7 +1,5 @@
 //! Where a lidar sits, and when it counts as silent.
 
-use core::f64::consts::PI;
-
 use serde::{Deserialize, Serialize};
 
 use crate::base::BaseError;
@@ -18,7 +16,7 @@ documented! {
         pub mount_x_m: f64,
         /// Where it sits to the left of the robot's origin, metres, -5 to 5.
         pub mount_y_m: f64,
-        /// Where its front points to, radians counter-clockwise from the robot's, -pi to pi.
+        /// Where its front points to, radians counter-clockwise from the robot's, -3.2 to 3.2.
         pub mount_yaw_rad: f64,
         /// Whether it hangs upside down. Default false.
         pub upside_down: bool,
@@ -51,7 +49,7 @@ impl LidarSettings {
         for (name, value, most, expected) in [
             ("mount_x_m", self.mount_x_m, 5.0, "-5 to 5"),
             ("mount_y_m", self.mount_y_m, 5.0, "-5 to 5"),
-            ("mount_yaw_rad", self.mount_yaw_rad, PI, "-pi to pi"),
+            ("mount_yaw_rad", self.mount_yaw_rad, 3.2, "-3.2 to 3.2"),
         ] {
             require(value.abs() <= most, name, value, expected)?;
         }

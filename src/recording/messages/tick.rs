@@ -69,7 +69,6 @@ pub fn tick(
     message.u64(tick);
     message.all_f64([*time_s, *scan_s]);
     message.all_f64([pose.x, pose.y, pose.yaw]);
-    message.u8(lost.map_or(0, |why| why as u8 + 1));
     message.all_f64([twist.linear, twist.angular]);
     message.all_f64([scan.angle_min, scan.angle_increment, scan.range_max]);
     message.count(scan.ranges.len());
@@ -83,6 +82,7 @@ pub fn tick(
     message.u64(plans);
     message.u64(answers_taken);
     message.f64(took_s);
+    message.u8(lost.map_or(0, |why| why as u8 + 1));
     message.finish()
 }
 
@@ -97,10 +97,7 @@ impl Tick {
         let observation = Observation {
             time_s,
             pose: Pose::new(read.f64()?, read.f64()?, read.f64()?),
-            lost: match read.u8()? {
-                0 => None,
-                number => Some(*LOST.get(usize::from(number) - 1)?),
-            },
+            lost: None,
             twist: Twist::new(read.f64()?, read.f64()?),
             scan: Scan {
                 angle_min: read.f64()?,
@@ -126,13 +123,17 @@ impl Tick {
             local_target,
             counts: is_sampled.then_some(counts),
         };
-        let tick = Self {
+        let mut tick = Self {
             tick,
             observation,
             decision,
             plans: read.u64()?,
             answers_taken: read.u64()?,
             took_s: read.f64()?,
+        };
+        tick.observation.lost = match read.u8()? {
+            0 => None,
+            number => Some(*LOST.get(usize::from(number) - 1)?),
         };
         read.is_done().then_some(tick)
     }

@@ -1,0 +1,128 @@
+//! A lidar on a port, by the clock of a mission.
+
+use std::thread;
+
+use anyhow::{Context, bail};
+use inbye::base::ld19::{LidarKeeper, LidarSettings, LidarStatus, OpenLidar};
+use inbye::map::Sweep;
+use serde_json::{Value, json};
+
+use super::base_line::LOOK;
+
+/// How long a lidar may take to its first whole turn, seconds: its motor has to run up.
+const TURNS_WITHIN_S: f64 = 5.0;
+
+/// An LD19 that a mission sees by.
+pub struct LidarLine {
+    port: String,
+    keeper: LidarKeeper,
+    /// The newest turn by the mission's clock, and its number.
+    newest: (u64, Sweep),
+}
+
+/// How it came out of a mission.
+pub struct LidarEnding {
+    port: String,
+    status: LidarStatus,
+}
+
+impl LidarLine {
+    /// Opens the port and waits for the first whole turn.
+    pub fn connect(port: &str, settings: LidarSettings) -> anyhow::Result<Self> {
+        let keeper = LidarKeeper::start(opener(port), settings).context("--lidar")?;
+        loop {
+            let status = keeper.status();
+            if status.sweep.is_some() {
+                break;
+            }
+            if keeper.now_s() > TURNS_WITHIN_S {
+                let why = status
+                    .trouble
+                    .map_or_else(String::new, |why| why.to_string());
+                bail!("--lidar {port}: no turn within {TURNS_WITHIN_S} s: {why}");
+            }
+            thread::sleep(LOOK);
+        }
+        Ok(Self {
+            port: port.to_owned(),
+            keeper,
+            newest: (0, Sweep::default()),
+        })
+    }
+
+    /// The newest whole turn by a clock that is at a time now, seconds. A turn has the same times whenever it is asked for.
+    pub fn sweep(&mut self, now_s: f64) -> Sweep {
+        let status = self.keeper.status();
+        let ahead_s = now_s - self.keeper.now_s();
+        if let Some(sweep) = status.sweep.filter(|_| status.turns != self.newest.0) {
+            let mut sweep = Sweep::clone(&sweep);
+            for beam in &mut sweep.beams {
+                beam.time_s += ahead_s;
+            }
+            self.newest = (status.turns, sweep);
+        }
+        self.newest.1.clone()
+    }
+
+    /// Leaves it.
+    pub fn end(self) -> LidarEnding {
+        LidarEnding {
+            status: self.keeper.status(),
+            port: self.port,
+        }
+    }
+}
+
+impl LidarEnding {
+    /// As scripts read it.
+    pub fn object(&self) -> Value {
+        let LidarStatus {
+            turns,
+            packets,
+            dropped_bytes,
+            opened,
+            ..
+        } = &self.status;
+        json!({
+            "port": self.port,
+            "turns": turns,
+            "packets": packets,
+            "dropped_bytes": dropped_bytes,
+            "opened": opened,
+            "trouble": self.status.trouble.as_ref().map(ToString::to_string),
+        })
+    }
+
+    /// As people read it.
+    pub fn lines(&self) -> Vec<String> {
+        let status = &self.status;
+        let mut lines = vec![format!(
+            "lidar        LD19 on {}: {} turns, {} bytes of no packet",
+            self.port, status.turns, status.dropped_bytes
+        )];
+        lines.extend(
+            status
+                .trouble
+                .iter()
+                .map(|why| format!("no scans     {why}")),
+        );
+        lines
+    }
+}
+
+#[cfg(feature = "serial")]
+fn opener(port: &str) -> OpenLidar {
+    let port = port.to_owned();
+    Box::new(move || inbye::base::open_lidar(&port))
+}
+
+#[cfg(not(feature = "serial"))]
+fn opener(port: &str) -> OpenLidar {
+    let port = port.to_owned();
+    Box::new(move || {
+        Err(inbye::base::BaseError::CannotOpen {
+            port: port.clone(),
+            reason: "this program was built without its feature `serial`".to_owned(),
+        })
+    })
+}
