@@ -8,6 +8,7 @@ use clap::Args;
 use inbye::bench::barn::BarnRow;
 use inbye::bench::dynabarn::DynaBarnRow;
 use inbye::bench::records::{Record, Rows, read_record};
+use inbye::bench::sweep::SweepGroup;
 use inbye::bench::{ClosedLoopRow, DensityRow, QualityRow};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::{Value, json};
@@ -23,7 +24,7 @@ const TITLE: &str = "inbye: benchmark records";
     after_help = "Example:\n  inbye bench draw latency.csv --svg latency.svg\n  \
     inbye bench draw barn.csv dynabarn.csv --report records\n\n\
     Nothing is measured. A record is recognised by its columns: latencies, regrets and missions of `bench density`, runs of \
-    `bench barn` and `bench dynabarn`. One of each kind makes one picture. There is none of `bench soak`, `bench movingai` and \
+    `bench barn` and `bench dynabarn`, groups of `sweep merge`. One of each kind makes one picture. There is none of `bench soak`, `bench movingai` and \
     the grids."
 )]
 pub struct DrawArguments {
@@ -46,6 +47,7 @@ struct Drawn {
     closed_loop: Vec<ClosedLoopRow>,
     barn: Vec<BarnRow>,
     dynabarn: Vec<DynaBarnRow>,
+    sweep: Vec<SweepGroup>,
 }
 
 impl Drawn {
@@ -62,6 +64,7 @@ impl Drawn {
             Rows::ClosedLoop(rows) => fill(&mut self.closed_loop, rows),
             Rows::Barn(rows) => fill(&mut self.barn, rows),
             Rows::DynaBarn(rows) => fill(&mut self.dynabarn, rows),
+            Rows::Sweep(rows) => fill(&mut self.sweep, rows),
         }
     }
 }
@@ -96,6 +99,7 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
         closed_loop: &drawn.closed_loop,
         barn: &drawn.barn,
         dynabarn: &drawn.dynabarn,
+        sweep: &drawn.sweep,
         ..BenchReport::default()
     };
     if let Some(picture) = picture {

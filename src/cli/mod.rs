@@ -59,6 +59,10 @@ mod settings_file;
 mod soak;
 mod soak_words;
 mod story;
+mod sweep;
+mod sweep_crew;
+mod sweep_folder;
+mod sweep_merge;
 mod tour;
 mod unknown_words;
 mod verbosity;
@@ -92,6 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Node(command)) => node::run(command, json),
         Some(Command::Completions(command)) => completions::run(command, json),
         Some(Command::Man(command)) => man::run(command, json),
+        Some(Command::Sweep(command)) => sweep::run(command, json),
         Some(Command::Base(base)) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
             BaseCommand::Send(command) => base_send::run(command, json),

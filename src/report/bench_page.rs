@@ -9,9 +9,12 @@ use super::page::{Extras, document};
 use super::report_files::{ReportFile, json_text};
 use super::samples_axis::samples_axis;
 use super::world_runs::{of_barn, of_dynabarn};
-use super::{closed_loop_chart, density_chart, quality_chart, worlds_chart};
+use super::{
+    closed_loop_chart, density_chart, quality_chart, sweep_chart, sweep_latency_chart, worlds_chart,
+};
 use crate::bench::barn::BarnRow;
 use crate::bench::dynabarn::DynaBarnRow;
+use crate::bench::sweep::{LatencyRow, SweepGroup};
 use crate::bench::{ClosedLoopRow, Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 
 /// Files of the first chart.
@@ -42,6 +45,10 @@ pub struct BenchReport<'a> {
     pub barn: &'a [BarnRow],
     /// Runs through `DynaBARN`'s.
     pub dynabarn: &'a [DynaBarnRow],
+    /// What came of a sweep.
+    pub sweep: &'a [SweepGroup],
+    /// Latencies that it measured.
+    pub sweep_latency: &'a [LatencyRow],
 }
 
 /// A chart on the page, and what its files are made of.
@@ -115,7 +122,23 @@ fn charts(report: &BenchReport) -> Vec<Chart> {
             )
         }),
     ];
-    charts.into_iter().flatten().collect()
+    let sweeps = sweep_chart::by_kind(report.sweep);
+    let sweeps = sweeps.iter().filter_map(|of| {
+        let draw = |_: &[SweepGroup]| (of.figure(), of.plot());
+        chart(of.file(), &of.rows(), draw)
+    });
+    let times = chart("latency-groups", report.sweep_latency, |rows| {
+        (
+            sweep_latency_chart::figure(rows),
+            sweep_latency_chart::plot(rows),
+        )
+    });
+    charts
+        .into_iter()
+        .flatten()
+        .chain(sweeps)
+        .chain(times)
+        .collect()
 }
 
 fn chart<R: Columns>(

@@ -47,6 +47,8 @@ mod sampling_shape;
 mod sheet;
 mod simplify;
 mod snapshot;
+mod sweep_chart;
+mod sweep_latency_chart;
 mod viewport;
 mod world_runs;
 mod worlds_chart;

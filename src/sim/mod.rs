@@ -13,6 +13,7 @@ mod noise;
 mod obstacle_file;
 mod obstacles;
 mod odometry;
+mod on_the_way;
 mod ray;
 mod rock;
 mod scenes;

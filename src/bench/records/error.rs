@@ -10,7 +10,7 @@ pub enum RecordError {
     /// The first line names the columns of no record that is known.
     #[error(
         "{}: line 1 has not the columns of a record that can be drawn: name a CSV file of --record, --record-quality or \
-         --record-missions of `bench density`, or of --record of `bench barn` or `bench dynabarn`", file.display()
+         --record-missions of `bench density`, of --record of `bench barn` or `bench dynabarn`, or groups of `sweep merge`", file.display()
     )]
     OtherColumns {
         /// The file.

@@ -5,6 +5,7 @@ mod read;
 
 use super::barn::BarnRow;
 use super::dynabarn::DynaBarnRow;
+use super::sweep::SweepGroup;
 use super::{ClosedLoopRow, DensityRow, QualityRow};
 
 pub use error::RecordError;
@@ -23,6 +24,8 @@ pub enum Rows {
     Barn(Vec<BarnRow>),
     /// Runs of `bench dynabarn --record`.
     DynaBarn(Vec<DynaBarnRow>),
+    /// Groups of `sweep merge`.
+    Sweep(Vec<SweepGroup>),
 }
 
 /// What a file held.
@@ -44,6 +47,7 @@ impl Rows {
             Self::ClosedLoop(_) => "missions with several samplings",
             Self::Barn(_) => "BARN runs",
             Self::DynaBarn(_) => "DynaBARN runs",
+            Self::Sweep(_) => "groups of a sweep",
         }
     }
 }
