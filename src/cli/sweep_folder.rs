@@ -6,8 +6,8 @@
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::process;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::{process, thread};
 
 use anyhow::{Context, bail};
 use inbye::bench::sweep::{CellFile, Manifest};
@@ -21,6 +21,10 @@ const CELLS: &str = "cells";
 const CLAIMS: &str = "claims";
 const IN_USE: &str = "sweep.lock";
 const LOG: &str = "log.jsonl";
+
+/// How often and after which pauses a new plan is tried that others begin at the same time.
+const ATTEMPTS: u32 = 100;
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// A folder of results, in use.
 pub struct Folder {
@@ -58,6 +62,7 @@ impl Folder {
         let in_use = lock_file(&path.join(IN_USE))?;
         let file = path.join(MANIFEST);
         let text = manifest.text();
+        let mut attempts = 0;
         loop {
             in_use.lock_shared().context(LOCKS)?;
             let held = fs::read(&file);
@@ -67,14 +72,18 @@ impl Folder {
             in_use.unlock()?;
             match in_use.try_lock() {
                 Ok(()) => {}
-                // Two that begin a new folder at once: one of them writes the plan.
-                Err(TryLockError::WouldBlock) if held.is_err() => continue,
+                // Several that begin a new plan at once: one of them writes it.
+                Err(TryLockError::WouldBlock) if attempts < ATTEMPTS => {
+                    attempts += 1;
+                    thread::sleep(PAUSE);
+                    continue;
+                }
                 Err(TryLockError::WouldBlock) => {
                     bail!("another plan is being run in it: wait, or name another folder")
                 }
                 Err(TryLockError::Error(error)) => return Err(error).context(LOCKS),
             }
-            if held.is_ok_and(|held| !held.is_empty()) {
+            if held.is_ok() {
                 output::note(
                     "another plan was run in this folder: cells of both are not driven again",
                 );

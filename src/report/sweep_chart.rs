@@ -97,7 +97,7 @@ impl SweepOf<'_> {
         let least = usable()
             .map(|group| reached_percent(group))
             .fold(100.0, f64::min);
-        let times = || usable().filter_map(|group| group.mean_shared_time_s);
+        let times = || usable().filter_map(|group| shared_time_s(group));
         let slowest_s = times().fold(0.0, f64::max);
         let fastest_s = times().fold(slowest_s, f64::min);
         let success = Panel::across(32.0, 130.0, samples, Axis::rounded(least.min(99.0), 100.0));
@@ -111,7 +111,7 @@ impl SweepOf<'_> {
         };
         let (successes, times) = (
             curves(|group| Some(reached_percent(group))),
-            curves(|group| group.mean_shared_time_s),
+            curves(shared_time_s),
         );
         let (shared, runs) = usable().next().map(|group| (group.shared, group.runs))?;
         let success_title = format!("Goal reached, % of {runs} runs");
@@ -233,9 +233,14 @@ fn reached_percent(group: &SweepGroup) -> f64 {
     100.0 * group.reached as f64 / group.runs as f64
 }
 
+/// The time to compare, where there is one.
+fn shared_time_s(group: &SweepGroup) -> Option<f64> {
+    group.mean_shared_time_s.filter(|time_s| time_s.is_finite())
+}
+
 fn alternative(title: &str, series: &[Series]) -> String {
     let said = |group: &SweepGroup| {
-        let time = group.mean_shared_time_s.map_or_else(
+        let time = shared_time_s(group).map_or_else(
             || "no time".to_owned(),
             |time_s| format!("{} s", significant(time_s)),
         );

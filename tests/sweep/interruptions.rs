@@ -1,5 +1,6 @@
 //! Killed processes, processes side by side, shards.
 
+use std::fs::File;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -7,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::Test;
-use crate::place::{CELLS, Place};
+use crate::place::{CELLS, PLAN, Place};
 
 pub const TESTS: &[Test] = &[
     (
@@ -19,6 +20,7 @@ pub const TESTS: &[Test] = &[
         "what a killed process was at is done by the one beside it",
         taken_over,
     ),
+    ("another plan waits until a folder is free", another_plan),
     ("shards together are the whole", shards),
     ("the tasks of a Slurm array together are the whole", slurm),
 ];
@@ -107,6 +109,21 @@ fn taken_over() {
     assert!(second.wait().expect("it ends").success());
     assert_eq!(place.finished("out").len(), CELLS);
     place.assert_same_table("out");
+}
+
+fn another_plan() {
+    let place = Place::new();
+    place.json("sweep plan.toml --out out --list");
+    place.write("other.toml", PLAN.replace("[0, 1, 2]", "[0]"));
+    let in_use = File::open(place.path("out/sweep.lock")).expect("a folder in use has it");
+    in_use.lock_shared().expect("nobody else has it");
+    let said = place.refusal("sweep other.toml --out out");
+    assert!(said.contains("another plan is being run in it"), "{said}");
+    // The same plan may be run beside.
+    place.json("sweep plan.toml --out out --shard 1/24");
+    in_use.unlock().expect("we have it");
+    let report = place.json("sweep other.toml --out out");
+    assert_eq!(report["cells"], CELLS / 3, "{report}");
 }
 
 fn shards() {

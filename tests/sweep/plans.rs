@@ -168,29 +168,40 @@ fn refusals() {
 
 fn errors_are_rows() {
     let place = Place::new();
-    place.write(
-        "room.txt",
-        "##########\n#........#\n#........#\n#........#\n##########\n",
-    );
+    // 12 by 8 m in cells of 0.25 m, and a closet.
+    let wall = "#".repeat(48);
+    let row = format!("#{}#", ".".repeat(46));
+    let room: Vec<&str> = [wall.as_str()]
+        .into_iter()
+        .chain([row.as_str(); 30])
+        .chain([wall.as_str()])
+        .collect();
+    place.write("room.txt", room.join("\n") + "\n");
+    place.write("closet.txt", "#####\n#...#\n#...#\n#####\n");
     place.write(
         "routes.toml",
-        "[[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nroutes = [\n\
-         { start = [2.5, 2.5, 0.0], goal = [6.5, 2.5] },\n{ start = [0.5, 0.5, 0.0], goal = [6.5, 2.5] },\n\
-         { start = [2.5, 2.5, 0.0], goal = [900.0, 2.5, 1.0] },\n]\n",
+        "[[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.25\nroutes = [\n\
+         { start = [0.1, 0.1, 0.0], goal = [8.0, 4.0] },\n{ start = [3.0, 4.0, 0.0], goal = [900.0, 4.0, 1.0] },\n\
+         { start = [3.0, 4.0, 0.0], goal = [9.0, 4.0] },\n]\n\
+         [[worlds]]\nkind = \"missions\"\npath = \"closet.txt\"\nresolution_m = 0.25\n",
     );
     let report = place.json("sweep routes.toml --out out");
-    assert_eq!(report["driven"], 3, "{report}");
+    assert_eq!(
+        (&report["driven"], &report["errors"]),
+        (&4.into(), &1.into()),
+        "{report}"
+    );
     place.json("sweep merge out --report merged");
     let table = String::from_utf8(place.read("merged/sweep.csv")).expect("text");
     let rows: Vec<&str> = table.lines().skip(1).collect();
-    assert_eq!(rows.len(), 3, "{table}");
-    assert!(rows[0].contains(",reached,"), "{table}");
-    for row in &rows[1..] {
-        assert!(
-            row.contains(",failed,") || row.contains(",error,"),
-            "{table}"
-        );
-        assert!(row.len() > 80, "it has a reason: {row}");
+    assert_eq!(rows.len(), 4, "{table}");
+    for (row, says) in rows.iter().zip([
+        ",failed,,0.0,0.0,,,,0,0,,\"START_OCCUPIED",
+        ",failed,,0.0,0.0,,,,0,0,,",
+        ",reached,",
+        ",error,,0.0,0.0,,,,0,0,,\"closet: no two free places",
+    ]) {
+        assert!(row.contains(says), "{says}: {row}");
     }
 }
 
