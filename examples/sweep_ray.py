@@ -107,7 +107,7 @@ def main():
     given.out = os.path.abspath(given.out)
     if given.ship:
         os.chdir(given.ship)
-    elif given.address is None:
+    else:
         given.plan = os.path.abspath(given.plan)
     given.nodes_out = given.out if given.shared else None
     command = [given.inbye, "sweep", given.plan, "--list", "--out", given.out]
@@ -116,6 +116,9 @@ def main():
         return listed.returncode
     cells = [json.loads(line) for line in listed.stdout.splitlines()]
     open_cells = [cell for cell in cells if not cell["done"]]
+    progress = Progress(len(cells), len(cells) - len(open_cells))
+    if not open_cells:
+        return 0
 
     runtime = {"working_dir": "."} if given.ship else None
     here = {"num_cpus": given.cpus} if given.address is None else {}
@@ -131,8 +134,6 @@ def main():
     # A worker that is lost is no error of the cell; an exit status is, and would be the same again.
     task = ray.remote(max_retries=given.retries, num_cpus=1)(run_cell)
     alone = ray.remote(max_retries=given.retries, num_cpus=max(cpus))(run_cell)
-
-    progress = Progress(len(cells), len(cells) - len(open_cells))
     among_others = [cell for cell in open_cells if not cell["latency"]]
     by_themselves = [cell for cell in open_cells if cell["latency"]]
     wrong = run_all(among_others, task, 2 * int(sum(cpus)), given, progress)

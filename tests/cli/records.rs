@@ -199,7 +199,7 @@ fn the_pictures_of_the_readme_are_those_of_its_commands() {
         .filter_map(|line| line.strip_prefix("$ inbye bench draw "))
         .filter(|arguments| arguments.contains("benches/pictures"))
         .collect();
-    assert_eq!(commands.len(), 3);
+    assert_eq!(commands.len(), 4);
     let place = Workplace::new();
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().collect();

@@ -112,7 +112,10 @@ fn worker_at(plan: &Path) -> Option<u32> {
         }
         let status = fs::read_to_string(folder.join("status")).ok()?;
         let parent = status.lines().find_map(|line| line.strip_prefix("PPid:"))?;
-        parent.trim().parse().ok().filter(|&parent| parent > 1)
+        let parent: u32 = parent.trim().parse().ok()?;
+        // What Ray calls a worker that is at a task.
+        let name = fs::read(format!("/proc/{parent}/cmdline")).ok()?;
+        name.starts_with(b"ray::run_cell").then_some(parent)
     };
     fs::read_dir("/proc").ok()?.flatten().find_map(process)
 }

@@ -1,7 +1,12 @@
 //! Merged tables, and what is refused.
 
+use std::path::Path;
+
+use inbye::bench::sweep::CellFile;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use serde_json::Value;
 
 use crate::Test;
@@ -15,14 +20,14 @@ pub const TESTS: &[Test] = &[
         "a cell that gave other results elsewhere is refused",
         differing,
     ),
+    ("every number survives its file to the last bit", numbers),
     ("the Parquet table is the CSV table", parquet_is_csv),
     ("groups are drawn again from their file", drawn_again),
 ];
 
 /// A place where everything is done, in `out`, and one of its cells.
 fn done() -> (Place, String) {
-    let place = Place::new();
-    place.json("sweep plan.toml --out out");
+    let place = Place::done();
     let key = place.finished("out").into_iter().min().expect("a cell");
     (place, key)
 }
@@ -118,11 +123,10 @@ fn mixtures() {
 }
 
 fn differing() {
-    use inbye::bench::sweep::CellFile;
     let (place, key) = done();
     let file = format!("out/cells/{key}.json");
     let bytes = place.read(&file);
-    let mut cell = CellFile::parse(&bytes, std::path::Path::new(&file), &key).expect("a cell");
+    let mut cell = CellFile::parse(&bytes, Path::new(&file), &key).expect("a cell");
     cell.outcome.time_s += 0.05;
     place.write(&format!("copy/cells/{key}.json"), cell.text());
     place.write("copy/sweep.json", place.read("out/sweep.json"));
@@ -131,6 +135,21 @@ fn differing() {
         said.contains(&key) && said.contains("one of the machines errs"),
         "{said}"
     );
+}
+
+fn numbers() {
+    let (place, key) = done();
+    let file = format!("out/cells/{key}.json");
+    let path = Path::new(&file);
+    let mut cell = CellFile::parse(&place.read(&file), path, &key).expect("a cell");
+    let mut rng = Pcg64Mcg::seed_from_u64(3);
+    for _ in 0..20_000 {
+        let number = f64::from_bits(rng.random());
+        cell.outcome.time_s = if number.is_finite() { number } else { 0.1 };
+        cell.outcome.travelled_m = rng.random();
+        let read = CellFile::parse(cell.text().as_bytes(), path, &key).expect("as it was written");
+        assert_eq!(read, cell);
+    }
 }
 
 fn parquet_is_csv() {

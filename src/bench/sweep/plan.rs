@@ -352,7 +352,7 @@ fn require(
     }
     Err(SweepError::BadKey {
         key,
-        value: value.to_string(),
+        value: value.to_string().escape_debug().to_string(),
         expected,
     })
 }
