@@ -18,7 +18,9 @@ mod outcome;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod plan;
+mod plan_check;
 mod run;
+mod sampling_grid;
 mod shard;
 mod summary;
 mod table;
@@ -34,8 +36,9 @@ pub use merge::{Merged, merge};
 pub use outcome::{CellLatency, CellResult, Outcome};
 #[cfg(feature = "parquet")]
 pub use parquet::parquet_bytes;
-pub use plan::{Route, SamplingGrid, SweepPlan, SweepWorlds, WorldKind};
+pub use plan::{Route, SweepPlan, SweepWorlds, WorldKind};
 pub use run::{open_engine, run_cell};
+pub use sampling_grid::SamplingGrid;
 pub use shard::Shard;
 pub use summary::{SweepGroup, groups};
 pub use table::{LatencyRow, SweepRow};

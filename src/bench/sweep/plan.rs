@@ -1,16 +1,14 @@
 //! What a sweep compares: the plan, a TOML file.
 
-use core::fmt::{self, Display};
-use core::str::FromStr;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::SweepError;
+use super::SamplingGrid;
 use crate::documented::{Keys, commented_toml, documented};
-use crate::local::{Preference, Weights};
+use crate::local::Weights;
 
 documented! {
     /// A plan: every combination of what its keys list is a cell.
@@ -111,58 +109,6 @@ pub struct Route {
     pub goal: Vec<f64>,
 }
 
-/// How densely the window is sampled, written as `16x64`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct SamplingGrid {
-    /// Forward speeds, at least one.
-    pub vx_samples: u32,
-    /// Turn rates, at least one.
-    pub vtheta_samples: u32,
-}
-
-impl FromStr for SamplingGrid {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let count = |text: &str| text.parse().ok().filter(|&count: &u32| count > 0);
-        let counts = text.split_once('x');
-        counts
-            .and_then(|(v, omega)| {
-                Some(Self {
-                    vx_samples: count(v)?,
-                    vtheta_samples: count(omega)?,
-                })
-            })
-            .ok_or_else(|| {
-                let text = text.escape_debug();
-                format!(
-                    "`{text}` is no sampling: write forward speeds x turn rates, such as \"16x64\""
-                )
-            })
-    }
-}
-
-impl TryFrom<String> for SamplingGrid {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<SamplingGrid> for String {
-    fn from(grid: SamplingGrid) -> Self {
-        grid.to_string()
-    }
-}
-
-impl Display for SamplingGrid {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}x{}", self.vx_samples, self.vtheta_samples)
-    }
-}
-
 impl Default for SweepPlan {
     /// The built-in scenes, once each, with the default settings.
     fn default() -> Self {
@@ -213,146 +159,4 @@ impl SweepPlan {
         }
         commented_toml(HEADING, &tables, &defaults).replace("\n[worlds]\n", "\n[[worlds]]\n")
     }
-
-    /// Checks what can be checked without opening a file.
-    ///
-    /// # Errors
-    /// [`SweepError::BadKey`] names the first key whose value cannot be used, and the mend.
-    pub fn validate(&self) -> Result<(), SweepError> {
-        listed("seeds", &self.seeds)?;
-        listed("engines", &self.engines)?;
-        require(!self.worlds.is_empty(), "worlds", "empty", "at least one")?;
-        let samplings: Vec<String> = self.sampling.iter().map(ToString::to_string).collect();
-        distinct("sampling", &samplings)?;
-        for engine in &self.engines {
-            let known = engine.parse::<Preference>();
-            let is_one = known.is_ok_and(|engine| engine != Preference::Auto);
-            let expected = "cpu, gpu or gpu:ADAPTER-NAME: a cell must say on what it runs";
-            require(is_one, "engines", engine, expected)?;
-        }
-        let threads = self.latency_threads;
-        require(
-            (1..=1024).contains(&threads),
-            "latency_threads",
-            threads,
-            "1 to 1024",
-        )?;
-        self.worlds.iter().try_for_each(SweepWorlds::validate)
-    }
-}
-
-impl SweepWorlds {
-    fn validate(&self) -> Result<(), SweepError> {
-        use WorldKind::{Barn, DynaBarn, Map, Scenes};
-        let kind = self.kind;
-        let is = |kinds: &[WorldKind]| kinds.contains(&kind);
-        let path = self.path.as_ref().map_or("missing", |_| "given");
-        let needs = is(&[Map, Barn, DynaBarn]);
-        require(
-            !needs || self.path.is_some(),
-            "worlds.path",
-            path,
-            "given for this kind",
-        )?;
-        require(
-            !is(&[Scenes]) || self.path.is_none(),
-            "worlds.path",
-            path,
-            "left out: scenes are built in",
-        )?;
-        let only = self.only.len();
-        let expected = "left out: only barn and dynabarn have numbered worlds";
-        require(
-            only == 0 || is(&[Barn, DynaBarn]),
-            "worlds.only",
-            only,
-            expected,
-        )?;
-        let routes = self.routes.len();
-        let expected = "at least one route for \"map\", none for other kinds";
-        require(
-            (routes > 0) == is(&[Map]),
-            "worlds.routes",
-            routes,
-            expected,
-        )?;
-        let ends = |route: &Route| {
-            let numbers = || route.start.iter().chain(&route.goal);
-            (2..=3).contains(&route.goal.len()) && numbers().all(|number| number.abs() <= 1e9)
-        };
-        let expected = "start = [x, y, yaw], goal = [x, y] or [x, y, yaw], each -1e9 to 1e9";
-        require(
-            self.routes.iter().all(ends),
-            "worlds.routes",
-            "no such list",
-            expected,
-        )?;
-        for (name, value, fits, expected) in [
-            (
-                "worlds.max_speed_m_s",
-                self.max_speed_m_s,
-                self.max_speed_m_s > 0.0 && self.max_speed_m_s <= 10.0,
-                "above zero and at most 10",
-            ),
-            (
-                "worlds.resolution_m",
-                self.resolution_m,
-                self.resolution_m > 0.0 && self.resolution_m <= 1e9,
-                "above zero and at most 1e9",
-            ),
-            (
-                "worlds.time_limit_s",
-                self.time_limit_s,
-                self.time_limit_s > 0.0 && self.time_limit_s <= 1e9,
-                "above zero and at most 1e9",
-            ),
-            (
-                "worlds.longest_m",
-                self.longest_m,
-                (4.0..=1e4).contains(&self.longest_m),
-                "4 to 10000",
-            ),
-            (
-                "worlds.unmapped_share",
-                self.unmapped_share,
-                (0.0..=1.0).contains(&self.unmapped_share),
-                "0 to 1",
-            ),
-        ] {
-            require(fits, name, value, expected)?;
-        }
-        let people = self.people;
-        require(people <= 100, "worlds.people", people, "0 to 100")
-    }
-}
-
-/// A list that must name something, and nothing twice.
-fn listed<T: Display>(name: &'static str, values: &[T]) -> Result<(), SweepError> {
-    require(!values.is_empty(), name, "empty", "at least one")?;
-    distinct(name, values)
-}
-
-fn distinct<T: Display>(name: &'static str, values: &[T]) -> Result<(), SweepError> {
-    let mut seen = BTreeSet::new();
-    for value in values {
-        let is_new = seen.insert(value.to_string());
-        require(is_new, name, value, "named once")?;
-    }
-    Ok(())
-}
-
-fn require(
-    fits: bool,
-    key: &'static str,
-    value: impl Display,
-    expected: &'static str,
-) -> Result<(), SweepError> {
-    if fits {
-        return Ok(());
-    }
-    Err(SweepError::BadKey {
-        key,
-        value: value.to_string().escape_debug().to_string(),
-        expected,
-    })
 }
