@@ -24,6 +24,11 @@ impl BitDigest {
         self.wide(value.to_bits());
     }
 
+    /// Adds a text, byte by byte.
+    pub fn text(&mut self, text: &str) {
+        self.0.update(text.as_bytes());
+    }
+
     /// The digest in hex.
     #[must_use]
     pub fn hex(self) -> String {

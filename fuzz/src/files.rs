@@ -6,6 +6,8 @@ use std::sync::OnceLock;
 use inbye::bench::barn::{BarnRow, parse_cylinders, parse_list};
 use inbye::bench::campaign::Ledger;
 use inbye::bench::dynabarn::parse_world;
+use inbye::bench::sweep::{CellFile, Manifest};
+use inbye::digest::BitDigest;
 use inbye::geometry::Pose;
 use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use inbye::sim::{Config, Walkers};
@@ -117,6 +119,35 @@ pub fn ledger(data: &[u8]) {
             assert_eq!(all, text.len());
             assert_eq!(again.text(), text);
             assert_eq!(again.rows().count(), ledger.rows().count());
+        }
+    }
+}
+
+/// The files of a sweep: which cells there are, and the result of one. What is read and written again is the same.
+pub fn sweep_files(data: &[u8]) {
+    let file = Path::new("sweep.json");
+    match Manifest::parse(data, file) {
+        Err(error) => one_line(&error),
+        Ok(manifest) => {
+            let again = Manifest::parse(manifest.text().as_bytes(), file);
+            assert_eq!(again.as_ref(), Ok(&manifest));
+            assert!(manifest.keys().len() <= manifest.cells.len());
+        }
+    }
+    // A digest over whatever stands there, so that more than the digest is tried.
+    let text = String::from_utf8_lossy(data);
+    let line = text.lines().next().unwrap_or_default();
+    let mut digest = BitDigest::default();
+    digest.text(line);
+    let signed = format!("{line}\n{}\n", digest.hex());
+    let key = serde_json::from_str::<CellFile>(line).map_or(String::new(), |cell| cell.key);
+    for bytes in [data, signed.as_bytes()] {
+        match CellFile::parse(bytes, Path::new("cell.json"), &key) {
+            Err(error) => one_line(&error),
+            Ok(cell) => {
+                let again = CellFile::parse(cell.text().as_bytes(), Path::new("cell.json"), &key);
+                assert_eq!(again.as_ref(), Ok(&cell));
+            }
         }
     }
 }

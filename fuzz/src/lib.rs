@@ -16,7 +16,7 @@ use core::fmt::Display;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 26] = [
+pub const TARGETS: [Target; 29] = [
     ("map_yaml", maps::map_yaml),
     ("map_image", maps::map_image),
     ("map_server", maps::map_server),
@@ -30,11 +30,13 @@ pub const TARGETS: [Target; 26] = [
     ("words", settings::words),
     ("http_head", http::head),
     ("nav2_params", settings::nav2_params),
+    ("sweep_plan", settings::sweep_plan),
     ("obstacles_json", files::obstacles_json),
     ("obstacles_toml", files::obstacles_toml),
     ("dynabarn_world", files::dynabarn_world),
     ("barn_tables", files::barn_tables),
     ("ledger", files::ledger),
+    ("sweep_files", files::sweep_files),
     ("frames_native", frames::native),
     ("frames_wheeltec", frames::wheeltec),
     ("frames_roboclaw", frames::roboclaw),

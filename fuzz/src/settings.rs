@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use inbye::base::{BaseConfig, PlannedTrouble, Protocol, Trouble};
 use inbye::bench::barn::barn_config;
+use inbye::bench::sweep::SweepPlan;
 use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Detail, Engine, Evaluation, Preference, Prepared};
 use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};
@@ -250,4 +251,21 @@ fn room() -> &'static Arc<OccupancyGrid> {
         let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default());
         Arc::new(map.expect("a sound map"))
     })
+}
+
+/// A plan of `inbye sweep`. One that is read is sound, and written again the same.
+pub fn sweep_plan(data: &[u8]) {
+    let Ok(text) = str::from_utf8(data) else {
+        return;
+    };
+    let sound = |plan: &SweepPlan| Ok(plan.validate()?);
+    match config::parse(text, &SweepPlan::default(), sound) {
+        Err(error) => one_line(&format!("{error:#}")),
+        Ok(plan) => {
+            assert!(!plan.seeds.is_empty() && !plan.worlds.is_empty());
+            let text = |plan: &SweepPlan| toml::to_string(plan).expect("a plan is a table");
+            let again: SweepPlan = toml::from_str(&text(&plan)).expect("what is written is a plan");
+            assert_eq!(text(&again), text(&plan));
+        }
+    }
 }

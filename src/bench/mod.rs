@@ -23,6 +23,7 @@ pub mod records;
 mod regret;
 mod roadway;
 mod soak;
+pub mod sweep;
 mod timing;
 mod verify;
 pub mod worlds;

@@ -60,6 +60,8 @@ pub enum Command {
     Config(super::config_arguments::ConfigArguments),
     /// Measure.
     Bench(BenchArguments),
+    /// Run a plan of many cells: worlds, settings, samplings, engines, seeds; go on after any interruption; merge.
+    Sweep(super::sweep::SweepArguments),
     /// A base on a serial line: emulate one, tell one, watch one.
     Base(super::base_arguments::BaseArguments),
     /// Drive a robot among ROS 2 nodes: map, scan, odometry and goal in, velocity out.

@@ -9,6 +9,7 @@ use inbye::bench::barn::BarnRow;
 use inbye::bench::dynabarn::DynaBarnRow;
 use inbye::bench::missions::MissionRow;
 use inbye::bench::records::{Record, Rows, read_record};
+use inbye::bench::sweep::SweepGroup;
 use inbye::bench::{AblationRow, ClosedLoopRow, DensityRow, QualityRow};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::{Value, json};
@@ -24,8 +25,8 @@ const TITLE: &str = "inbye: benchmark records";
     after_help = "Example:\n  inbye bench draw latency.csv --svg latency.svg\n  \
     inbye bench draw barn.csv dynabarn.csv --report records\n\n\
     Nothing is measured. A record is recognised by its columns: latencies, regrets and missions of `bench density`, runs of \
-    `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`. One of each kind makes one picture. There is none of \
-    `bench movingai`, the grids and `bench paper`, which keeps no record."
+    `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`, groups of `sweep merge`. One of each kind makes one \
+    picture. There is none of `bench movingai`, the grids and `bench paper`, which keeps no record."
 )]
 pub struct DrawArguments {
     /// The records, CSV.
@@ -49,6 +50,7 @@ struct Drawn {
     dynabarn: Vec<DynaBarnRow>,
     soak: Vec<MissionRow>,
     ablation: Vec<AblationRow>,
+    sweep: Vec<SweepGroup>,
 }
 
 impl Drawn {
@@ -67,6 +69,7 @@ impl Drawn {
             Rows::DynaBarn(rows) => fill(&mut self.dynabarn, rows),
             Rows::Soak(rows) => fill(&mut self.soak, rows),
             Rows::Ablation(rows) => fill(&mut self.ablation, rows),
+            Rows::Sweep(rows) => fill(&mut self.sweep, rows),
         }
     }
 }
@@ -103,6 +106,7 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
         dynabarn: &drawn.dynabarn,
         soak: &drawn.soak,
         ablation: &drawn.ablation,
+        sweep: &drawn.sweep,
         ..BenchReport::default()
     };
     if let Some(picture) = picture {

@@ -211,40 +211,8 @@ fn walkers(
             return Ok(Walkers::read(file, &ground, arguments.seed)?);
         }
     };
-    seeded_walkers(
-        count,
-        arguments.seed,
-        map,
-        config,
-        arguments.start.pose().position(),
-        arguments.goal.position,
-    )
-}
-
-/// So many people spread along the way that the robot will plan.
-pub fn seeded_walkers(
-    count: usize,
-    seed: u64,
-    map: &OccupancyGrid,
-    config: &Config,
-    start: inbye::geometry::Point,
-    goal: inbye::geometry::Point,
-) -> Result<Walkers, MissionError> {
-    if count == 0 {
-        return Ok(Walkers::default());
-    }
-    let obstacles = map.obstacles(config.unknown);
-    let mut planner = config.route_planner(map.frame().resolution_m);
-    let plan = planner
-        .plan(&obstacles, start, goal, &mut || 0.0)
-        .map_err(Fault::Plan)?;
-    let crowd = config.walkers.crowd(count, seed);
-    Ok(Walkers::seeded(
-        &crowd,
-        &obstacles,
-        plan.smoothed.points(),
-        &[start, goal],
-    )?)
+    let ends = (arguments.start.pose().position(), arguments.goal.position);
+    Walkers::on_the_way(count, arguments.seed, map, config, ends)
 }
 
 /// Percentiles of the decisions' times.

@@ -7,7 +7,7 @@ use inbye::bench::{Density, DensityPlan, crossovers, verify};
 use inbye::local::{Engine, Opened, Preference, open_to_drive};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, Reel, Report, html};
-use inbye::sim::{Config, Mission, MissionResult, Scene, scenes};
+use inbye::sim::{Config, Mission, MissionResult, Scene, Walkers, scenes};
 use serde_json::json;
 
 use super::arguments::Arguments;
@@ -135,14 +135,8 @@ fn drive_scene(
     engine: Box<dyn Engine>,
 ) -> anyhow::Result<(Mission, MissionResult, Reel)> {
     let (start, goal) = (scene.start, scene.goal);
-    let people = drive::seeded_walkers(
-        scene.obstacles,
-        scene.seed,
-        &scene.map,
-        config,
-        start.position(),
-        goal,
-    )?;
+    let ends = (start.position(), goal);
+    let people = Walkers::on_the_way(scene.obstacles, scene.seed, &scene.map, config, ends)?;
     let goal = Goal {
         position: goal,
         yaw: None,

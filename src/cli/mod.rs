@@ -64,6 +64,10 @@ mod settings_file;
 mod soak;
 mod soak_words;
 mod story;
+mod sweep;
+mod sweep_crew;
+mod sweep_folder;
+mod sweep_merge;
 mod tour;
 mod unknown_words;
 mod verbosity;
@@ -103,6 +107,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         ),
         Some(Command::Completions(command)) => completions::run(command, json),
         Some(Command::Man(command)) => man::run(command, json),
+        Some(Command::Sweep(command)) => sweep::run(command, json),
         Some(Command::Base(base)) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
             BaseCommand::Send(command) => base_send::run(command, json),

@@ -11,11 +11,12 @@ use super::samples_axis::samples_axis;
 use super::world_runs::{of_barn, of_dynabarn};
 use super::{
     ablation_chart, closed_loop_chart, density_chart, quality_chart, row_chart, soak_chart,
-    worlds_chart,
+    sweep_chart, sweep_latency_chart, worlds_chart,
 };
 use crate::bench::barn::BarnRow;
 use crate::bench::dynabarn::DynaBarnRow;
 use crate::bench::missions::MissionRow;
+use crate::bench::sweep::{LatencyRow, SweepGroup};
 use crate::bench::{
     AblationRow, ClosedLoopRow, Columns, DensityRow, QualityRow, SkippedCell, csv_text,
 };
@@ -54,6 +55,10 @@ pub struct BenchReport<'a> {
     pub soak: &'a [MissionRow],
     /// What each part of the navigator buys, from the least variant to the whole.
     pub ablation: &'a [AblationRow],
+    /// What came of a sweep.
+    pub sweep: &'a [SweepGroup],
+    /// Latencies that it measured.
+    pub sweep_latency: &'a [LatencyRow],
 }
 
 /// Charts of the same rows on the page, and what their files are made of.
@@ -131,7 +136,23 @@ fn charts(report: &BenchReport) -> Vec<Chart> {
             (ablation_chart::figures(rows), ablation_chart::plots(rows))
         }),
     ];
-    charts.into_iter().flatten().collect()
+    let sweeps = sweep_chart::by_kind(report.sweep);
+    let sweeps = sweeps.iter().filter_map(|of| {
+        let draw = |_: &[SweepGroup]| one(of.figure(), of.plot());
+        chart(of.file(), &of.rows(), draw)
+    });
+    let times = chart("latency-groups", report.sweep_latency, |rows| {
+        one(
+            sweep_latency_chart::figure(rows),
+            sweep_latency_chart::plot(rows),
+        )
+    });
+    charts
+        .into_iter()
+        .flatten()
+        .chain(sweeps)
+        .chain(times)
+        .collect()
 }
 
 fn one(figure: Markup, plot: Option<Plot>) -> (Vec<Markup>, Vec<Plot>) {

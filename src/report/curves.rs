@@ -26,6 +26,8 @@ pub(super) enum Far {
     Band,
     /// A line through them: for curves that lie so near together that their bands would cover one another.
     Line,
+    /// Not at all: there are none.
+    Nothing,
 }
 
 impl Curve {
@@ -35,6 +37,7 @@ impl Curve {
             g class=(class(self.index)) {
                 @match self.far {
                     Far::Band => { (panel.band("tail", &self.points)) }
+                    Far::Nothing => {}
                     Far::Line => { (panel.line("far", self.points.iter().map(|&(x, _, far)| (x, far)))) }
                 }
                 (panel.line("median", middle()))

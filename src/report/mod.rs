@@ -53,6 +53,8 @@ mod simplify;
 mod snapshot;
 mod soak_chart;
 mod soak_groups;
+mod sweep_chart;
+mod sweep_latency_chart;
 mod viewport;
 mod world_runs;
 mod worlds_chart;

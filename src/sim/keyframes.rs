@@ -77,6 +77,12 @@ impl Script {
         }
     }
 
+    /// The period after which it begins anew, seconds.
+    #[must_use]
+    pub const fn period_s(&self) -> Option<f64> {
+        self.loop_s
+    }
+
     /// Times, seconds, and the place at each, metres.
     #[must_use]
     pub fn keys(&self) -> &[(f64, Point)] {

@@ -14,6 +14,7 @@ mod noise;
 mod obstacle_file;
 mod obstacles;
 mod odometry;
+mod on_the_way;
 mod ray;
 mod rock;
 mod scenes;

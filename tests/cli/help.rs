@@ -67,6 +67,10 @@ fn every_example_works() {
     }
     place.write("nav2_params.yaml", crate::config::NAV2);
     place.write("mine.toml", "[local]\nvx_samples = 8\n");
+    place.write(
+        "sweep.toml",
+        "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n",
+    );
     crate::barn::write_worlds(&place);
     crate::dynabarn::write_worlds(&place);
     crate::records::write_records(&place);

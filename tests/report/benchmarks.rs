@@ -3,6 +3,7 @@
 use inbye::bench::barn::BarnRow;
 use inbye::bench::dynabarn::{Culprit, DynaBarnRow};
 use inbye::bench::missions::{Ending, MissionRow, People, Touch};
+use inbye::bench::sweep::{SweepGroup, WorldKind};
 use inbye::bench::worlds::Verdict;
 use inbye::bench::{AblationRow, ablation_rows};
 use inbye::report::{BenchReport, bench_files, bench_svg};
@@ -199,6 +200,70 @@ fn whose_a_contact_was_is_told_apart() {
         assert_eq!(drawn, 2, "{class}");
     }
     assert!(!picture.contains("<rect class=\"end-stopped\""));
+}
+
+/// Two sets of weights with two samplings each, in scenes too.
+fn sweep() -> Vec<SweepGroup> {
+    let group = |kind, weights: &str, samples: u32, reached, mean_shared_time_s| SweepGroup {
+        kind,
+        config: None,
+        weights: Some(weights.to_owned()),
+        engine: "cpu".to_owned(),
+        vx_samples: 16,
+        vtheta_samples: samples / 16,
+        samples: u64::from(samples),
+        runs: 10,
+        reached,
+        contacts: 1,
+        timeouts: 0,
+        failed: 9 - reached,
+        mean_time_s: mean_shared_time_s,
+        mean_shared_time_s,
+        shared: 4,
+        mean_score: Some(0.4),
+        mean_clearance_m: None,
+    };
+    vec![
+        group(WorldKind::Barn, "paper <&>", 256, 7, Some(30.5)),
+        group(WorldKind::Barn, "paper <&>", 1024, 9, Some(29.0)),
+        group(WorldKind::Barn, "fast", 256, 4, Some(12.5)),
+        group(WorldKind::Barn, "fast", 1024, 5, Some(f64::NAN)),
+        group(WorldKind::Scenes, "fast", 256, 0, None),
+    ]
+}
+
+#[test]
+fn a_sweep_has_a_chart_for_each_kind_of_worlds() {
+    let groups = sweep();
+    let report = BenchReport {
+        title: "A sweep",
+        sweep: &groups,
+        ..BenchReport::default()
+    };
+    let page = page_of(&report);
+    check(&page);
+    let names: Vec<String> = bench_files(&report)
+        .into_iter()
+        .map(|file| file.name)
+        .collect();
+    let expected = |chart: &str| ["csv", "json", "svg"].map(|ending| format!("{chart}.{ending}"));
+    assert_eq!(
+        names[1..],
+        [expected("groups-barn"), expected("groups-scenes")].concat()
+    );
+    for said in [
+        "Goal reached, % of 10 runs",
+        "Mean time of the 4 runs that all reached, s",
+        "paper &lt;&amp;&gt;: 70.0 % and 30.5 s with 256 samples, 90.0 % and 29.0 s with 1024 samples.",
+        "fast: 40.0 % and 12.5 s with 256 samples, 50.0 % and no time with 1024 samples.",
+        "fast: 0.0 % and no time with 256 samples",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    let picture = bench_svg(&report);
+    check(&picture);
+    // Success of each group, times of those that have one, and a mark in the legend for each curve.
+    assert_eq!(picture.matches("class=\"marker\"").count(), 5 + 3 + 3);
 }
 
 #[test]

@@ -17,9 +17,9 @@ use crate::requirements::{VARIABLE, required};
 /// A test of one adapter.
 pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
 
-/// Not adapters: the tests of the map loaders, in a browser and against Cyclone DDS read the same variable for what they
-/// require.
-const OTHERS: [&str; 3] = ["python", "chromium", "cyclonedds"];
+/// Not adapters: the tests of the map loaders, in a browser, against Cyclone DDS and on Ray read the same variable for what
+/// they require.
+const OTHERS: [&str; 4] = ["python", "chromium", "cyclonedds", "ray"];
 
 /// What an adapter's name contains when it is the one required. Any other word stands for itself.
 fn part_of_name(required: &str) -> &str {

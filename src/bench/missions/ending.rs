@@ -5,14 +5,18 @@ use crate::bench::missions::{Cause, contact};
 use crate::sim::{Config, Mission, MissionResult, TraceRow, World};
 
 /// How a mission ended.
-pub(super) struct Verdict {
+pub(in crate::bench) struct Verdict {
     pub ending: Ending,
     pub touch: Touch,
     pub reason: Option<String>,
 }
 
 /// The verdict of a run. Contact comes first: a robot that touches something at its goal did not get there.
-pub(super) fn verdict(mission: &Mission, config: &Config, result: &MissionResult) -> Verdict {
+pub(in crate::bench) fn verdict(
+    mission: &Mission,
+    config: &Config,
+    result: &MissionResult,
+) -> Verdict {
     let rows = &result.trace.rows;
     let world = || {
         let known = || mission.map.obstacles(config.unknown);

@@ -24,6 +24,7 @@ pub use built_in::built_in_sites;
 pub use contact::{Body, Cause, Contact, contact};
 pub use draw::Drawn;
 pub use drive::{Setup, drive};
+pub(super) use ending::verdict;
 pub use error::MissionsError;
 pub use people::People;
 pub use row::{Ending, MissionKey, MissionRow, Touch};

@@ -10,8 +10,8 @@ pub enum RecordError {
     /// The first line names the columns of no record that is known.
     #[error(
         "{}: line 1 has not the columns of a record that can be drawn: name a CSV file of --record, --record-quality or \
-         --record-missions of `bench density`, or of --record of `bench barn`, `bench dynabarn`, `bench soak` or `bench \
-         ablation`", file.display()
+         --record-missions of `bench density`, of --record of `bench barn`, `bench dynabarn`, `bench soak` or `bench \
+         ablation`, or groups of `sweep merge`", file.display()
     )]
     OtherColumns {
         /// The file.

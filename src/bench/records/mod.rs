@@ -6,6 +6,7 @@ mod read;
 use super::barn::BarnRow;
 use super::dynabarn::DynaBarnRow;
 use super::missions::MissionRow;
+use super::sweep::SweepGroup;
 use super::{AblationRow, ClosedLoopRow, DensityRow, QualityRow};
 
 pub use error::RecordError;
@@ -28,6 +29,8 @@ pub enum Rows {
     Soak(Vec<MissionRow>),
     /// Missions of `bench ablation --record`, taken together for each variant.
     Ablation(Vec<AblationRow>),
+    /// Groups of `sweep merge`.
+    Sweep(Vec<SweepGroup>),
 }
 
 /// What a file held.
@@ -51,6 +54,7 @@ impl Rows {
             Self::DynaBarn(_) => "DynaBARN runs",
             Self::Soak(_) => "missions of a soak",
             Self::Ablation(_) => "missions of an ablation",
+            Self::Sweep(_) => "groups of a sweep",
         }
     }
 }

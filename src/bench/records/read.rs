@@ -34,6 +34,8 @@ pub fn read_record(bytes: &[u8], file: &Path) -> Result<Record, RecordError> {
         Rows::DynaBarn(lines.rows()?)
     } else if has(&["world", "seed", "score"]) {
         Rows::Barn(lines.rows()?)
+    } else if has(&["kind", "samples", "mean_shared_time_s"]) {
+        Rows::Sweep(lines.rows()?)
     } else if has(&["setup", "map", "seed"]) {
         missions(lines.rows()?, file)?
     } else {

@@ -3,7 +3,7 @@
 use super::{RunKey, Verdict, WorldError};
 use crate::bench::Latencies;
 use crate::bench::campaign::Row;
-use crate::local::CpuEngine;
+use crate::local::{CpuEngine, Engine};
 use crate::sim::{Config, Mission, MissionError, MissionResult, Observer, run_mission};
 
 /// A world to be driven with a seed.
@@ -58,8 +58,20 @@ pub fn drive<T: WorldTask>(
     config: &Config,
     clock: &mut dyn FnMut() -> f64,
 ) -> Result<(T::Row, Option<MissionResult>), WorldError> {
+    drive_on(task, config, Box::new(CpuEngine::single_threaded()), clock)
+}
+
+/// The same on an engine of any kind.
+///
+/// # Errors
+/// As [`drive`].
+pub fn drive_on<T: WorldTask>(
+    task: &T,
+    config: &Config,
+    engine: Box<dyn Engine>,
+    clock: &mut dyn FnMut() -> f64,
+) -> Result<(T::Row, Option<MissionResult>), WorldError> {
     let mission = task.mission()?;
-    let engine = Box::new(CpuEngine::single_threaded());
     let mut observer = Observer {
         clock,
         witness: &mut |_| {},

@@ -9,7 +9,7 @@ mod verdict;
 
 pub use asked::NotAmong;
 pub(super) use asked::keep_asked;
-pub use drive::{RunFigures, WorldTask, drive};
+pub use drive::{RunFigures, WorldTask, drive, drive_on};
 pub use error::WorldError;
 pub use key::RunKey;
 pub use verdict::Verdict;

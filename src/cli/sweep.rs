@@ -1,0 +1,219 @@
+//! `inbye sweep`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use clap::{Args, Subcommand};
+use inbye::bench::sweep::{Cell, Grid, Manifest, Shard, SweepError, SweepPlan};
+use serde_json::json;
+
+use super::arguments::whole;
+use super::sweep_crew::{Crew, Done, run_alone};
+use super::sweep_folder::Folder;
+use super::sweep_merge::MergeArguments;
+use super::{config, engines, output, sweep_merge};
+
+/// Folder of the results, where none is named.
+const FOLDER: &str = "inbye-sweep";
+
+/// `inbye sweep`.
+#[derive(Debug, Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Example:\n  inbye sweep --print-plan\n  inbye sweep sweep.toml --list\n  inbye sweep sweep.toml --out cells\n  \
+    inbye sweep merge cells --report merged\n\n\
+    Each combination of worlds, settings, weights, samplings, engines and seeds of the plan is a cell. What it gives depends on \
+    nothing else, and its file is named for a digest of all that: the same cell of another plan is not driven again. The \
+    program may be killed at any time and started again, and may run several times on one folder, on one machine or on several \
+    that share it: no cell is done twice. Where machines share no folder, each takes a --shard, and the folders are merged.\n\
+    Cells of worlds with `latency = true` run one at a time after the others, and no other cell of any sweep on the same \
+    machine beside them.\n\
+    JSON fields: `cells`, `found`, `driven`, `errors`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list.\n\
+    Exit status 1: cells are left, because this machine does not have their engine."
+)]
+pub struct SweepArguments {
+    #[command(subcommand)]
+    pub command: Option<SweepCommand>,
+    /// The plan, TOML.
+    #[arg(value_name = "PLAN.toml", required_unless_present = "print_plan")]
+    pub plan: Option<PathBuf>,
+    /// Print a plan that has every key with its default and what it does.
+    #[arg(long, conflicts_with = "plan")]
+    pub print_plan: bool,
+    /// Keep a file for each cell in this folder [default: inbye-sweep].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Only part I of N of the cells; all parts have as many, give or take one.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub shard: Option<Shard>,
+    /// Cells at a time [default: all cores].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
+    pub jobs: Option<usize>,
+    /// Run nothing: print a line of JSON for each cell, its key and its place in the grid; with --out make the folder ready,
+    /// and say whether the cell is `done`.
+    #[arg(long, conflicts_with_all = ["jobs", "cells"])]
+    pub list: bool,
+    /// Only the cell of this key; without --out what its file would hold is printed. Give one --cell for each.
+    #[arg(long = "cell", value_name = "KEY")]
+    pub cells: Vec<String>,
+}
+
+/// What can be done with results.
+#[derive(Debug, Subcommand)]
+pub enum SweepCommand {
+    /// Make one table and a report of the results in some folders.
+    Merge(MergeArguments),
+}
+
+fn shard(text: &str) -> Result<Shard, SweepError> {
+    text.parse()
+}
+
+/// Runs the cells of a plan, or tells of them.
+pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
+    if let Some(SweepCommand::Merge(command)) = &arguments.command {
+        return sweep_merge::run(command, json);
+    }
+    let Some(plan) = &arguments.plan else {
+        let plan = SweepPlan::documented();
+        if json {
+            output::json(&json!({ "plan": plan }))?;
+        } else {
+            output::line(plan.trim_end());
+        }
+        return Ok(true);
+    };
+    let grid = read(plan)?;
+    let cells = asked(&grid, arguments)?;
+    let manifest = Manifest::of(&grid);
+    if arguments.list {
+        let folder = arguments.out.as_deref();
+        let folder = folder.map(|out| Folder::open(out, &manifest));
+        return list(&cells, folder.transpose()?.as_ref(), json);
+    }
+    let machine = engines::machine();
+    if arguments.out.is_none() && !arguments.cells.is_empty() {
+        return print(&cells, &machine, json);
+    }
+    let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
+    let folder = Folder::open(out, &manifest)?;
+    let crew = Crew {
+        folder: &folder,
+        machine: &machine,
+    };
+    let jobs = arguments.jobs.unwrap_or_else(engines::cores);
+    let done = crew.run(&cells, jobs)?;
+    let count = |kind: fn(&Done) -> bool| done.iter().filter(|(_, done)| kind(done)).count();
+    let errors = count(|done| matches!(done, Done::Driven { is_error: true }));
+    let (driven, found) = (
+        count(|done| matches!(done, Done::Driven { .. })),
+        count(|done| matches!(done, Done::Found)),
+    );
+    let left: Vec<(&str, &str)> = done
+        .iter()
+        .filter_map(|(key, done)| match done {
+            Done::NoEngine(reason) => Some((key.as_str(), reason.as_str())),
+            _ => None,
+        })
+        .collect();
+    if json {
+        let listed = left
+            .iter()
+            .map(|(key, reason)| json!({ "key": key, "reason": reason }));
+        output::json(&json!({
+            "cells": cells.len(),
+            "found": found,
+            "driven": driven,
+            "errors": errors,
+            "left": listed.collect::<Vec<_>>(),
+            "out": out,
+        }))?;
+    } else {
+        output::line(format!(
+            "{} cells: {driven} driven, {found} were there; {errors} could not be begun; in {}",
+            cells.len(),
+            out.display()
+        ));
+        if let Some((_, reason)) = left.first() {
+            output::line(format!("{} cells are left: {reason}", left.len()));
+        }
+    }
+    Ok(left.is_empty())
+}
+
+/// The grid of a plan's file.
+fn read(file: &Path) -> anyhow::Result<Grid> {
+    let place = || file.display().to_string();
+    let text = fs::read_to_string(file)
+        .with_context(|| format!("{}: cannot be read as text", file.display()))?;
+    let plan = config::parse(&text, &SweepPlan::default(), |plan: &SweepPlan| {
+        Ok(plan.validate()?)
+    });
+    let plan = plan.with_context(place)?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let change = |ours: &_, changes: &toml::Table| {
+        let changed = config::parse(&changes.to_string(), ours, |config: &inbye::sim::Config| {
+            Ok(config.validate()?)
+        });
+        changed.map_err(|error| {
+            let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
+            causes.join(": ")
+        })
+    };
+    Grid::new(&plan, folder, change).with_context(place)
+}
+
+/// The cells that are to be run, each key once.
+fn asked<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<Vec<&'g Cell>> {
+    let all = grid.distinct();
+    for key in &arguments.cells {
+        ensure!(
+            all.iter().any(|cell| cell.key == *key),
+            SweepError::NoCell { key: key.clone() }
+        );
+    }
+    let is_asked = |cell: &&Cell| arguments.cells.is_empty() || arguments.cells.contains(&cell.key);
+    let cells: Vec<&Cell> = all.into_iter().filter(is_asked).collect();
+    Ok(match arguments.shard {
+        Some(shard) => shard.of(&cells),
+        None => cells,
+    })
+}
+
+/// Tells each cell, and whether it has its result in a folder.
+fn list(cells: &[&Cell], folder: Option<&Folder>, json: bool) -> anyhow::Result<bool> {
+    let mut lines = Vec::new();
+    for cell in cells {
+        let mut line = serde_json::to_value(&cell.label)?;
+        line["key"] = json!(cell.key);
+        if let Some(folder) = folder {
+            line["done"] = json!(folder.has(&cell.key)?);
+        }
+        lines.push(line);
+    }
+    if json {
+        output::json(&json!({ "cells": lines }))?;
+    } else {
+        lines.iter().try_for_each(output::json)?;
+    }
+    Ok(true)
+}
+
+/// Runs cells for whoever asks, and prints what their files would hold; as JSON, how they ended too.
+fn print(cells: &[&Cell], machine: &str, json: bool) -> anyhow::Result<bool> {
+    let mut files = Vec::new();
+    for cell in cells {
+        let file = run_alone(cell, machine)?;
+        if json {
+            files.push(json!({ "key": file.key, "outcome": file.outcome, "file": file.text() }));
+        } else {
+            output::line(file.text().trim_end());
+        }
+    }
+    if json {
+        output::json(&json!({ "cells": files }))?;
+    }
+    Ok(true)
+}
