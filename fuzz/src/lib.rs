@@ -4,7 +4,6 @@
 pub mod bytes;
 pub mod files;
 pub mod frames;
-pub mod http;
 pub mod maps;
 mod program;
 pub mod settings;
@@ -16,7 +15,7 @@ use core::fmt::Display;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 29] = [
+pub const TARGETS: [Target; 28] = [
     ("map_yaml", maps::map_yaml),
     ("map_image", maps::map_image),
     ("map_server", maps::map_server),
@@ -28,7 +27,6 @@ pub const TARGETS: [Target; 29] = [
     ("short_drive", settings::short_drive),
     ("base_config", settings::base_config),
     ("words", settings::words),
-    ("http_head", http::head),
     ("nav2_params", settings::nav2_params),
     ("sweep_plan", settings::sweep_plan),
     ("obstacles_json", files::obstacles_json),

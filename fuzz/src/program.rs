@@ -11,11 +11,7 @@
 pub mod changes;
 #[path = "../../src/cli/config.rs"]
 pub mod config;
-#[path = "../../src/cli/playground/head.rs"]
-pub mod head;
 #[path = "../../src/cli/plain_words.rs"]
 pub mod plain_words;
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;
-#[path = "../../src/cli/playground/refusal.rs"]
-pub mod refusal;

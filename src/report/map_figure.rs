@@ -153,6 +153,10 @@ mod tests {
         let lines = lines(&words);
         assert!(lines.iter().all(|line| line.chars().count() <= LETTERS));
         assert_eq!(lines.join(" "), words.trim());
-        assert_eq!(lines.len(), words.len().div_ceil(LETTERS));
+        // And no line has room for the word that begins the next.
+        for pair in lines.windows(2) {
+            let next = pair[1].split(' ').next().expect("a line has words");
+            assert!(pair[0].len() + 1 + next.len() > LETTERS, "{pair:?}");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! What one problem may ask of the playground's server: far less than the engines take, so that nobody's request holds up the
 //! others for long.
 
+use hyper::StatusCode;
 use inbye::local::Problem;
 
 use super::refusal::Refusal;
@@ -33,7 +34,7 @@ pub fn check(problem: &Problem) -> Result<(), Refusal> {
     ] {
         if number > most {
             let what = format!("{number} {what}: at most {most} here: {mend}");
-            return Err(Refusal::new(400, what));
+            return Err(Refusal::new(StatusCode::BAD_REQUEST, what));
         }
     }
     Ok(())

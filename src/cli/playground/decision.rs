@@ -7,6 +7,7 @@ use std::time::Instant;
 use anyhow::{anyhow, ensure};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use hyper::StatusCode;
 use inbye::bench::EvaluationDigest;
 use inbye::local::gpu::batch::Batch;
 use inbye::local::{
@@ -104,8 +105,9 @@ impl Desk {
     }
 
     fn prepare(&self, body: &[u8]) -> Result<(Problem, Prepared), Refusal> {
-        let text = core::str::from_utf8(body)
-            .map_err(|_| Refusal::new(400, "the problem must be text in UTF-8"))?;
+        let text = core::str::from_utf8(body).map_err(|_| {
+            Refusal::new(StatusCode::BAD_REQUEST, "the problem must be text in UTF-8")
+        })?;
         let problem = self.read(text).map_err(|error| refused(&error))?;
         bounds::check(&problem)?;
         let prepared = Prepared::new(&problem).map_err(|error| refused(&error.into()))?;
@@ -207,9 +209,9 @@ fn milliseconds_since(began: Instant) -> f64 {
 
 fn refused(error: &anyhow::Error) -> Refusal {
     let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-    Refusal::new(400, causes.join(": "))
+    Refusal::new(StatusCode::BAD_REQUEST, causes.join(": "))
 }
 
 fn failed(error: &EngineError) -> Refusal {
-    Refusal::new(500, error.to_string())
+    Refusal::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string())
 }

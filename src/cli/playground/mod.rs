@@ -5,8 +5,9 @@
 //! the two have the same bits.
 
 mod bounds;
+mod connection;
 mod decision;
-mod head;
+mod gate;
 mod refusal;
 mod request;
 mod response;
@@ -59,7 +60,7 @@ pub fn run(arguments: &PlaygroundArguments, json: bool) -> anyhow::Result<bool> 
         thread::sleep(LOOK);
     }
     for _ in 0..LAST_LOOKS {
-        if tally.open.load(Ordering::Relaxed) == 0 {
+        if tally.under_way.load(Ordering::Relaxed) == 0 {
             break;
         }
         thread::sleep(LOOK);

@@ -1,92 +1,72 @@
-//! A request, received within bounds of size and time.
+//! What a request must be before anybody looks for what it asks for.
 
-use std::io::{ErrorKind, Read, Write};
-use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::head::{Head, MOST_HEAD_BYTES, Request, head_too_large, parse};
+use http_body_util::BodyExt as _;
+use hyper::body::{Body as _, Bytes, Incoming};
+use hyper::header::{CONTENT_LENGTH, HOST, TRANSFER_ENCODING};
+use hyper::http::request::Parts;
+use hyper::{Method, Request, StatusCode};
+use tokio::time::{Instant, timeout_at};
+
 use super::refusal::Refusal;
 
+/// Longest body, bytes: a problem with all the obstacles that are allowed takes a twentieth of it.
+pub const MOST_BODY_BYTES: u64 = 65_536;
+/// Longest head, bytes.
+pub const MOST_HEAD_BYTES: usize = 16_384;
+/// Most headers.
+pub const MOST_HEADERS: usize = 64;
 /// How long a client may take to send all of a request.
 pub const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Reads a request. None when the client has left, or has not begun in time.
-pub fn read(stream: &mut TcpStream) -> Result<Option<Request>, Refusal> {
-    let deadline = Instant::now() + PATIENCE;
-    let mut bytes = Vec::new();
-    loop {
-        if let Some((request, head)) = parse(&bytes)? {
-            let body = bytes.split_off(head.bytes);
-            let body = read_body(stream, deadline, &head, body)?;
-            return Ok(Some(Request { body, ..request }));
-        }
-        if bytes.len() >= MOST_HEAD_BYTES {
-            return Err(head_too_large());
-        }
-        let received = receive(stream, deadline, &mut bytes, MOST_HEAD_BYTES);
-        if bytes.is_empty() {
-            // Browsers open connections before they know whether they need them.
-            return Ok(None);
-        }
-        if received? == 0 {
-            return Err(Refusal::new(400, "the request ends within its head"));
-        }
-    }
+/// The request with all of its body.
+pub async fn receive(
+    request: Request<Incoming>,
+    deadline: Instant,
+) -> Result<Request<Bytes>, Refusal> {
+    let (head, body) = request.into_parts();
+    // The Content-Length, or none: there are no others.
+    check(&head, body.size_hint().lower())?;
+    let received = timeout_at(deadline, body.collect()).await;
+    let body = received.map_err(|_| late())?.map_err(|error| {
+        let what = format!("the body does not come to its end: {error}");
+        Refusal::new(StatusCode::BAD_REQUEST, what)
+    })?;
+    Ok(Request::from_parts(head, body.to_bytes()))
 }
 
-fn read_body(
-    stream: &mut TcpStream,
-    deadline: Instant,
-    head: &Head,
-    mut body: Vec<u8>,
-) -> Result<Vec<u8>, Refusal> {
-    if head.is_asked_for && body.is_empty() {
-        // A client that is gone is noticed below.
-        let _ = stream.write_all(b"HTTP/1.1 100 Continue\r\n\r\n");
+fn check(head: &Parts, body_bytes: u64) -> Result<(), Refusal> {
+    if head.headers.get_all(HOST).iter().count() != 1 {
+        let what = "a request names its Host once";
+        return Err(Refusal::new(StatusCode::BAD_REQUEST, what));
     }
-    while body.len() < head.body_bytes {
-        if receive(stream, deadline, &mut body, head.body_bytes)? == 0 {
-            let (found, expected) = (body.len(), head.body_bytes);
-            let what = format!("the body ends after {found} of {expected} bytes");
-            return Err(Refusal::new(400, what));
-        }
+    if head.headers.contains_key(TRANSFER_ENCODING) {
+        let mend = "send the body with a Content-Length, not in chunks";
+        return Err(Refusal::new(StatusCode::LENGTH_REQUIRED, mend));
     }
-    // Nothing may follow: the connection is for one request.
-    body.truncate(head.body_bytes);
-    Ok(body)
+    if head.method == Method::POST && !head.headers.contains_key(CONTENT_LENGTH) {
+        let mend = "a POST needs the Content-Length of its body";
+        return Err(Refusal::new(StatusCode::LENGTH_REQUIRED, mend));
+    }
+    if body_bytes > MOST_BODY_BYTES {
+        let what = format!("the body has {body_bytes} bytes: send at most {MOST_BODY_BYTES}");
+        return Err(Refusal::new(StatusCode::PAYLOAD_TOO_LARGE, what));
+    }
+    Ok(())
 }
 
-/// Appends what has come, until there are `most` bytes: so many, or none at the end.
-fn receive(
-    stream: &mut TcpStream,
-    deadline: Instant,
-    bytes: &mut Vec<u8>,
-    most: usize,
-) -> Result<usize, Refusal> {
-    let late = || {
-        let seconds = PATIENCE.as_secs();
-        let what = format!("the request took longer than {seconds} s: send all of it at once");
-        Refusal::new(408, what)
-    };
-    let left = deadline.saturating_duration_since(Instant::now());
-    if left.is_zero() {
-        return Err(late());
-    }
-    let mut piece = [0; 4096];
-    let room = piece.len().min(most - bytes.len());
-    let read = stream
-        .set_read_timeout(Some(left))
-        .and_then(|()| stream.read(&mut piece[..room]));
-    match read {
-        Ok(count) => {
-            bytes.extend_from_slice(&piece[..count]);
-            Ok(count)
-        }
-        Err(error) => match error.kind() {
-            ErrorKind::WouldBlock | ErrorKind::TimedOut => Err(late()),
-            ErrorKind::Interrupted => receive(stream, deadline, bytes, most),
-            // Whoever broke the line off reads no answer.
-            _ => Ok(0),
-        },
-    }
+/// For a request that is not there in time.
+pub fn late() -> Refusal {
+    let seconds = PATIENCE.as_secs();
+    let what = format!("the request took longer than {seconds} s: send all of it at once");
+    Refusal::new(StatusCode::REQUEST_TIMEOUT, what)
+}
+
+/// For a head beyond the bounds.
+pub fn head_too_large() -> Refusal {
+    let what = format!(
+        "the head is too large: at most {MOST_HEAD_BYTES} bytes and {MOST_HEADERS} headers"
+    );
+    Refusal::new(StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE, what)
 }

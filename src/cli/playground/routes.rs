@@ -1,13 +1,15 @@
 //! Which path answers what, and to whom.
 
+use hyper::body::Bytes;
+use hyper::header::{CONTENT_TYPE, HOST, HeaderName, ORIGIN};
+use hyper::{Method, Request, StatusCode};
 use inbye::local::gpu::shaders;
 use inbye::report;
 use serde_json::{Value, json};
 
 use super::decision::Desk;
-use super::head::Request;
 use super::refusal::Refusal;
-use super::response::{Body, Response};
+use super::response::{self, Response};
 use super::scene::Scene;
 use super::setup;
 
@@ -58,24 +60,24 @@ impl Site {
     }
 
     /// What the request asked for.
-    pub fn answer(&self, request: &Request) -> Result<Response, Refusal> {
+    pub fn answer(&self, request: &Request<Bytes>) -> Result<Response, Refusal> {
         self.check_host(request)?;
-        let path = request.path.as_str();
+        let path = request.uri().path();
         match path {
             "/decision" | "/records" => {
                 self.check_post(request)?;
                 if path == "/decision" {
-                    return Ok(Response::json(&self.desk.decide(&request.body)?));
+                    return Ok(response::json(&self.desk.decide(request.body())?));
                 }
-                let records = self.desk.records(&request.body)?;
-                Ok(Response::new(BYTES, Body::Own(records)))
+                let records = self.desk.records(request.body())?;
+                Ok(response::of(BYTES, records))
             }
             _ => {
                 let response = self.read(path)?;
-                if matches!(request.method.as_str(), "GET" | "HEAD") {
+                if matches!(*request.method(), Method::GET | Method::HEAD) {
                     Ok(response)
                 } else {
-                    Err(Refusal::of_method(&request.method, "GET, HEAD"))
+                    Err(Refusal::of_method(request.method(), "GET, HEAD"))
                 }
             }
         }
@@ -83,18 +85,14 @@ impl Site {
 
     fn read(&self, path: &str) -> Result<Response, Refusal> {
         if let Some((_, content_type, bytes)) = PARTS.iter().find(|(name, ..)| *name == path) {
-            return Ok(Response::new(content_type, Body::Fixed(bytes)));
+            return Ok(response::of(content_type, *bytes));
         }
         match path {
-            "/report.css" => {
-                let style = Body::Fixed(report::STYLE.as_bytes());
-                return Ok(Response::new(STYLE, style));
-            }
+            "/report.css" => return Ok(response::of(STYLE, report::STYLE)),
             "/shader.wgsl" => {
-                let source = Body::Own(shaders::source().into_bytes());
-                return Ok(Response::new("text/plain; charset=utf-8", source));
+                return Ok(response::of("text/plain; charset=utf-8", shaders::source()));
             }
-            "/setup" => return Ok(Response::json(&self.setup)),
+            "/setup" => return Ok(response::json(&self.setup)),
             _ => {}
         }
         let found = path
@@ -109,25 +107,24 @@ impl Site {
                 }
             });
         let bytes = found.ok_or_else(|| {
-            Refusal::new(
-                404,
-                format!("there is nothing at {}: begin at /", shown(path)),
-            )
+            let what = format!("there is nothing at {}: begin at /", shown(path));
+            Refusal::new(StatusCode::NOT_FOUND, what)
         })?;
-        Ok(Response::new(BYTES, Body::Shared(bytes.clone())))
+        Ok(response::of(BYTES, bytes.clone()))
     }
 
     /// Another host's name that leads here is a page's attempt to read what is not its own.
-    fn check_host(&self, request: &Request) -> Result<(), Refusal> {
-        if self.hosts().contains(&request.host) {
+    fn check_host(&self, request: &Request<Bytes>) -> Result<(), Refusal> {
+        let host = said(request, HOST).unwrap_or_default();
+        if self.hosts().contains(&host) {
             return Ok(());
         }
         let [address, _] = self.hosts();
         let what = format!(
             "this server is not {}: open http://{address}/",
-            shown(&request.host)
+            shown(&host)
         );
-        Err(Refusal::new(403, what))
+        Err(Refusal::new(StatusCode::FORBIDDEN, what))
     }
 
     fn hosts(&self) -> [String; 2] {
@@ -135,26 +132,33 @@ impl Site {
     }
 
     /// A page of another origin may ask for nothing, and a body must be what only our page sends without being asked.
-    fn check_post(&self, request: &Request) -> Result<(), Refusal> {
-        if request.method != "POST" {
-            return Err(Refusal::of_method(&request.method, "POST"));
+    fn check_post(&self, request: &Request<Bytes>) -> Result<(), Refusal> {
+        if request.method() != Method::POST {
+            return Err(Refusal::of_method(request.method(), "POST"));
         }
         let is_own = |origin: &String| {
             let host = origin.strip_prefix("http://").unwrap_or_default();
             self.hosts().iter().any(|own| own == host)
         };
-        if let Some(origin) = request.origin.as_ref().filter(|origin| !is_own(origin)) {
-            let what = format!("pages of {} may not ask here", shown(origin));
-            return Err(Refusal::new(403, what));
+        if let Some(origin) = said(request, ORIGIN).filter(|origin| !is_own(origin)) {
+            let what = format!("pages of {} may not ask here", shown(&origin));
+            return Err(Refusal::new(StatusCode::FORBIDDEN, what));
         }
-        let content_type = request.content_type.split(';').next().unwrap_or_default();
+        let content_type = said(request, CONTENT_TYPE).unwrap_or_default();
+        let content_type = content_type.split(';').next().unwrap_or_default();
         if content_type.trim().eq_ignore_ascii_case("application/json") {
             Ok(())
         } else {
             let what = "send the problem with Content-Type: application/json";
-            Err(Refusal::new(415, what))
+            Err(Refusal::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, what))
         }
     }
+}
+
+/// What a header says.
+fn said(request: &Request<Bytes>, name: HeaderName) -> Option<String> {
+    let value = request.headers().get(name)?;
+    Some(String::from_utf8_lossy(value.as_bytes()).into_owned())
 }
 
 /// A stranger's text, short and in one line.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use hyper::body::Bytes;
 use inbye::geometry::{Point, Pose, Vector};
 use inbye::local::{ClearanceField, LocalSettings};
 use inbye::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
@@ -30,9 +31,9 @@ pub struct Scene {
     /// What unknown cells count as in that.
     pub unknown: UnknownPolicy,
     /// A byte for each cell, lowest row first: 0 free, 1 rock, 2 unknown.
-    pub cells: Arc<[u8]>,
+    pub cells: Bytes,
     /// The field as the shaders read it: two cells a word.
-    pub field_bytes: Arc<[u8]>,
+    pub field_bytes: Bytes,
     /// The problem that it begins with, as `problem.json` has it.
     pub problem: Value,
 }
@@ -120,7 +121,7 @@ fn make(
     })
 }
 
-fn cells(map: &OccupancyGrid, obstacles: &ObstacleGrid) -> Arc<[u8]> {
+fn cells(map: &OccupancyGrid, obstacles: &ObstacleGrid) -> Bytes {
     let both = map.cells().iter().zip(obstacles.cells());
     both.map(|(&value, &blocked)| match (value, blocked) {
         (UNKNOWN, _) => 2,
@@ -129,7 +130,7 @@ fn cells(map: &OccupancyGrid, obstacles: &ObstacleGrid) -> Arc<[u8]> {
     .collect()
 }
 
-fn field_bytes(field: &ClearanceField) -> Arc<[u8]> {
+fn field_bytes(field: &ClearanceField) -> Bytes {
     let units = field.units().iter().flat_map(|units| units.to_le_bytes());
     let mut bytes: Vec<u8> = units.collect();
     bytes.resize(bytes.len().next_multiple_of(4), 0);

@@ -9,7 +9,7 @@ use inbye::local::gpu::shaders::ENTRY_POINTS;
 use serde_json::{Value, json};
 
 use super::bounds;
-use super::head::MOST_BODY_BYTES;
+use super::request::MOST_BODY_BYTES;
 use super::scene::Scene;
 
 /// The binding of the displacement tables: what lies between the fields and the records.
