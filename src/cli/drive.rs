@@ -92,7 +92,15 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let recording = recording.map(|recording| recording.end(&result));
     if let Some((folder, reel)) = arguments.report.as_ref().zip(reel.as_ref()) {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page = report_file::of_drive(&mission, &config, &result, reel, &map_name, &command);
+        let page = report_file::of_drive(
+            &mission,
+            &config,
+            &result,
+            reel,
+            &map_name,
+            &command,
+            arguments.wired.in_words(),
+        );
         report_file::write(folder, &page)?;
     }
     if json {

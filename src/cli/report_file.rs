@@ -87,6 +87,9 @@ impl MissionPage {
     }
 }
 
+/// What a drive without a base on a line is.
+pub const SIMULATED: &str = "One mission, simulated in a closed loop.";
+
 /// The page of one drive.
 pub fn of_drive(
     mission: &Mission,
@@ -95,11 +98,12 @@ pub fn of_drive(
     reel: &Reel,
     map_name: &str,
     command: &str,
+    intro: &str,
 ) -> String {
     let page = MissionPage::new(map_name, command, result);
     html(&Report {
         title: "inbye drive",
-        intro: "One mission, simulated in a closed loop.",
+        intro,
         missions: vec![page.view(mission, config, result, reel)],
         ..Report::default()
     })

@@ -204,7 +204,15 @@ fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Resu
         let title = format!("{}, seed {}", site.name, cell.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let (mission, config) = (&drawn.mission, &setup.config);
-        let page = report_file::of_drive(mission, config, result, &reel, &title, &command);
+        let page = report_file::of_drive(
+            mission,
+            config,
+            result,
+            &reel,
+            &title,
+            &command,
+            report_file::SIMULATED,
+        );
         report_file::write(folder, &page)?;
         let file = folder.join(TICKS);
         let place = || format!("--report {}", folder.display());

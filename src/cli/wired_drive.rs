@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::base_line::BaseLine;
 use super::lidar_line::{LidarEnding, LidarLine};
-use super::{base_words, interrupt, known_words};
+use super::{base_words, interrupt, known_words, report_file};
 
 /// How long a mission waits for a base that does not answer, seconds.
 const ANSWER_WITHIN_S: f64 = 10.0;
@@ -33,6 +33,22 @@ pub struct WiredArguments {
     /// That base's settings, TOML with the tables [base], [keeper] and [lidar].
     #[arg(long, value_name = "FILE.toml", requires = "port")]
     pub base_config: Option<PathBuf>,
+}
+
+impl WiredArguments {
+    /// What such a drive is, for its report.
+    pub const fn in_words(&self) -> &'static str {
+        match (&self.port, &self.lidar) {
+            (None, _) => report_file::SIMULATED,
+            (Some(_), None) => {
+                "One mission, driven by a base on a serial line in real time; world and lidar were simulated."
+            }
+            (Some(_), Some(_)) => {
+                "One mission, driven by a base and seen by a lidar on serial lines in real time; contact and gaps are those of \
+                where the scans put the robot on the map."
+            }
+        }
+    }
 }
 
 /// A base on a line that drives a mission.

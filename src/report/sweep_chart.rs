@@ -100,7 +100,7 @@ impl SweepOf<'_> {
         let times = || usable().filter_map(|group| shared_time_s(group));
         let slowest_s = times().fold(0.0, f64::max);
         let fastest_s = times().fold(slowest_s, f64::min);
-        let success = Panel::across(32.0, 130.0, samples, Axis::rounded(least.min(99.0), 100.0));
+        let success = Panel::across(32.0, 130.0, samples, Axis::rounded(least.min(90.0), 100.0));
         let time = Panel::across(204.0, 134.0, samples, Axis::rounded(fastest_s, slowest_s));
         let series = self.series();
         let curves = |value: fn(&SweepGroup) -> Option<f64>| -> Vec<Curve> {

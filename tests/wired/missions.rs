@@ -122,6 +122,7 @@ fn a_base_that_is_stuck_ends_its_mission_and_says_why() {
     assert!(why.contains("left track"), "{why}");
     // The report has it at its tick, which is the last.
     let page = fs::read_to_string(folder.join("index.html")).expect("a page");
+    assert!(page.contains("driven by a base on a serial line in real time"));
     let last = driven["ticks"].as_u64().expect("ticks") - 1;
     let listed = format!("<button type=\"button\" data-frame=\"{last}\"><b>");
     let (_, listed) = page.split_once(&listed).expect("a fault is listed");
