@@ -67,18 +67,35 @@ impl Pose {
         self.isometry().inverse_transform_point(point)
     }
 
+    /// A pose given in this pose's frame, in the frame the pose is given in; its yaw is in (-pi, pi].
+    #[must_use]
+    pub fn transform_pose(&self, local: &Self) -> Self {
+        let place = self.transform(&local.position());
+        Self::new(place.x, place.y, wrap_angle(self.yaw + local.yaw))
+    }
+
+    /// A pose given in the frame of the pose, in this pose's own frame; its yaw is in (-pi, pi].
+    #[must_use]
+    pub fn inverse_transform_pose(&self, pose: &Self) -> Self {
+        let place = self.inverse_transform(&pose.position());
+        Self::new(place.x, place.y, wrap_angle(pose.yaw - self.yaw))
+    }
+
+    /// The frame in which what is at this pose is at a local one; its yaw is in (-pi, pi].
+    #[must_use]
+    pub fn frame_of(&self, local: &Self) -> Self {
+        let yaw = wrap_angle(self.yaw - local.yaw);
+        let way = Self::new(0.0, 0.0, yaw).transform(&local.position());
+        Self::new(self.x - way.x, self.y - way.y, yaw)
+    }
+
     /// The pose after moving with a constant twist for a time, seconds: along an arc of a circle, exact also where it is
     /// straight. Its yaw is in (-pi, pi].
     #[must_use]
     pub fn after(&self, twist: &Twist, time_s: f64) -> Self {
         let half_turn = twist.angular * time_s / 2.0;
-        // The chord is shorter than the arc by sin(h) / h, and points half the turn away from the start.
-        let shortening = if half_turn.abs() < 1e-4 {
-            1.0 - half_turn * half_turn / 6.0
-        } else {
-            libm::sin(half_turn) / half_turn
-        };
-        let chord = twist.linear * time_s * shortening;
+        // The chord points half the turn away from the start.
+        let chord = twist.linear * time_s * chord_share(half_turn);
         let (sin, cos) = libm::sincos(self.yaw + half_turn);
         Self {
             x: self.x + chord * cos,
@@ -92,13 +109,6 @@ impl Pose {
     #[must_use]
     pub fn on_the_way_to(&self, end: &Self, share: f64) -> Self {
         // As long as the arc is to its chord, and half the turn away from it, so is the part to its own chord.
-        let chord_share = |half_turn: f64| {
-            if half_turn.abs() < 1e-4 {
-                1.0 - half_turn * half_turn / 6.0
-            } else {
-                libm::sin(half_turn) / half_turn
-            }
-        };
         let half_turn = wrap_angle(end.yaw - self.yaw) / 2.0;
         let length = share * chord_share(share * half_turn) / chord_share(half_turn);
         let (sin, cos) = libm::sincos((share - 1.0) * half_turn);
@@ -181,6 +191,15 @@ pub fn nearest_on_segment(from: &Point, to: &Point, point: &Point) -> Point {
     from + whole * share
 }
 
+/// What share of an arc of a circle its chord is as long as: sin(h) / h, where the arc turns by 2 h, radians.
+fn chord_share(half_turn: f64) -> f64 {
+    if half_turn.abs() < 1e-4 {
+        1.0 - half_turn * half_turn / 6.0
+    } else {
+        libm::sin(half_turn) / half_turn
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -208,6 +227,29 @@ mod tests {
         let end = Pose::default().after(&Twist::new(1.0, 0.5), 2.0 * PI);
         assert!(end.x.abs() < 1e-12 && (end.y - 4.0).abs() < 1e-12);
         assert!((end.yaw.abs() - PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pose_in_a_frame_and_back_is_itself() {
+        let frame = Pose::new(3.0, -1.0, 2.5);
+        let there = frame.transform_pose(&Pose::new(1.0, 0.5, 1.5));
+        assert!((there.position() - frame.transform(&Point::new(1.0, 0.5))).norm() < 1e-12);
+        assert!((there.yaw - (4.0 - 2.0 * PI)).abs() < 1e-12);
+        let back = frame.inverse_transform_pose(&there);
+        assert!((back.position() - Point::new(1.0, 0.5)).norm() < 1e-12);
+        assert!((back.yaw - 1.5).abs() < 1e-12);
+        let found = there.frame_of(&back);
+        assert!((found.position() - frame.position()).norm() < 1e-12);
+        assert!((found.yaw - frame.yaw).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_frame_of_odometry_leads_to_the_robot() {
+        let (belief, odometry) = (Pose::new(3.0, -1.0, 2.9), Pose::new(2.5, 0.5, -3.0));
+        let frame = belief.frame_of(&odometry);
+        let robot = frame.transform(&odometry.position());
+        assert!((robot - belief.position()).norm() < 1e-12);
+        assert!(wrap_angle(frame.yaw + odometry.yaw - belief.yaw).abs() < 1e-12);
     }
 
     #[test]

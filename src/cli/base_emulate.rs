@@ -21,7 +21,7 @@ mod on_pseudo_terminal {
 
     use anyhow::Context;
     use inbye::base::Emulator;
-    use inbye::geometry::{Pose, wrap_angle};
+    use inbye::geometry::Pose;
     use inbye::map::UnknownPolicy;
     use inbye::sim::{Lidar, TurningLidar, World};
     use serde_json::json;
@@ -118,8 +118,7 @@ mod on_pseudo_terminal {
 
         /// Where the base is on the map that has come to a pose of its own.
         fn place(&self, own: &Pose) -> Pose {
-            let place = self.start.transform(&own.position());
-            Pose::new(place.x, place.y, wrap_angle(self.start.yaw + own.yaw))
+            self.start.transform_pose(own)
         }
 
         fn step(&mut self, now_s: f64, own: &Pose) -> anyhow::Result<()> {

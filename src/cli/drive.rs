@@ -146,12 +146,14 @@ pub fn simulate(
     }
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
-    let mut story = Story::default();
+    let mut story = output::tells_details().then(Story::default);
     let mut witness = |moment: &Moment<'_>| {
         if let Some(reel) = &mut reel {
             reel.take(moment);
         }
-        story.tell(moment);
+        if let Some(story) = &mut story {
+            story.tell(moment);
+        }
         nearest_m = nearest_m.min((goal - moment.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
         let warning = recording.as_mut().and_then(|it| it.record(moment));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::bail;
 use clap::Args;
 use inbye::bench::{LocalizationCase, LocalizationPlan, LocalizationRow};
-use inbye::sim::{Config, Lidar, Scene, roadway};
+use inbye::sim::{Lidar, Scene, roadway};
 use serde_json::json;
 
 use super::arguments::{Place, number, whole};
@@ -122,7 +122,7 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
 fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
     let mut config = config::load("--config", arguments.config.as_deref())?;
     if arguments.config.is_none() {
-        config.lidar = usual_lidar(&config);
+        config.lidar = Lidar::turning();
     }
     config.dynamics.slip.mean = arguments.slip;
     let (name, map, start, goal) = match (&arguments.map, &arguments.start, &arguments.goal) {
@@ -152,17 +152,6 @@ fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
         config,
         tour_m: arguments.tour,
     })
-}
-
-/// As common small planar lidars are.
-fn usual_lidar(config: &Config) -> Lidar {
-    Lidar {
-        beams: 450,
-        range_max_m: 12.0,
-        range_sigma_m: 0.02,
-        sweep_s: 0.1,
-        ..config.lidar
-    }
 }
 
 /// Whether a tour did what it should; other cases have no bound.

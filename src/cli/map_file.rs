@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, load_noting};
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, load_noting};
 use inbye::sim::Config;
 
 use super::arguments::MapArguments;
@@ -15,7 +15,14 @@ pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)>
         config.unknown = unknown;
     }
     let map = load(&arguments.map, arguments.resolution)?;
-    let unknown = unknown_words::fact(&map, config.unknown);
+    if output::tells_details() {
+        tell(&arguments.map, &map, config.unknown);
+    }
+    Ok((map, config))
+}
+
+fn tell(file: &Path, map: &OccupancyGrid, policy: UnknownPolicy) {
+    let unknown = unknown_words::fact(map, policy);
     let GridFrame {
         width,
         height,
@@ -24,10 +31,9 @@ pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)>
     } = map.frame();
     output::detail(format!(
         "map: {}: {width} x {height} cells of {resolution_m} m; {}",
-        arguments.map.display(),
+        file.display(),
         unknown.map_or_else(|| "all known".to_owned(), |fact| format!("unknown: {fact}")),
     ));
-    Ok((map, config))
 }
 
 /// Reads a map of any kind; `resolution_m` is that of one that does not state its own. What may not be meant in it is told on

@@ -44,6 +44,11 @@ pub fn warn(text: impl AsRef<str>) {
     log::warn!("{}", text.as_ref());
 }
 
+/// Whether `--verbose` asks for more than is told anyway: what that takes need not be found out otherwise.
+pub fn tells_details() -> bool {
+    log::log_enabled!(log::Level::Debug)
+}
+
 /// Tells what only `--verbose` asks for.
 pub fn detail(text: impl AsRef<str>) {
     log::debug!("{}", text.as_ref());

@@ -24,7 +24,7 @@ pub fn read_base(file: Option<&Path>) -> anyhow::Result<BaseConfig> {
 }
 
 fn tell<T: Default + Serialize>(file: Option<&Path>, settings: &T) -> anyhow::Result<()> {
-    let Some(file) = file else {
+    let Some(file) = file.filter(|_| output::tells_details()) else {
         return Ok(());
     };
     for change in between(&T::default(), settings)? {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 use inbye::base::{Keeper, Protocol, Status};
-use inbye::geometry::{Pose, Twist, wrap_angle};
+use inbye::geometry::{Pose, Twist};
 use inbye::map::Sweep;
 use inbye::sim::{OdometryReading, Vehicle};
 use serde_json::{Value, json};
@@ -128,10 +128,7 @@ impl Vehicle for Wired {
         let Some((start, origin)) = &self.origin else {
             return self.start;
         };
-        let now = self.keeper.status().pose;
-        let place = start.transform(&origin.inverse_transform(&now.position()));
-        let yaw = wrap_angle(start.yaw + now.yaw - origin.yaw);
-        Pose::new(place.x, place.y, yaw)
+        start.transform_pose(&origin.inverse_transform_pose(&self.keeper.status().pose))
     }
 
     fn twist(&self) -> Twist {

@@ -63,16 +63,12 @@ impl Walls {
 
     /// The pose of the map frame in that of the grid: axes along the cells, metres from the grid's corner.
     pub fn in_grid(&self, pose: &Pose) -> Pose {
-        let place = self.frame.origin.inverse_transform(&pose.position());
-        let yaw = crate::geometry::wrap_angle(pose.yaw - self.frame.origin.yaw);
-        Pose::new(place.x, place.y, yaw)
+        self.frame.origin.inverse_transform_pose(pose)
     }
 
     /// The inverse of [`Self::in_grid`].
     pub fn in_map(&self, pose: &Pose) -> Pose {
-        let place = self.frame.origin.transform(&pose.position());
-        let yaw = crate::geometry::wrap_angle(pose.yaw + self.frame.origin.yaw);
-        Pose::new(place.x, place.y, yaw)
+        self.frame.origin.transform_pose(pose)
     }
 
     /// Yaw of the grid in the map frame, radians.

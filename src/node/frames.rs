@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::msg::TFMessage;
 use super::{MessageError, plane};
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::Pose;
 
 /// So many parents above a frame are looked through: more is a circle.
 const DEEPEST: usize = 32;
@@ -38,17 +38,11 @@ impl Frames {
                 return Some(pose);
             }
             let (parent, place) = self.0.get(at)?;
-            pose = compose(place, &pose);
+            pose = place.transform_pose(&pose);
             at = parent;
         }
         None
     }
-}
-
-/// A pose given in a frame, where that lies.
-pub fn compose(frame: &Pose, pose: &Pose) -> Pose {
-    let place = frame.transform(&pose.position());
-    Pose::new(place.x, place.y, wrap_angle(frame.yaw + pose.yaw))
 }
 
 /// The name of a frame without the slash that ROS 1 put before it.

@@ -1,7 +1,7 @@
 //! What the node knows: the newest map, motion, scan and frames.
 
 use super::arrived::{Chart, Motion};
-use super::frames::{Frames, compose};
+use super::frames::Frames;
 use super::msg::{LaserScan, Odometry, Time};
 use super::scan::{from_now, from_origin, scan, sweep};
 use super::{MessageError, Missing};
@@ -133,7 +133,7 @@ impl Heard {
         let sensed = self.scan.as_ref().ok_or(Missing::Scan)?;
         Ok(Observation {
             time_s: now_s,
-            pose: compose(&frame, &motion.pose),
+            pose: frame.transform_pose(&motion.pose),
             lost: None,
             twist: motion.twist,
             scan: self.seen_now(sensed),

@@ -1,6 +1,6 @@
 //! What befalls a robot that its tracks do not feel.
 
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::Pose;
 use crate::map::Scan;
 
 /// Something that befalls the simulated robot, at its time in seconds.
@@ -44,9 +44,7 @@ impl Carried {
             if let Mishap::Carried { at_s, to } = mishap
                 && (self.until_s..time_s).contains(at_s)
             {
-                let yaw = wrap_angle(to.yaw - own.yaw);
-                let turned = Pose::new(0.0, 0.0, yaw).transform(&own.position());
-                self.frame = Pose::new(to.x - turned.x, to.y - turned.y, yaw);
+                self.frame = to.frame_of(own);
             }
         }
         self.until_s = self.until_s.max(time_s);
@@ -58,8 +56,7 @@ impl Carried {
         if self.frame == Pose::default() {
             return *own;
         }
-        let place = self.frame.transform(&own.position());
-        Pose::new(place.x, place.y, wrap_angle(self.frame.yaw + own.yaw))
+        self.frame.transform_pose(own)
     }
 }
 

@@ -8,13 +8,7 @@ use inbye::sim::{Config, Lidar, Scene, crossing, roadway};
 /// 5 % slip, and a lidar as small ones are. Who is lost gives up soon.
 fn config() -> Config {
     let mut config = Config {
-        lidar: Lidar {
-            beams: 450,
-            range_max_m: 12.0,
-            range_sigma_m: 0.02,
-            sweep_s: 0.1,
-            ..Lidar::default()
-        },
+        lidar: Lidar::turning(),
         ..Config::default()
     };
     config.dynamics.slip.mean = 0.05;

@@ -32,13 +32,7 @@ pub fn trial_by_scans() -> Trial {
 
 fn tours_by_scans() -> Result<(), Failed> {
     let mut config = Config {
-        lidar: Lidar {
-            beams: 450,
-            range_max_m: 12.0,
-            range_sigma_m: 0.02,
-            sweep_s: 0.1,
-            ..Lidar::default()
-        },
+        lidar: Lidar::turning(),
         ..Config::default()
     };
     config.dynamics.slip.mean = 0.05;
