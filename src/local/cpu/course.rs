@@ -1,7 +1,8 @@
 //! What all rows of a decision share, laid out for lanes.
 
 use super::lanes::MOST_LANES;
-use super::sieve::GROUP;
+use super::looked::PAIR;
+use super::spans::GROUPS;
 use crate::local::Prepared;
 use crate::local::inputs::{BodyDisc, Header, MovingBody, Turn};
 use crate::numeric::shift_round;
@@ -10,7 +11,19 @@ use crate::numeric::shift_round;
 pub const MOST_SAMPLES: usize = 128;
 
 /// The most rows of a tile.
-const MOST_ROWS: usize = 8;
+pub const MOST_ROWS: usize = 8;
+
+/// About how many cells apart the samples of a box may end.
+const BOX_CELLS: f64 = 4.0;
+
+/// The same for the rows of a tile.
+const TILE_CELLS: f64 = 12.0;
+
+/// Samples of a tile and chunk from which on finer groups of steps pay.
+const DENSE: usize = 512;
+
+/// The most boxes that a chunk is divided into.
+const MOST_BOXES: usize = 4;
 
 /// More than the rounding of two stored distances, or of two positions with their tables and discs, units.
 pub const ROUNDING: f64 = 10.0;
@@ -44,14 +57,24 @@ pub struct Course {
     pub inside: bool,
     /// Rows of a tile.
     pub tile_rows: usize,
-    /// The slack at the last step, cells.
-    pub most_slack_cells: f64,
-    /// The numbers of all steps, in whole groups.
+    /// Boxes of samples in a chunk.
+    pub boxes: usize,
+    /// Steps of a group.
+    pub group: i32,
+    /// How many groups there are.
+    pub groups: usize,
+    /// The first step of each group; the last one's for those that there are not.
+    pub first_steps: [i32; GROUPS],
+    /// For each step one where a group begins, else zero.
+    pub begins: Vec<i32>,
+    /// All steps, in whole pairs.
     pub every_step: Vec<i32>,
+    /// Less than any clearance for each group that there is, and more for the others.
+    pub missing: [i32; GROUPS],
+    /// Whether the field has been pooled for the sieve.
+    pub is_pooled: bool,
     /// For each step how far, in units, a chunk's samples are at most from its middle one.
     pub apart: Vec<i32>,
-    /// For each step how much their clearances differ at most from the middle one's.
-    pub slack: Vec<i32>,
 }
 
 impl Course {
@@ -133,31 +156,27 @@ impl Course {
         let away = self.coarse.chunks(self.chunk).map(from_middle).max();
         let away = f64::from(away.unwrap_or_default()) * per_coarse;
 
+        let chunk_cells = 2.0 * away * steps / cell;
+        self.boxes = ((chunk_cells / BOX_CELLS).ceil() as usize)
+            .clamp(1, MOST_BOXES)
+            .next_power_of_two();
+
         // Headings that turn apart: the way between two rows grows with the square of the steps.
         let turn = largest_turn(problem);
         let ends = fastest * turn * steps * steps / 2.0;
-        self.tile_rows = ((2.0 * cell / ends.max(1e-9)) as usize).clamp(1, MOST_ROWS);
+        self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MOST_ROWS);
         let turn = turn * (self.tile_rows / 2) as f64;
 
         let disc = |disc: &BodyDisc| disc.x.abs() + disc.y.abs();
         let reach = problem.discs.iter().map(disc).max().unwrap_or_default();
-        // 1.41422 is above the root of two.
-        let diagonal = 1.41422 * cell;
-        self.every_step.clear();
-        let groups = (header.steps as usize).next_multiple_of(GROUP);
-        self.every_step.extend(0..groups as i32);
         self.apart.clear();
-        self.slack.clear();
         for step in 1..=self.steps {
             let step = step as f64;
             let between_rows = turn * step * (fastest * step / 2.0 + f64::from(reach));
-            let apart = (away * step + between_rows).ceil() + ROUNDING;
-            // Less than a cell apart, centres are no more than a diagonal apart.
-            let further = if apart < cell { 0.0 } else { apart };
-            self.apart.push(apart as i32);
-            self.slack.push((further + diagonal + ROUNDING) as i32);
+            self.apart
+                .push(((away * step + between_rows).ceil() + ROUNDING) as i32);
         }
-        self.most_slack_cells = f64::from(self.slack.last().copied().unwrap_or_default()) / cell;
+        self.divide_steps(header);
         // Nothing moves further than straight ahead at the greatest speed.
         let margin = fastest * steps + f64::from(reach) + 2.0 * ROUNDING;
         let within = |start: i32, cells: u32| {
@@ -165,6 +184,31 @@ impl Course {
             start > margin && start + margin < f64::from(cells) * cell
         };
         self.inside = within(header.start_x, header.width) && within(header.start_y, header.height);
+    }
+
+    /// Divides the steps into groups.
+    fn divide_steps(&mut self, header: &Header) {
+        self.every_step.clear();
+        let whole = (header.steps as usize).next_multiple_of(PAIR);
+        self.every_step.extend(0..whole as i32);
+        // Bounds for more groups cost as much for few samples as for many.
+        let is_dense = self.chunk * self.tile_rows >= DENSE;
+        let groups = if is_dense { GROUPS } else { GROUPS / 2 };
+        self.group = header.steps.div_ceil(groups as u32) as i32;
+        self.groups = (header.steps as usize).div_ceil(self.group as usize);
+        self.begins.clear();
+        self.begins.resize(self.steps, 0);
+        for group in 0..GROUPS {
+            if group < self.groups {
+                self.begins[group * self.group as usize] = 1;
+            }
+            self.first_steps[group] = group.min(self.groups - 1) as i32 * self.group;
+            self.missing[group] = if group < self.groups {
+                i32::MIN
+            } else {
+                i32::MAX
+            };
+        }
     }
 
     /// The columns x and y of one moving obstacle.

@@ -6,12 +6,16 @@ mod course;
 mod crew;
 mod instructions;
 mod lanes;
+mod looked;
 mod march;
 mod moving;
 mod part;
+mod pooled;
+mod reach;
 mod row;
 mod scalar;
 mod sieve;
+mod spans;
 mod table;
 mod tally;
 #[cfg(target_arch = "x86_64")]
@@ -29,6 +33,7 @@ use course::Course;
 use crew::Crew;
 use instructions::Kernel;
 use part::{Choice, Part};
+use pooled::{Pooled, Pooling};
 use tally::Tally;
 
 pub use instructions::Instructions;
@@ -52,6 +57,7 @@ pub struct CpuEngine {
     crew: Option<Crew>,
     threads: usize,
     course: Course,
+    pooled: Pooled,
     parts: Vec<Mutex<Part>>,
 }
 
@@ -111,6 +117,7 @@ impl CpuEngine {
             crew,
             threads,
             course: Course::default(),
+            pooled: Pooled::default(),
             parts: (0..parts).map(|_| Mutex::default()).collect(),
         }
     }
@@ -123,11 +130,13 @@ impl CpuEngine {
 
     /// Has every part judged.
     fn judge(&mut self, problem: &Prepared) {
-        let (kernel, course, parts) = (self.kernel, &self.course, &self.parts);
+        let (kernel, parts) = (self.kernel, &self.parts);
+        let (course, pooled) = (&self.course, &self.pooled);
         let rows = problem.turns.len();
         let share = |number: usize| rows * number / parts.len();
         share_out(self.crew.as_mut(), parts, |number, part| {
-            part.judge(kernel, problem, course, share(number)..share(number + 1));
+            let rows = share(number)..share(number + 1);
+            part.judge(kernel, problem, course, pooled, rows);
         });
     }
 
@@ -245,6 +254,12 @@ impl Engine for CpuEngine {
 
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
         self.course.fill(problem);
+        self.course.is_pooled = self.course.in_any_order
+            && !matches!(self.kernel, Kernel::Scalar)
+            && self.kernel.run(Pooling {
+                pooled: &mut self.pooled,
+                problem,
+            });
         self.judge(problem);
         let (tally, best) = self.select(problem);
         let winner = self.winner(problem, best);

@@ -1,5 +1,5 @@
-//! Moving obstacles: where one can come nearer to a chunk of neighbouring samples than anything else, it is looked at. As in
-//! `sieve.rs` the middle sample bounds the others, here by the distance to the obstacle's centre.
+//! Moving obstacles: where one can come nearer to a tile's neighbouring samples than anything else, it is looked at. The middle
+//! sample of the middle row bounds the others by how far they are apart.
 
 use super::course::{Course, ROUNDING};
 use super::lanes::Lanes;
@@ -12,7 +12,7 @@ const ROUNDING_UNITS: i32 = ROUNDING as i32;
 /// So many are looked at together: room that does not depend on how many there are.
 const MOST_NEAR: usize = 256;
 
-/// Room for the work on one chunk.
+/// Room for the work on one chunk of a tile.
 #[derive(Debug, Default)]
 pub struct Moving {
     /// Squared distances from the middle sample, for each vector of steps, disc and obstacle.
@@ -24,17 +24,26 @@ pub struct Moving {
 /// A disc at a step at which a moving obstacle can be nearest.
 #[derive(Clone, Copy, Debug)]
 struct Near {
-    x: i32,
-    y: i32,
-    disc_x: i32,
-    disc_y: i32,
+    step: usize,
+    /// Of the disc at that step in the tables.
+    place: usize,
     body_x: i32,
     body_y: i32,
     radii: i32,
 }
 
+/// The samples of a chunk in all rows of a tile.
+pub struct Chunk<'a> {
+    /// One for each row.
+    pub tables: &'a [Table],
+    /// The first sample.
+    pub first: usize,
+    /// The one behind the last.
+    pub end: usize,
+}
+
 impl Moving {
-    /// Lowers the clearances of a chunk's samples, which have these coarse speeds, to those to moving obstacles.
+    /// Lowers the clearances of a chunk's samples, in all rows of a tile, to those to moving obstacles.
     ///
     /// The nearest of them at any step lowers the bound first; most of the others are then too far.
     #[inline(always)]
@@ -43,19 +52,29 @@ impl Moving {
         proof: L::Proof,
         problem: &Prepared,
         course: &Course,
-        table: &Table,
-        coarse: &[i32],
+        chunk: &Chunk<'_>,
         least: &mut [i32],
     ) {
         self.near.clear();
         self.near.reserve(MOST_NEAR);
         let words = course.steps * problem.discs.len() * problem.obstacles.len();
         self.squared.resize(words, 0);
-        let bound = least.iter().copied().max();
+        let mut bound = 0;
+        for least in least.chunks_exact(course.stride) {
+            for &least in &least[chunk.first..chunk.end] {
+                bound = bound.max(least);
+            }
+        }
         let least_radius = problem.obstacles.iter().map(|body| body.radius).min();
-        let (Some(least_radius), Some(mut bound @ 1..)) = (least_radius, bound) else {
+        let (Some(least_radius), Some(table)) =
+            (least_radius, chunk.tables.get(chunk.tables.len() / 2))
+        else {
             return;
         };
+        if bound <= 0 {
+            return;
+        }
+        let coarse = &course.coarse[chunk.first..chunk.end];
         let middle = L::splat(proof, coarse[coarse.len() / 2]);
         // Counted by hand: an iterator here is called, not inlined.
         let mut place = 0;
@@ -82,7 +101,9 @@ impl Moving {
         }
         if bound <= 0 {
             // All of them collide.
-            least.fill(0);
+            for least in least.chunks_exact_mut(course.stride) {
+                least[chunk.first..chunk.end].fill(0);
+            }
             return;
         }
         let most = L::splat(proof, MOST_ACROSS);
@@ -105,14 +126,12 @@ impl Moving {
                         steps &= steps - 1;
                         let (track_x, track_y) = course.track(index);
                         if self.near.len() == MOST_NEAR {
-                            self.look::<L>(proof, problem, coarse, least);
+                            self.look::<L>(proof, problem, course, chunk, least);
                             self.near.clear();
                         }
                         self.near.push(Near {
-                            x: table.x[step],
-                            y: table.y[step],
-                            disc_x: table.disc_x[number * course.steps + step],
-                            disc_y: table.disc_y[number * course.steps + step],
+                            step,
+                            place: number * course.steps + step,
                             body_x: track_x[step],
                             body_y: track_y[step],
                             radii,
@@ -121,7 +140,7 @@ impl Moving {
                 }
             }
         }
-        self.look::<L>(proof, problem, coarse, least);
+        self.look::<L>(proof, problem, course, chunk, least);
     }
 
     /// Lowers the clearances to what is near.
@@ -130,18 +149,32 @@ impl Moving {
         &self,
         proof: L::Proof,
         problem: &Prepared,
-        coarse: &[i32],
+        course: &Course,
+        chunk: &Chunk<'_>,
         least: &mut [i32],
     ) {
-        for (coarse, least) in coarse.chunks(L::COUNT).zip(least.chunks_mut(L::COUNT)) {
-            let coarse = L::load(proof, coarse);
-            let mut nearest = L::load(proof, least);
-            for near in &self.near {
-                let (x, y) = position(proof, problem, coarse, near);
-                let squared = squared_distance(proof, x, y, near.body_x, near.body_y);
-                nearest = nearer(proof, nearest, squared, near.radii);
+        if self.near.is_empty() {
+            return;
+        }
+        let bits = problem.header.coarse_bits;
+        for (table, least) in chunk
+            .tables
+            .iter()
+            .zip(least.chunks_exact_mut(course.stride))
+        {
+            for at in (chunk.first..chunk.end).step_by(L::COUNT) {
+                let coarse = L::load(proof, &course.coarse[at..]);
+                let mut nearest = L::load(proof, &least[at..]);
+                for near in &self.near {
+                    let x = moved(proof, coarse, table.x[near.step], bits)
+                        .add(L::splat(proof, table.disc_x[near.place]));
+                    let y = moved(proof, coarse, table.y[near.step], bits)
+                        .add(L::splat(proof, table.disc_y[near.place]));
+                    let squared = squared_distance(proof, x, y, near.body_x, near.body_y);
+                    nearest = nearer(proof, nearest, squared, near.radii);
+                }
+                nearest.store(&mut least[at..]);
             }
-            nearest.store(least);
         }
     }
 }
@@ -154,14 +187,4 @@ fn steps_left(steps: u32, at: usize, lanes: usize) -> u32 {
     } else {
         (1 << left) - 1
     }
-}
-
-/// Where a disc of many samples is at one step.
-#[inline(always)]
-fn position<L: Lanes>(proof: L::Proof, problem: &Prepared, coarse: L, step: &Near) -> (L, L) {
-    let bits = problem.header.coarse_bits;
-    (
-        moved(proof, coarse, step.x, bits).add(L::splat(proof, step.disc_x)),
-        moved(proof, coarse, step.y, bits).add(L::splat(proof, step.disc_y)),
-    )
 }

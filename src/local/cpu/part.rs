@@ -3,12 +3,13 @@
 use core::ops::Range;
 
 use super::choice::{LargestScore, Share};
-use super::course::Course;
+use super::course::{Course, MOST_ROWS};
 use super::instructions::{Kernel, Work};
 use super::lanes::Lanes;
+use super::pooled::Pooled;
 use super::row::{COLUMNS, REASON_BITS, judge_row};
 use super::scalar;
-use super::sieve::Sieve;
+use super::sieve::{Sieve, Tile};
 use super::table::Table;
 use super::tally::Tally;
 use crate::local::contract::{Reason, SampleRecord, Terms};
@@ -19,10 +20,8 @@ use crate::local::{Prepared, Totals};
 /// Room for the lanes' work.
 #[derive(Debug, Default)]
 struct Scratch {
-    /// Table of a tile's middle row.
-    middle: Table,
-    /// Of another of its rows.
-    table: Table,
+    /// Tables of a tile's rows.
+    tables: [Table; MOST_ROWS],
     sieve: Sieve,
 }
 
@@ -59,6 +58,7 @@ impl Part {
         kernel: Kernel,
         problem: &Prepared,
         course: &Course,
+        pooled: &Pooled,
         rows: Range<usize>,
     ) {
         let words = COLUMNS * course.stride;
@@ -73,6 +73,7 @@ impl Part {
                 part: self,
                 problem,
                 course,
+                pooled,
             });
         }
     }
@@ -88,32 +89,40 @@ impl Part {
     }
 
     #[inline(always)]
-    fn judge_lanes<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
+    fn judge_lanes<L: Lanes>(
+        &mut self,
+        proof: L::Proof,
+        problem: &Prepared,
+        course: &Course,
+        pooled: &Pooled,
+    ) {
         let turns = &problem.turns[self.rows.clone()];
         let words = COLUMNS * course.stride;
-        let Scratch {
-            middle,
-            table,
-            sieve,
-        } = &mut self.scratch;
+        let Scratch { tables, sieve } = &mut self.scratch;
         let tiles = self.samples.chunks_mut(course.tile_rows * words);
         for (turns, rows) in turns.chunks(course.tile_rows).zip(tiles) {
-            let in_middle = turns.len() / 2;
-            middle.fill::<L>(proof, problem, course, &turns[in_middle]);
-            sieve.sift::<L>(proof, problem, course, middle);
-            for ((number, turn), row) in turns.iter().enumerate().zip(rows.chunks_exact_mut(words))
-            {
-                let table = if number == in_middle {
-                    &*middle
-                } else {
-                    table.fill::<L>(proof, problem, course, turn);
-                    &*table
-                };
+            let tables = &mut tables[..turns.len()];
+            for (table, turn) in tables.iter_mut().zip(turns) {
+                table.fill::<L>(proof, problem, course, turn);
+            }
+            if course.in_any_order {
+                let tile = Tile { turns, tables };
+                sieve.sift::<L>(proof, problem, course, pooled, &tile);
+            }
+            let rows = rows.chunks_exact_mut(words).enumerate();
+            for ((turn, table), (number, row)) in turns.iter().zip(&*tables).zip(rows) {
+                let table = (number, table);
                 let tally = judge_row::<L>(proof, problem, course, turn, table, sieve, row);
                 self.total.merge(&tally);
                 self.tallies.push(tally);
             }
         }
+    }
+
+    /// The steps that its last tile was looked at, list by list.
+    #[cfg(test)]
+    pub fn picked(&self) -> &[Vec<i32>] {
+        self.scratch.sieve.picked()
     }
 
     /// What all its samples add up to.
@@ -219,6 +228,7 @@ struct Judging<'a> {
     part: &'a mut Part,
     problem: &'a Prepared,
     course: &'a Course,
+    pooled: &'a Pooled,
 }
 
 impl Work for Judging<'_> {
@@ -226,7 +236,8 @@ impl Work for Judging<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, proof: L::Proof) {
-        self.part.judge_lanes::<L>(proof, self.problem, self.course);
+        self.part
+            .judge_lanes::<L>(proof, self.problem, self.course, self.pooled);
     }
 }
 

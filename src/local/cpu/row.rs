@@ -2,7 +2,7 @@
 
 use super::arithmetic::{atan2_turn, shift_round, turn_size};
 use super::course::Course;
-use super::lanes::Lanes;
+use super::lanes::{Lanes, MOST_LANES};
 use super::march;
 use super::sieve::Sieve;
 use super::table::{Table, lane_numbers, stays_inside};
@@ -52,8 +52,8 @@ pub fn judge_row<L: Lanes>(
     problem: &Prepared,
     course: &Course,
     turn: &Turn,
-    table: &Table,
-    sieve: &mut Sieve,
+    (number, table): (usize, &Table),
+    sieve: &Sieve,
     samples: &mut [i32],
 ) -> Tally {
     let mut row = Row::<L> {
@@ -67,15 +67,28 @@ pub fn judge_row<L: Lanes>(
     };
     let vectors = (0..problem.speeds.len()).step_by(L::COUNT);
     if course.in_any_order && stays_inside::<L>(proof, problem, course, table) {
-        let least = sieve.clearances::<L>(proof, problem, course, table);
-        for first in vectors {
+        let least = sieve.clearances(course, number);
+        for first in vectors.clone() {
             let least = L::load(proof, &least[first..]);
-            row.finish(first, Fate::of_clearance(proof, least), samples);
+            row.note(first, Fate::of_clearance(proof, least), samples);
         }
     } else {
-        for first in vectors {
+        for first in vectors.clone() {
             let fate = march::meet::<L>(proof, problem, course, table, first);
-            row.finish(first, fate, samples);
+            row.note(first, fate, samples);
+        }
+    }
+    if row.tally.has_admissible() {
+        // Each term in a loop of its own: the vectors in it do not wait for one another, and more of them are under way at once
+        // than of the whole.
+        for first in vectors.clone() {
+            row.find_headings(first, samples);
+        }
+        for first in vectors.clone() {
+            row.find_paths(first, samples);
+        }
+        for first in vectors {
+            row.add_up(first, samples);
         }
     }
     row.tally.finish()
@@ -92,75 +105,105 @@ struct Row<'a, L: Lanes> {
 }
 
 impl<L: Lanes> Row<'_, L> {
-    /// Writes and counts the samples of one vector.
+    /// Counts the samples of one vector; writes their clearances, zeros as their path terms, and zeros as their first words where
+    /// they are admissible.
     #[inline(always)]
-    fn finish(&mut self, first: usize, fate: Fate<L>, samples: &mut [i32]) {
+    fn note(&mut self, first: usize, fate: Fate<L>, samples: &mut [i32]) {
         let Self { proof, course, .. } = *self;
         let zero = L::splat(proof, 0);
         let needs =
             L::load(proof, &course.needs[first..]).max(L::splat(proof, self.turn.needs as i32));
         let short = fate.has.less(needs);
+        let left = self.problem.speeds.len() - first;
+        let missing = L::splat(proof, left.min(MOST_LANES) as i32 - 1).less(lane_numbers(proof));
         let ended = L::either(fate.collision, fate.outside);
-        let not_ok = L::either(ended, short);
-        let word = L::select(short, word_of(proof, Reason::CannotStop), zero);
+        let not_ok = L::either(L::either(ended, short), missing);
+        let word = L::select(not_ok, word_of(proof, Reason::CannotStop), zero);
         let word = L::select(fate.outside, word_of(proof, Reason::Outside), word);
         let word = L::select(fate.collision, word_of(proof, Reason::Collision), word);
-        let left = self.problem.speeds.len() - first;
-        let valid = if left >= L::COUNT {
-            u32::MAX >> (32 - L::COUNT)
-        } else {
-            (1 << left) - 1
-        };
+        let valid = !L::bits(missing) & (u32::MAX >> (32 - L::COUNT));
         let bad = L::bits(not_ok) & valid;
         let collision = L::bits(fate.collision) & valid;
         let outside = L::bits(fate.outside) & valid & !collision;
         self.tally.count(valid, bad, collision, outside);
-        let (mut heading, mut clearance, mut path) = (word, zero, zero);
-        if bad != valid {
-            let (found_heading, found_path) = self.terms(first);
-            heading = L::select(not_ok, word, found_heading);
-            clearance = L::select(not_ok, zero, fate.clearance);
-            path = L::select(not_ok, zero, found_path);
-            let velocity = L::load(proof, &course.term[first..]);
-            let out = if left >= L::COUNT {
-                not_ok
-            } else {
-                L::either(
-                    not_ok,
-                    L::splat(proof, left as i32 - 1).less(lane_numbers(proof)),
-                )
-            };
-            self.tally
-                .gather(proof, out, [heading, clearance, velocity, path]);
-        }
-        heading.store(&mut samples[first..]);
+        let clearance = L::select(not_ok, zero, fate.clearance);
+        word.store(&mut samples[first..]);
         clearance.store(&mut samples[course.stride + first..]);
-        path.store(&mut samples[2 * course.stride + first..]);
+        zero.store(&mut samples[2 * course.stride + first..]);
     }
 
-    /// Heading and path terms.
+    /// Final positions from the start, fine units.
     #[inline(always)]
-    fn terms(&self, first: usize) -> (L, L) {
+    fn end(&self, first: usize) -> (L, L) {
         let Self { proof, course, .. } = *self;
         let header = &self.problem.header;
         let fine = L::load(proof, &course.fine[first..]);
         let x = fine.mul_hi(L::splat(proof, self.ends[0]));
         let y = fine.mul_hi(L::splat(proof, self.ends[1]));
-        let x = shift_round(proof, x, header.fine_bits);
-        let y = shift_round(proof, y, header.fine_bits);
-        let path = L::splat(proof, header.key_x)
-            .sub(x)
-            .hypot(L::splat(proof, header.key_y).sub(y));
+        (
+            shift_round(proof, x, header.fine_bits),
+            shift_round(proof, y, header.fine_bits),
+        )
+    }
+
+    /// Writes the heading terms of the admissible samples of one vector.
+    #[inline(always)]
+    fn find_headings(&self, first: usize, samples: &mut [i32]) {
+        let Self { proof, .. } = *self;
+        let header = &self.problem.header;
+        let words = L::load(proof, &samples[first..]);
+        let zero = L::splat(proof, 0);
+        let ok = words.equal(zero);
+        if L::bits(ok) == 0 {
+            return;
+        }
+        let (x, y) = self.end(first);
         let to_x = L::splat(proof, header.target_x).sub(x);
         let to_y = L::splat(proof, header.target_y).sub(y);
-        let zero = L::splat(proof, 0);
         let there = L::both(to_x.equal(zero), to_y.equal(zero));
         let direction = atan2_turn(proof, to_y, to_x);
         let off = turn_size(direction.sub(L::splat(proof, self.heading as i32)));
         let heading = L::splat(proof, HALF_TURN as i32).sub(off).shr(8);
         let best = L::splat(proof, (HALF_TURN >> 8) as i32);
-        (L::select(there, best, heading), path)
+        let heading = L::select(there, best, heading);
+        L::select(ok, heading, words).store(&mut samples[first..]);
     }
+
+    /// Writes the path terms of the admissible samples of one vector.
+    #[inline(always)]
+    fn find_paths(&self, first: usize, samples: &mut [i32]) {
+        let Self { proof, course, .. } = *self;
+        let header = &self.problem.header;
+        let ok = is_ok(proof, L::load(proof, &samples[first..]));
+        if L::bits(ok) == 0 {
+            return;
+        }
+        let (x, y) = self.end(first);
+        let path = L::splat(proof, header.key_x)
+            .sub(x)
+            .hypot(L::splat(proof, header.key_y).sub(y));
+        let zero = L::splat(proof, 0);
+        L::select(ok, path, zero).store(&mut samples[2 * course.stride + first..]);
+    }
+
+    /// Adds up the terms of the admissible samples of one vector.
+    #[inline(always)]
+    fn add_up(&mut self, first: usize, samples: &[i32]) {
+        let Self { proof, course, .. } = *self;
+        let heading = L::load(proof, &samples[first..]);
+        let clearance = L::load(proof, &samples[course.stride + first..]);
+        let velocity = L::load(proof, &course.term[first..]);
+        let path = L::load(proof, &samples[2 * course.stride + first..]);
+        let ok = is_ok(proof, heading);
+        self.tally
+            .gather(proof, ok, [heading, clearance, velocity, path]);
+    }
+}
+
+/// Which samples are admissible, by their first words.
+#[inline(always)]
+fn is_ok<L: Lanes>(proof: L::Proof, words: L) -> L::Mask {
+    words.less_unsigned(L::splat(proof, 1 << REASON_BITS))
 }
 
 /// The first word of a sample that is not admissible.

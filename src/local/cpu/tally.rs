@@ -1,6 +1,6 @@
 //! Counts and totals of samples, in lanes and merged.
 
-use super::lanes::{Lanes, MOST_LANES};
+use super::lanes::Lanes;
 use crate::local::contract::{Counts, Totals};
 use crate::local::select;
 
@@ -63,9 +63,15 @@ impl<L: Lanes> LaneTally<L> {
         self.counts.cannot_stop += (bad & !collision & !outside).count_ones();
     }
 
-    /// Adds the terms of one vector, except where `out` is set.
+    /// Whether any sample counted so far is admissible.
     #[inline(always)]
-    pub fn gather(&mut self, proof: L::Proof, out: L::Mask, terms: [L; 4]) {
+    pub const fn has_admissible(&self) -> bool {
+        self.counts.admissible > 0
+    }
+
+    /// Adds the terms of one vector where `ok` is set.
+    #[inline(always)]
+    pub fn gather(&mut self, proof: L::Proof, ok: L::Mask, terms: [L; 4]) {
         if self.vectors == VECTORS_PER_SUM {
             self.empty();
         }
@@ -73,10 +79,10 @@ impl<L: Lanes> LaneTally<L> {
         let (zero, most) = (L::splat(proof, 0), L::splat(proof, i32::MAX));
         let mut term = 0;
         while term < 4 {
-            let counted = L::select(out, zero, terms[term]);
+            let counted = L::select(ok, terms[term], zero);
             self.sums[term] = self.sums[term].add(counted);
             self.greatest[term] = self.greatest[term].max(counted);
-            self.least[term] = self.least[term].min(L::select(out, most, terms[term]));
+            self.least[term] = self.least[term].min(L::select(ok, terms[term], most));
             term += 1;
         }
     }
@@ -85,8 +91,7 @@ impl<L: Lanes> LaneTally<L> {
     fn empty(&mut self) {
         let mut term = 0;
         while term < 4 {
-            let lanes = self.sums[term].to_array();
-            self.emptied[term] += lanes.iter().map(|&sum| u64::from(sum as u32)).sum::<u64>();
+            self.emptied[term] += self.sums[term].total_unsigned();
             self.sums[term] = L::splat(self.proof, 0);
             term += 1;
         }
@@ -103,16 +108,14 @@ impl<L: Lanes> LaneTally<L> {
             };
         }
         self.empty();
-        let lanes =
-            |list: [i32; MOST_LANES]| list.into_iter().take(L::COUNT).map(|value| value as u32);
         let mut totals = Totals {
             sums: self.emptied,
             ..Totals::default()
         };
         let mut term = 0;
         while term < 4 {
-            totals.least[term] = lanes(self.least[term].to_array()).min().unwrap_or(u32::MAX);
-            totals.greatest[term] = lanes(self.greatest[term].to_array()).max().unwrap_or(0);
+            totals.least[term] = self.least[term].least() as u32;
+            totals.greatest[term] = self.greatest[term].greatest() as u32;
             term += 1;
         }
         Tally {

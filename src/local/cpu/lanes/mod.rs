@@ -20,8 +20,6 @@ pub const MOST_LANES: usize = 16;
 pub trait Lanes: Copy {
     /// Number of lanes.
     const COUNT: usize;
-    /// Whether a gather is one instruction.
-    const GATHERS_ARE_CHEAP: bool;
     /// Shows that the processor has the instructions. Vectors are made from it, so none exists without.
     type Proof: Copy;
     /// A truth value for each lane.
@@ -89,6 +87,10 @@ pub trait Lanes: Copy {
 
     /// The smallest of all lanes.
     fn least(self) -> i32;
+    /// The greatest of all lanes.
+    fn greatest(self) -> i32;
+    /// The sum of all lanes, unsigned.
+    fn total_unsigned(self) -> u64;
 
     /// `self < other`.
     fn less(self, other: Self) -> Self::Mask;
@@ -113,7 +115,7 @@ pub trait Lanes: Copy {
     fn bits(mask: Self::Mask) -> u32;
 
     /// The values as a list; those beyond the number of lanes are zero.
-    #[inline(always)]
+    #[cfg(test)]
     fn to_array(self) -> [i32; MOST_LANES] {
         let mut array = [0; MOST_LANES];
         self.store(&mut array);

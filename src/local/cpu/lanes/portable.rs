@@ -49,7 +49,6 @@ impl Mask {
 
 impl Lanes for Portable {
     const COUNT: usize = COUNT;
-    const GATHERS_ARE_CHEAP: bool = false;
     type Proof = ();
     type Mask = Mask;
 
@@ -196,6 +195,16 @@ impl Lanes for Portable {
     #[inline(always)]
     fn least(self) -> i32 {
         self.0.into_iter().fold(i32::MAX, Ord::min)
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        self.0.into_iter().fold(i32::MIN, Ord::max)
+    }
+
+    #[inline(always)]
+    fn total_unsigned(self) -> u64 {
+        self.0.into_iter().map(|lane| u64::from(lane as u32)).sum()
     }
 
     #[inline(always)]

@@ -153,6 +153,24 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
                 ]
             },
         ),
+        whole(
+            "greatest",
+            any,
+            |_, x, _, _| vec![x.greatest()],
+            |cases, _| {
+                vec![
+                    cases
+                        .iter()
+                        .fold(i32::MIN, |greatest, case| greatest.max(case[0])),
+                ]
+            },
+        ),
+        whole(
+            "total_unsigned",
+            any,
+            |_, x, _, _| halves(x.total_unsigned()),
+            |cases, _| halves(cases.iter().map(|case| u64::from(case[0] as u32)).sum()),
+        ),
     ]
 }
 
@@ -481,4 +499,9 @@ fn stored<L: Lanes>(lanes: L) -> Vec<i32> {
 
 fn firsts(cases: &[Case], _: &Shared) -> Vec<i32> {
     cases.iter().map(|case| case[0]).collect()
+}
+
+/// Lower half and upper half.
+fn halves(word: u64) -> Vec<i32> {
+    vec![word as i32, (word >> 32) as i32]
 }

@@ -18,6 +18,12 @@ use super::super::Lanes;
 
 const COUNT: usize = 8;
 
+/// Swaps the halves of four lanes.
+const HALVES: i32 = 0b01_00_11_10;
+
+/// Swaps the lanes of each half.
+const PAIRS: i32 = 0b10_11_00_01;
+
 /// Eight lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(__m256i);
@@ -122,7 +128,6 @@ fn floats(lanes: __m256i) -> (__m256d, __m256d) {
 
 impl Lanes for Avx2 {
     const COUNT: usize = COUNT;
-    const GATHERS_ARE_CHEAP: bool = true;
     type Proof = Proof;
     type Mask = Mask;
 
@@ -257,9 +262,39 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn least(self) -> i32 {
-        let mut lanes = [0; COUNT];
-        self.store(&mut lanes);
-        lanes.into_iter().fold(i32::MAX, Ord::min)
+        run!({
+            let four = _mm_min_epi32(
+                _mm256_castsi256_si128(self.0),
+                _mm256_extracti128_si256::<1>(self.0),
+            );
+            let two = _mm_min_epi32(four, _mm_shuffle_epi32::<HALVES>(four));
+            _mm_cvtsi128_si32(_mm_min_epi32(two, _mm_shuffle_epi32::<PAIRS>(two)))
+        })
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        run!({
+            let four = _mm_max_epi32(
+                _mm256_castsi256_si128(self.0),
+                _mm256_extracti128_si256::<1>(self.0),
+            );
+            let two = _mm_max_epi32(four, _mm_shuffle_epi32::<HALVES>(four));
+            _mm_cvtsi128_si32(_mm_max_epi32(two, _mm_shuffle_epi32::<PAIRS>(two)))
+        })
+    }
+
+    #[inline(always)]
+    fn total_unsigned(self) -> u64 {
+        run!({
+            let even = _mm256_and_si256(self.0, _mm256_set1_epi64x(0xFFFF_FFFF));
+            let four = _mm256_add_epi64(even, odd(self));
+            let two = _mm_add_epi64(
+                _mm256_castsi256_si128(four),
+                _mm256_extracti128_si256::<1>(four),
+            );
+            _mm_cvtsi128_si64(_mm_add_epi64(two, _mm_unpackhi_epi64(two, two))) as u64
+        })
     }
 
     #[inline(always)]

@@ -21,6 +21,9 @@ const COUNT: usize = 16;
 /// To whole numbers, without raising a flag.
 const TOWARDS_ZERO: i32 = _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC;
 
+/// The odd lanes in the even ones' places too.
+const ODD_TWICE: i32 = 0b11_11_01_01;
+
 /// Sixteen lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512i);
@@ -61,7 +64,7 @@ fn truncate(low: __m512d, high: __m512d) -> Avx512 {
 fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
     run!(Avx512(_mm512_mask_blend_epi32(
         0xAAAA,
-        _mm512_srli_epi64::<32>(even),
+        _mm512_shuffle_epi32::<ODD_TWICE>(even),
         odd
     )))
 }
@@ -100,7 +103,6 @@ fn count(bits: u32) -> __m512i {
 
 impl Lanes for Avx512 {
     const COUNT: usize = COUNT;
-    const GATHERS_ARE_CHEAP: bool = true;
     type Proof = Proof;
     type Mask = __mmask16;
 
@@ -231,6 +233,17 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn least(self) -> i32 {
         run!(_mm512_reduce_min_epi32(self.0))
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> i32 {
+        run!(_mm512_reduce_max_epi32(self.0))
+    }
+
+    #[inline(always)]
+    fn total_unsigned(self) -> u64 {
+        let even = run!(_mm512_and_si512(self.0, _mm512_set1_epi64(0xFFFF_FFFF)));
+        run!(_mm512_reduce_add_epi64(_mm512_add_epi64(even, odd(self)))) as u64
     }
 
     #[inline(always)]

@@ -1,0 +1,194 @@
+//! The smallest entries of squares of the field: what no cell of a rectangle is below, in two lookups.
+
+use super::instructions::Work;
+use super::lanes::Lanes;
+use super::reach::Region;
+use crate::local::Prepared;
+
+/// Squares have sides of 1, 2, 4 and so on up to 2 to this power.
+const MOST_LEVEL: u32 = 4;
+
+/// The side of the largest squares.
+const LARGEST: usize = 1 << MOST_LEVEL;
+
+/// The most entries of one size: those of a larger region would not stay near the processor.
+const MOST_ENTRIES: usize = 1 << 18;
+
+/// How many sizes of squares there are.
+const LEVELS: usize = MOST_LEVEL as usize + 1;
+
+/// Columns are filled up to whole vectors of this many entries.
+const FILLED: usize = 32;
+
+/// For each cell of a region and each size of square the smallest entry of the square that begins there and goes on
+/// to higher columns and rows. What a square has beyond the region does not count.
+#[derive(Debug, Default)]
+pub struct Pooled {
+    region: Region,
+    stride: usize,
+    /// Entries of one size.
+    level: usize,
+    entries: Vec<u16>,
+}
+
+/// The first and the last columns and rows of rectangles of cells in the field, one in each lane.
+#[derive(Clone, Copy)]
+pub struct Boxes<L> {
+    /// First column, last column.
+    pub columns: (L, L),
+    /// First row, last row.
+    pub rows: (L, L),
+}
+
+impl Pooled {
+    /// Pools a region of the field that is not too large.
+    #[inline(always)]
+    pub fn fill(&mut self, problem: &Prepared, region: Region) {
+        self.region = region;
+        self.stride = stride(region);
+        self.level = entries(region);
+        // All the room at once: regions differ from one decision to the next.
+        if self.entries.capacity() == 0 {
+            self.entries.reserve_exact(MOST_ENTRIES * LEVELS);
+        }
+        self.entries.resize(self.level * LEVELS, u16::MAX);
+        let cells = self.stride * region.height as usize;
+        let field = problem.field.padded_units();
+        let width = problem.header.width as usize;
+        let corner = region.row as usize * width + region.column as usize;
+        let (rows, behind) = self.entries[..self.level].split_at_mut(cells);
+        for (number, row) in rows.chunks_exact_mut(self.stride).enumerate() {
+            let (here, beyond) = row.split_at_mut(region.width as usize);
+            here.copy_from_slice(&field[corner + number * width..][..here.len()]);
+            beyond.fill(u16::MAX);
+        }
+        behind.fill(u16::MAX);
+        for level in 0..LEVELS - 1 {
+            let (smaller, larger) = self.entries.split_at_mut((level + 1) * self.level);
+            let smaller = &smaller[level * self.level..];
+            let (larger, behind) = larger[..self.level].split_at_mut(cells);
+            pool(smaller, larger, self.stride, 1 << level);
+            behind.fill(u16::MAX);
+        }
+    }
+
+    /// Pretends that there are no obstacles.
+    #[cfg(test)]
+    pub fn forget(&mut self) {
+        self.entries.fill(u16::MAX);
+    }
+
+    /// What was pooled.
+    #[cfg(test)]
+    pub const fn region(&self) -> Region {
+        self.region
+    }
+
+    /// What no entry in the boxes is below, or zero where a box is too large to tell. Boxes are cut off at the region.
+    #[inline(always)]
+    pub fn least<L: Lanes>(&self, proof: L::Proof, boxes: &Boxes<L>) -> L {
+        let Region {
+            column,
+            row,
+            width,
+            height,
+        } = self.region;
+        let columns = within(proof, boxes.columns, column, width);
+        let rows = within(proof, boxes.rows, row, height);
+        let one = L::splat(proof, 1);
+        let wide = columns.1.sub(columns.0).add(one);
+        let high = rows.1.sub(rows.0).add(one);
+        // Two squares cover the box: as high as it is wide, or half as long as it is.
+        let side = wide.min(high).max(wide.max(high).add(one).shr(1));
+        let level = L::splat(proof, 31).sub(side.add(side).sub(one).leading_zeros());
+        let too_large = L::splat(proof, MOST_LEVEL as i32).less(level);
+        let level = level.min(L::splat(proof, MOST_LEVEL as i32));
+        let side = one.shl_each(level);
+        let (left, right) = ends(proof, columns, wide, side);
+        let (low, high) = ends(proof, rows, high, side);
+        let stride = L::splat(proof, self.stride as i32);
+        let from = level.mul(L::splat(proof, self.level as i32));
+        let one = from.add(low.mul(stride)).add(left);
+        let other = from.add(high.mul(stride)).add(right);
+        let least = one
+            .gather_loose(&self.entries)
+            .min_loose(other.gather_loose(&self.entries))
+            .tighten();
+        L::select(too_large, L::splat(proof, 0), least)
+    }
+}
+
+/// Columns of a region, filled up.
+const fn stride(region: Region) -> usize {
+    (region.width as usize).next_multiple_of(FILLED)
+}
+
+/// Entries of one size. There are rows behind the last, for squares that go on beyond it, and for lookups, which take the entry
+/// behind as well.
+const fn entries(region: Region) -> usize {
+    stride(region) * (region.height as usize + LARGEST / 2 + 1)
+}
+
+/// Counted from the region's corner and cut off at its ends.
+#[inline(always)]
+fn within<L: Lanes>(proof: L::Proof, (first, last): (L, L), corner: i32, cells: i32) -> (L, L) {
+    let (corner, most) = (L::splat(proof, corner), L::splat(proof, cells - 1));
+    let zero = L::splat(proof, 0);
+    (
+        first.sub(corner).max(zero).min(most),
+        last.sub(corner).max(zero).min(most),
+    )
+}
+
+/// Where the two squares begin along one axis: at both ends of what is longer than a square, and otherwise both in the
+/// same place with the box in their middle.
+#[inline(always)]
+fn ends<L: Lanes>(proof: L::Proof, (first, last): (L, L), length: L, side: L) -> (L, L) {
+    let zero = L::splat(proof, 0);
+    let over = side.sub(length).max(zero).shr(1);
+    let one = first.sub(over).max(zero);
+    let other = last.sub(side).add(L::splat(proof, 1)).max(one);
+    (one, other)
+}
+
+/// Squares twice as large, from four of the smaller ones each. Those that reach beyond a row's end go on in the next
+/// one: they may be told too small an entry, never one too large.
+#[inline(always)]
+fn pool(smaller: &[u16], larger: &mut [u16], stride: usize, side: usize) {
+    let len = larger.len();
+    let (left, right) = (&smaller[..len], &smaller[side..][..len]);
+    let (above, aside) = (
+        &smaller[side * stride..][..len],
+        &smaller[side * stride + side..][..len],
+    );
+    for index in 0..len {
+        let lower = left[index].min(right[index]);
+        larger[index] = lower.min(above[index].min(aside[index]));
+    }
+}
+
+/// Pooling what a decision can look at, unless that is more than it looks up or too large.
+pub struct Pooling<'a> {
+    /// What is filled.
+    pub pooled: &'a mut Pooled,
+    /// Whose field.
+    pub problem: &'a Prepared,
+}
+
+impl Work for Pooling<'_> {
+    /// Whether it was worth it.
+    type Outcome = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, proof: L::Proof) -> bool {
+        let Self { pooled, problem } = self;
+        let region = Region::new::<L>(proof, problem);
+        let lookups = problem.len() * problem.header.steps as usize;
+        let is_worth_it =
+            (1..=lookups).contains(&region.cells()) && entries(region) <= MOST_ENTRIES;
+        if is_worth_it {
+            pooled.fill(problem, region);
+        }
+        is_worth_it
+    }
+}

@@ -1,0 +1,132 @@
+//! The part of the field that a decision can look at.
+
+use super::arithmetic::cos_q20;
+use super::lanes::{Lanes, MOST_LANES};
+use crate::local::Prepared;
+use crate::local::inputs::{BodyDisc, Header, Speed};
+use crate::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN, shift_round};
+
+/// What two cosines of the same angle, one of them rounded, differ by at most, and as much again: Q20.
+const ROUNDING_Q20: i32 = 2;
+
+/// A rectangle of cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Region {
+    /// Its first column.
+    pub column: i32,
+    /// Its first row.
+    pub row: i32,
+    /// Columns.
+    pub width: i32,
+    /// Rows.
+    pub height: i32,
+}
+
+impl Region {
+    /// All cells of the field that a disc of any sample is on at any step, and a few more. Empty where that is nowhere
+    /// on the field.
+    #[inline(always)]
+    pub fn new<L: Lanes>(proof: L::Proof, problem: &Prepared) -> Self {
+        let header = &problem.header;
+        let disc = |disc: &BodyDisc| disc.x.abs() + disc.y.abs();
+        let discs = problem.discs.iter().map(disc).max().unwrap_or_default() + 2;
+        let across = moved::<L>(proof, problem, header.heading);
+        let along = moved::<L>(proof, problem, header.heading.wrapping_sub(QUARTER_TURN));
+        let cells = |start: i32, (least, most): (i32, i32), cells: u32| {
+            let cell = |moved: i32| start.saturating_add(moved) >> header.cell_bits;
+            let first = cell(least - discs).clamp(0, cells as i32);
+            (first, (cell(most + discs) + 1).clamp(first, cells as i32))
+        };
+        let columns = cells(header.start_x, across, header.width);
+        let rows = cells(header.start_y, along, header.height);
+        Self {
+            column: columns.0,
+            row: rows.0,
+            width: columns.1 - columns.0,
+            height: rows.1 - rows.0,
+        }
+    }
+
+    /// How many cells.
+    pub const fn cells(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// The least and the most that any sample moves, to any step, along the axis that the start's heading is measured from.
+#[inline(always)]
+fn moved<L: Lanes>(proof: L::Proof, problem: &Prepared, heading: u32) -> (i32, i32) {
+    let header = &problem.header;
+    let (Some(first), Some(last)) = (problem.turns.first(), problem.turns.last()) else {
+        return (0, 0);
+    };
+    // Turn rates rise from the first to the last, and turn less than a full turn apart in a step.
+    let apart = last.per_step.wrapping_sub(first.per_step);
+    let (mut least, mut most) = (0, 0);
+    let (mut fewest, mut greatest) = (0, 0);
+    for begin in (0..header.steps).step_by(L::COUNT) {
+        let (least_cosines, most_cosines) =
+            cosines::<L>(proof, begin, heading, (first.per_step, apart));
+        let left = (header.steps - begin) as usize;
+        for (one, other) in least_cosines
+            .iter()
+            .zip(&most_cosines)
+            .take(left.min(L::COUNT))
+        {
+            fewest += one - ROUNDING_Q20;
+            greatest += other + ROUNDING_Q20;
+            for sum in [fewest, greatest] {
+                for coarse in fastest(problem) {
+                    let way = displacement(header, coarse, sum);
+                    least = least.min(way);
+                    most = most.max(way);
+                }
+            }
+        }
+    }
+    (least, most)
+}
+
+/// The coarse speeds of the slowest sample and the fastest.
+fn fastest(problem: &Prepared) -> [i32; 2] {
+    let coarse = |speed: Option<&Speed>| speed.map_or(0, |speed| speed.coarse);
+    [
+        coarse(problem.speeds.first()),
+        coarse(problem.speeds.last()),
+    ]
+}
+
+fn displacement(header: &Header, coarse: i32, sum: i32) -> i32 {
+    shift_round(
+        coarse * shift_round(sum, header.table_bits),
+        header.coarse_bits,
+    )
+}
+
+/// The least and the greatest cosines of all headings at the steps from `begin`, when the first row turns by `per_step` in each and
+/// the last by `apart` more.
+#[inline(always)]
+fn cosines<L: Lanes>(
+    proof: L::Proof,
+    begin: u32,
+    heading: u32,
+    (per_step, apart): (u32, u32),
+) -> ([i32; MOST_LANES], [i32; MOST_LANES]) {
+    let (mut from, mut beyond) = ([0; MOST_LANES], [0; MOST_LANES]);
+    for (step, (from, beyond)) in (begin..).zip(from.iter_mut().zip(&mut beyond)) {
+        *from = heading.wrapping_add(per_step.wrapping_mul(step)) as i32;
+        // Nothing is beyond a full turn.
+        *beyond = (u64::from(apart) * u64::from(step)).min(u64::from(u32::MAX)) as u32 as i32;
+    }
+    let (from, beyond) = (L::load(proof, &from), L::load(proof, &beyond));
+    let one = cos_q20(proof, from);
+    let other = cos_q20(proof, from.add(beyond));
+    let zero = L::splat(proof, 0);
+    let most_passed = beyond.less_unsigned(zero.sub(from));
+    let least_passed = beyond.less_unsigned(L::splat(proof, HALF_TURN as i32).sub(from));
+    let full = L::splat(proof, ONE_Q20);
+    let (mut least, mut most) = ([0; MOST_LANES], [0; MOST_LANES]);
+    L::select(least_passed, one.min(other), zero.sub(full)).store(&mut least);
+    L::select(most_passed, one.max(other), full).store(&mut most);
+    (least, most)
+}
