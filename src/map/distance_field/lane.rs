@@ -20,40 +20,39 @@ pub(super) trait Lane: Copy + PartialOrd {
     fn whole(self) -> u32;
 }
 
-/// The height from which [`i16`] takes all heights as equal: its square is the last that fits.
-const HIGHEST_NEAR: i16 = 181;
+/// The height from which [`u16`] takes all heights as equal: its square is the last that fits.
+const HIGHEST_NEAR: u16 = 255;
 
-/// Eight at a time, where all that counts is below `181^2`: higher values count as at least that.
-impl Lane for i16 {
+/// Eight at a time and more, where all that counts is below `255^2`: higher values count as at least that.
+impl Lane for u16 {
     const ONE: Self = 1;
     const MOST: Self = Self::MAX;
 
-    /// Wraps in the padding after the last column of the widest grids, where differences are right all the same.
-    #[inline]
+    #[inline(always)]
     fn column(column: usize) -> Self {
         column as Self
     }
 
-    #[inline]
+    #[inline(always)]
     fn square_of_height(height: u16) -> Self {
-        // FAR does not fit in 15 bits; vectors know the least only of numbers with a sign.
-        let height = (height.min(Self::MAX as u16) as Self).min(HIGHEST_NEAR);
+        let height = height.min(HIGHEST_NEAR);
         height.wrapping_mul(height)
     }
 
-    #[inline]
+    #[inline(always)]
     fn minus(self, other: Self) -> Self {
         self.wrapping_sub(other)
     }
 
-    #[inline]
+    /// The square of a negative offset, which has wrapped, is right all the same.
+    #[inline(always)]
     fn parabola(offset: Self, squared_height: Self) -> Self {
         offset.wrapping_mul(offset).saturating_add(squared_height)
     }
 
-    #[inline]
+    #[inline(always)]
     fn whole(self) -> u32 {
-        self as u32
+        self.into()
     }
 }
 
@@ -62,28 +61,28 @@ impl Lane for f64 {
     const ONE: Self = 1.0;
     const MOST: Self = 4.0 * FAR as Self * FAR as Self;
 
-    #[inline]
+    #[inline(always)]
     fn column(column: usize) -> Self {
         column as Self
     }
 
-    #[inline]
+    #[inline(always)]
     fn square_of_height(height: u16) -> Self {
         Self::from(height) * Self::from(height)
     }
 
-    #[inline]
+    #[inline(always)]
     fn minus(self, other: Self) -> Self {
         self - other
     }
 
-    #[inline]
+    #[inline(always)]
     fn parabola(offset: Self, squared_height: Self) -> Self {
         offset * offset + squared_height
     }
 
     /// Adding `2^52` leaves a whole number in the low bits, which vectors do and a cast does not.
-    #[inline]
+    #[inline(always)]
     fn whole(self) -> u32 {
         const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
         (self + TWO_TO_52).to_bits() as u32

@@ -4,7 +4,7 @@ mod lane;
 mod row;
 
 use super::{Cell, GridFrame, ObstacleGrid};
-use row::{Reach, Row};
+use row::{Reach, Row, lower_any, lower_near};
 
 /// For each cell the squared distance, in cells, from its centre to the centre of the nearest obstacle cell.
 ///
@@ -45,7 +45,7 @@ impl DistanceField {
             return;
         }
         let mut reach = Reach::unknown(width);
-        let (mut near, mut any) = (Row::<i16>::new(width), Row::<f64>::new(width));
+        let (mut near, mut any) = (Row::<u16>::new(width), Row::<f64>::new(width));
         let mut heights = vec![FAR; width];
         let downwards = distance_downwards(obstacles);
         // From the highest row down, so that the distances upwards are at hand.
@@ -54,9 +54,9 @@ impl DistanceField {
                 *height = height.saturating_add(1).min(below);
             }
             if reach.is_near(width) {
-                near.lower(&heights, &mut reach, &mut squared);
+                lower_near(&mut near, &heights, &mut reach, &mut squared);
             } else {
-                any.lower(&heights, &mut reach, &mut squared);
+                lower_any(&mut any, &heights, &mut reach, &mut squared);
             }
             take(row, &squared);
         }

@@ -6,6 +6,8 @@
 //! but by vectors and without a branch that depends on the data, where an envelope kept on a stack guesses wrong at
 //! every other column of rough ground.
 
+use multiversion::multiversion;
+
 use super::FAR;
 use super::lane::Lane;
 
@@ -13,6 +15,8 @@ use super::lane::Lane;
 const BLOCK: usize = 16;
 /// Sites that are compared at once.
 const SITES: usize = 8;
+/// With more columns than this their numbers, and those of the padding, would not fit in `u16`.
+const WIDEST: usize = 65_000;
 
 /// For the first column of each block, and the last column of the row, more than the distance to its nearest
 /// obstacle, in cells, in the row done last. The next row's distance is longer by at most one.
@@ -24,11 +28,11 @@ impl Reach {
         Self(vec![usize::from(FAR); width.div_ceil(BLOCK) + 1])
     }
 
-    /// Whether `i16` does for the next row. The distances at the columns known here are then at most 140 cells, so
-    /// those between are at most 148, and sites are at most 156 columns from the columns they are compared at. Both
-    /// are below 181, whose square is the least that anything farther counts as.
+    /// Whether `u16` does for the next row. The distances at the columns known here are then at most 214 cells, so
+    /// those between are at most 222, and sites are at most 230 columns from the columns they are compared at. Both
+    /// are below 255, whose square is the least that anything farther counts as.
     pub(super) fn is_near(&self, width: usize) -> bool {
-        i16::try_from(width).is_ok() && self.0.iter().all(|&reach| reach < 140)
+        width <= WIDEST && self.0.iter().all(|&reach| reach < 214)
     }
 }
 
@@ -54,7 +58,8 @@ impl<T: Lane> Row<T> {
     }
 
     /// Writes the squared distances of a row from its columns' heights, of which one at least is not [`FAR`].
-    pub(super) fn lower(&mut self, heights: &[u16], reach: &mut Reach, squared: &mut [u32]) {
+    #[inline(always)]
+    fn lower(&mut self, heights: &[u16], reach: &mut Reach, squared: &mut [u32]) {
         for (square, &height) in self.squared_heights.iter_mut().zip(heights) {
             *square = T::square_of_height(height);
         }
@@ -66,6 +71,7 @@ impl<T: Lane> Row<T> {
     }
 
     /// The lowest sites at the blocks' ends: outermost first, then each halfway between two that are known.
+    #[inline(always)]
     fn find_nearest(&mut self, heights: &[u16], reach: &mut [usize]) {
         let (last_end, last_column) = (self.nearest.len() - 1, heights.len() - 1);
         for end in [0, last_end] {
@@ -85,7 +91,7 @@ impl<T: Lane> Row<T> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn find_nearest_at(
         &mut self,
         end: usize,
@@ -122,6 +128,7 @@ impl<T: Lane> Row<T> {
         reach[end] = f64::from(best.0.whole()).sqrt() as usize + 1;
     }
 
+    #[inline(always)]
     fn fill_blocks(&mut self, heights: &[u16]) {
         let (blocks, _) = self.columns.as_chunks::<BLOCK>();
         for (block, (columns, out)) in blocks.iter().zip(&mut self.lowest).enumerate() {
@@ -144,11 +151,33 @@ impl<T: Lane> Row<T> {
     }
 }
 
+/// [`Row::lower`] of rows near obstacles, with the widest vectors of the processor it runs on.
+#[multiversion(targets("x86_64+avx2"))]
+pub(super) fn lower_near(
+    row: &mut Row<u16>,
+    heights: &[u16],
+    reach: &mut Reach,
+    squared: &mut [u32],
+) {
+    row.lower(heights, reach, squared);
+}
+
+/// [`Row::lower`] of any rows.
+#[multiversion(targets("x86_64+avx2"))]
+pub(super) fn lower_any(
+    row: &mut Row<f64>,
+    heights: &[u16],
+    reach: &mut Reach,
+    squared: &mut [u32],
+) {
+    row.lower(heights, reach, squared);
+}
+
 /// The lowest values at these columns of the parabolas of neighbouring sites, up to the last one.
 ///
 /// The end is asked of each site on purpose. Were the number of sites known before the loop, the compiler would hold
 /// several sites in a vector instead of several columns, and take three times as long for it.
-#[inline]
+#[inline(always)]
 fn lowest_of<T: Lane>(
     columns: &[T; BLOCK],
     sites: &[T],
