@@ -153,6 +153,12 @@ fn scenes() -> Vec<Scene> {
             window_s: 0.1,
             ..plain
         },
+        Roadway {
+            vx_samples: 128,
+            vtheta_samples: 128,
+            window_s: 0.1,
+            ..plain
+        },
         Roadway { discs: 3, ..plain },
         Roadway {
             people: 10,

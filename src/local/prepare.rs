@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use core::f64::consts::TAU;
 
+use multiversion::multiversion;
+
 use super::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
 use super::ranges::{
     MAX_CLEARANCE_UNITS, MAX_OFFSET_UNITS, MAX_REACH_UNITS, MAX_STEP_UNITS, at_most, check_numbers,
@@ -154,6 +156,8 @@ impl Prepared {
     }
 }
 
+/// With instructions that round, where the processor has them: it is called for each decision.
+#[multiversion(targets("x86_64+avx2"))]
 fn fill_speeds(speeds: &mut Vec<Speed>, problem: &Problem, coarse_scale: u32, fine_scale: u32) {
     let units_per_step = problem.step_s / problem.field.unit_m();
     let (coarse, fine) = (
@@ -173,6 +177,7 @@ fn fill_speeds(speeds: &mut Vec<Speed>, problem: &Problem, coarse_scale: u32, fi
     }));
 }
 
+#[multiversion(targets("x86_64+avx2"))]
 fn fill_turns(turns: &mut Vec<Turn>, problem: &Problem) {
     let axis = &problem.window.angular;
     turns.clear();

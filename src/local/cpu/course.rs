@@ -19,6 +19,10 @@ const BOX_CELLS: f64 = 4.0;
 /// The same for the rows of a tile.
 const TILE_CELLS: f64 = 12.0;
 
+/// Samples of a chunk that end farther apart than so many cells are not sifted: their boxes would be too large to tell
+/// much.
+const MOST_CELLS: f64 = 18.0;
+
 /// Samples of a tile and chunk from which on finer groups of steps pay.
 const DENSE: usize = 512;
 
@@ -71,6 +75,8 @@ pub struct Course {
     pub every_step: Vec<i32>,
     /// Less than any clearance for each group that there is, and more for the others.
     pub missing: [i32; GROUPS],
+    /// Whether samples lie near enough together for the sieve: their boxes are small.
+    pub is_fine: bool,
     /// Whether the field has been pooled for the sieve.
     pub is_pooled: bool,
     /// For each step how far, in units, a chunk's samples are at most from its middle one.
@@ -157,6 +163,7 @@ impl Course {
         let away = f64::from(away.unwrap_or_default()) * per_coarse;
 
         let chunk_cells = 2.0 * away * steps / cell;
+        self.is_fine = chunk_cells <= MOST_CELLS;
         self.boxes = ((chunk_cells / BOX_CELLS).ceil() as usize)
             .clamp(1, MOST_BOXES)
             .next_power_of_two();

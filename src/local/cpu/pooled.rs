@@ -14,6 +14,9 @@ const LARGEST: usize = 1 << MOST_LEVEL;
 /// The most entries of one size: those of a larger region would not stay near the processor.
 const MOST_ENTRIES: usize = 1 << 18;
 
+/// Lookups of a decision from which on a cell is worth pooling.
+const PER_CELL: usize = 8;
+
 /// How many sizes of squares there are.
 const LEVELS: usize = MOST_LEVEL as usize + 1;
 
@@ -185,7 +188,7 @@ impl Work for Pooling<'_> {
         let region = Region::new::<L>(proof, problem);
         let lookups = problem.len() * problem.header.steps as usize;
         let is_worth_it =
-            (1..=lookups).contains(&region.cells()) && entries(region) <= MOST_ENTRIES;
+            (1..=lookups / PER_CELL).contains(&region.cells()) && entries(region) <= MOST_ENTRIES;
         if is_worth_it {
             pooled.fill(problem, region);
         }
