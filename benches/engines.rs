@@ -4,7 +4,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use inbye::bench::{Roadway, roadway_field};
+use inbye::bench::{Roadway, roadway_field, roadway_obstacles};
 use inbye::local::{ClearanceField, Detail, Preference, Prepared, open, open_all};
 use inbye::map::{GridFrame, ObstacleGrid};
 
@@ -102,13 +102,33 @@ fn distance_field(criterion: &mut Criterion) {
         resolution_m: 0.05,
         origin,
     };
-    let blocked = (0..frame.len())
-        .map(|index| index % 97 == 0 || index % 8111 < 40)
-        .collect();
-    let obstacles = ObstacleGrid::new(frame, blocked);
-    criterion.bench_function("clearance field of 400 x 400", |bencher| {
-        bencher.iter(|| black_box(ClearanceField::new(&obstacles).expect("5 cm cells")));
-    });
+    let scene = |is_blocked: fn(i32, i32) -> bool| {
+        let cells = (0..frame.len()).map(|index| frame.cell_at(index));
+        let blocked = cells.map(|cell| is_blocked(cell.column, cell.row));
+        ObstacleGrid::new(frame, blocked.collect())
+    };
+    let scenes = [
+        ("drift", roadway_obstacles()),
+        (
+            "clutter",
+            scene(|column, row| (column + 400 * row) % 97 == 0 || column % 31 == row % 37),
+        ),
+        (
+            "large room",
+            scene(|column, row| column % 399 == 0 || row % 399 == 0),
+        ),
+        (
+            "one pillar",
+            scene(|column, row| column == 200 && row == 200),
+        ),
+    ];
+    let mut group = criterion.benchmark_group("clearance field of 400 x 400");
+    for (name, obstacles) in &scenes {
+        group.bench_function(*name, |bencher| {
+            bencher.iter(|| black_box(ClearanceField::new(obstacles).expect("5 cm cells")));
+        });
+    }
+    group.finish();
 }
 
 criterion_group!(benches, decisions, batches, cold_starts, distance_field);

@@ -77,8 +77,6 @@ pub struct Course {
     pub missing: [i32; GROUPS],
     /// Whether samples lie near enough together for the sieve: their boxes are small.
     pub is_fine: bool,
-    /// Whether the field has been pooled for the sieve.
-    pub is_pooled: bool,
     /// For each step how far, in units, a chunk's samples are at most from its middle one.
     pub apart: Vec<i32>,
 }

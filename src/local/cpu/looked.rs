@@ -8,8 +8,8 @@ use crate::local::Prepared;
 /// Steps that are looked at together: lists of them are filled up to whole pairs.
 pub const PAIR: usize = 2;
 
-/// A disc and where it is looked up. All that a lookup takes is here by value or as a slice of its own, or compilers read it
-/// again for each step.
+/// A disc and where it is looked up. All that a lookup takes is here by value or as a slice of its own, or compilers
+/// read it again for each step.
 pub struct Looked<'a> {
     /// Of the table; all of one length.
     x: &'a [i32],
@@ -43,8 +43,8 @@ impl<'a> Looked<'a> {
         }
     }
 
-    /// Lowers the clearances of samples, whose coarse speeds are in both halves of these words, to what the disc meets at
-    /// these steps, whole pairs of them.
+    /// Lowers the clearances of samples, whose coarse speeds are in both halves of these words, to what the disc meets
+    /// at these steps, whole pairs of them.
     #[inline(always)]
     pub fn lower_all<L: Lanes>(
         &self,

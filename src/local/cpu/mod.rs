@@ -254,13 +254,13 @@ impl Engine for CpuEngine {
 
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
         self.course.fill(problem);
-        self.course.is_pooled = self.course.in_any_order
-            && self.course.is_fine
-            && !matches!(self.kernel, Kernel::Scalar)
-            && self.kernel.run(Pooling {
+        self.pooled.clear();
+        if self.course.in_any_order && self.course.is_fine {
+            self.kernel.run(Pooling {
                 pooled: &mut self.pooled,
                 problem,
             });
+        }
         self.judge(problem);
         let (tally, best) = self.select(problem);
         let winner = self.winner(problem, best);

@@ -1,5 +1,5 @@
-//! Moving obstacles: where one can come nearer to a tile's neighbouring samples than anything else, it is looked at. The middle
-//! sample of the middle row bounds the others by how far they are apart.
+//! Moving obstacles: where one can come nearer to a tile's neighbouring samples than anything else, it is looked at.
+//! The middle sample of the middle row bounds the others by how far they are apart.
 
 use super::course::{Course, ROUNDING};
 use super::lanes::Lanes;

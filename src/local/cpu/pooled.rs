@@ -75,6 +75,16 @@ impl Pooled {
         }
     }
 
+    /// Forgets the last decision.
+    pub fn clear(&mut self) {
+        self.region = Region::default();
+    }
+
+    /// Whether nothing was pooled for this decision.
+    pub const fn is_empty(&self) -> bool {
+        self.region.cells() == 0
+    }
+
     /// Pretends that there are no obstacles.
     #[cfg(test)]
     pub fn forget(&mut self) {
@@ -126,8 +136,8 @@ const fn stride(region: Region) -> usize {
     (region.width as usize).next_multiple_of(FILLED)
 }
 
-/// Entries of one size. There are rows behind the last, for squares that go on beyond it, and for lookups, which take the entry
-/// behind as well.
+/// Entries of one size. There are rows behind the last, for squares that go on beyond it, and for lookups, which take
+/// the entry behind as well.
 const fn entries(region: Region) -> usize {
     stride(region) * (region.height as usize + LARGEST / 2 + 1)
 }
@@ -179,19 +189,16 @@ pub struct Pooling<'a> {
 }
 
 impl Work for Pooling<'_> {
-    /// Whether it was worth it.
-    type Outcome = bool;
+    type Outcome = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, proof: L::Proof) -> bool {
+    fn run<L: Lanes>(self, proof: L::Proof) {
         let Self { pooled, problem } = self;
         let region = Region::new::<L>(proof, problem);
         let lookups = problem.len() * problem.header.steps as usize;
-        let is_worth_it =
-            (1..=lookups / PER_CELL).contains(&region.cells()) && entries(region) <= MOST_ENTRIES;
-        if is_worth_it {
+        let is_small = entries(region) <= MOST_ENTRIES;
+        if is_small && (1..=lookups / PER_CELL).contains(&region.cells()) {
             pooled.fill(problem, region);
         }
-        is_worth_it
     }
 }

@@ -6,7 +6,7 @@ use crate::local::Prepared;
 use crate::local::inputs::{BodyDisc, Header, Speed};
 use crate::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN, shift_round};
 
-/// What two cosines of the same angle, one of them rounded, differ by at most, and as much again: Q20.
+/// More than two rounded cosines can be out of order: each is within 0.63 of the true one. Q20.
 const ROUNDING_Q20: i32 = 2;
 
 /// A rectangle of cells.
@@ -53,7 +53,7 @@ impl Region {
     }
 }
 
-/// The least and the most that any sample moves, to any step, along the axis that the start's heading is measured from.
+/// The least and the most that any sample moves, to any step, along the axis that the heading is measured from.
 #[inline(always)]
 fn moved<L: Lanes>(proof: L::Proof, problem: &Prepared, heading: u32) -> (i32, i32) {
     let header = &problem.header;
@@ -76,7 +76,7 @@ fn moved<L: Lanes>(proof: L::Proof, problem: &Prepared, heading: u32) -> (i32, i
             fewest += one - ROUNDING_Q20;
             greatest += other + ROUNDING_Q20;
             for sum in [fewest, greatest] {
-                for coarse in fastest(problem) {
+                for coarse in slowest_and_fastest(problem) {
                     let way = displacement(header, coarse, sum);
                     least = least.min(way);
                     most = most.max(way);
@@ -88,7 +88,7 @@ fn moved<L: Lanes>(proof: L::Proof, problem: &Prepared, heading: u32) -> (i32, i
 }
 
 /// The coarse speeds of the slowest sample and the fastest.
-fn fastest(problem: &Prepared) -> [i32; 2] {
+fn slowest_and_fastest(problem: &Prepared) -> [i32; 2] {
     let coarse = |speed: Option<&Speed>| speed.map_or(0, |speed| speed.coarse);
     [
         coarse(problem.speeds.first()),
@@ -103,8 +103,8 @@ fn displacement(header: &Header, coarse: i32, sum: i32) -> i32 {
     )
 }
 
-/// The least and the greatest cosines of all headings at the steps from `begin`, when the first row turns by `per_step` in each and
-/// the last by `apart` more.
+/// The least and the greatest cosines of all headings at the steps from `begin`, when the first row turns by `per_step`
+/// in each and the last by `apart` more.
 #[inline(always)]
 fn cosines<L: Lanes>(
     proof: L::Proof,

@@ -79,8 +79,8 @@ pub fn judge_row<L: Lanes>(
         }
     }
     if row.tally.has_admissible() {
-        // Each term in a loop of its own: the vectors in it do not wait for one another, and more of them are under way at once
-        // than of the whole.
+        // Each term in a loop of its own: the vectors in it do not wait for one another, and more of them are under way
+        // at once than of the whole.
         for first in vectors.clone() {
             row.find_headings(first, samples);
         }
@@ -105,8 +105,8 @@ struct Row<'a, L: Lanes> {
 }
 
 impl<L: Lanes> Row<'_, L> {
-    /// Counts the samples of one vector; writes their clearances, zeros as their path terms, and zeros as their first words where
-    /// they are admissible.
+    /// Counts the samples of one vector; writes their clearances, zeros as their path terms, and zeros as their first
+    /// words where they are admissible.
     #[inline(always)]
     fn note(&mut self, first: usize, fate: Fate<L>, samples: &mut [i32]) {
         let Self { proof, course, .. } = *self;

@@ -1,10 +1,10 @@
-//! Which steps can matter to a tile of neighbouring samples, a few speeds of a few turn rates; the others change no bit and are
-//! left out.
+//! Which steps can matter to a tile of neighbouring samples, a few speeds of a few turn rates; the others change no bit
+//! and are left out.
 //!
-//! A position's column and row rise or fall with the speed, rounded as they are. So all cells that neighbouring samples visit
-//! in a group of steps lie in the box between the least and the greatest of their displacements, and no clearance there is
-//! below the smallest entry in that box. Where each of the samples has met something nearer already, the group cannot
-//! matter.
+//! A position's column and row rise or fall with the speed, rounded as they are. So all cells that neighbouring samples
+//! visit in a group of steps lie in the box between the least and the greatest of their displacements, and no clearance
+//! there is below the smallest entry in that box. Where each of the samples has met something nearer already, the group
+//! cannot matter.
 //!
 //! This is for trajectories that cannot leave the field and that are judged by their smallest clearance: there the
 //! order of the steps does not matter.
@@ -43,8 +43,9 @@ pub struct Tile<'a> {
 }
 
 impl Sieve {
-    /// Finds the smallest clearance of each sample of a tile's rows that stay on the field: not above zero where it collides,
-    /// and of one that cannot stop either way some clearance with which it could not. What other rows get means nothing.
+    /// Finds the smallest clearance of each sample of a tile's rows that stay on the field: not above zero where it
+    /// collides, and of one that cannot stop either way some clearance with which it could not. What other rows get
+    /// means nothing.
     #[inline(always)]
     pub fn sift<L: Lanes>(
         &mut self,
@@ -61,7 +62,7 @@ impl Sieve {
         for table in tile.tables {
             all_inside &= stays_inside::<L>(proof, problem, course, table);
         }
-        if course.is_pooled && all_inside {
+        if !pooled.is_empty() && all_inside {
             let discs = problem.discs.len();
             self.spans.fill::<L>(proof, course, discs, tile.tables);
             self.bound::<L>(proof, problem, course, pooled);

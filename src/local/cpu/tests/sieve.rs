@@ -57,7 +57,7 @@ fn engines() -> Vec<CpuEngine> {
 
 /// Steps that the last tile was looked at, and all of its steps, over its discs and chunks.
 fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
-    if !engine.course.is_pooled {
+    if engine.pooled.is_empty() {
         return None;
     }
     let part = engine.parts[0].get_mut().expect("nobody panicked");
@@ -124,7 +124,7 @@ fn every_cell_that_is_looked_at_is_in_the_region() {
         engine
             .evaluate(&prepared, Detail::Answer)
             .expect("a CPU answers");
-        if !engine.course.is_pooled {
+        if engine.pooled.is_empty() {
             continue;
         }
         let region = engine.pooled.region();
