@@ -2,6 +2,7 @@
 
 mod cases;
 mod operations;
+mod reductions;
 mod sieve;
 
 use std::fmt::Write;

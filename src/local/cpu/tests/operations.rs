@@ -1,6 +1,7 @@
 //! The table of operations: as the lanes do them, and as plain arithmetic does.
 
 use super::cases::{Case, Shared};
+use super::reductions::reductions;
 use crate::local::cpu::arithmetic;
 use crate::local::cpu::lanes::{Lanes, MOST_LANES};
 use crate::numeric;
@@ -37,7 +38,7 @@ const fn each<L: Lanes>(
     Operation { name, fit, way }
 }
 
-const fn whole<L: Lanes>(
+pub const fn whole<L: Lanes>(
     name: &'static str,
     fit: fn(Case, &Shared) -> Case,
     lanes: fn(L::Proof, L, L, &Shared) -> Vec<i32>,
@@ -52,6 +53,7 @@ pub fn operations<L: Lanes>() -> Vec<Operation<L>> {
     let parts = [
         moves(),
         sums(),
+        reductions(),
         bits(),
         roots(),
         lists(),
@@ -141,36 +143,6 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
         each("min", any, |_, x, y, _| x.min(y), |x, y, _| x.min(y)),
         each("max", any, |_, x, y, _| x.max(y), |x, y, _| x.max(y)),
         each("abs", any, |_, x, _, _| x.abs(), |x, _, _| x.wrapping_abs()),
-        whole(
-            "least",
-            any,
-            |_, x, _, _| vec![x.least()],
-            |cases, _| {
-                vec![
-                    cases
-                        .iter()
-                        .fold(i32::MAX, |least, case| least.min(case[0])),
-                ]
-            },
-        ),
-        whole(
-            "greatest",
-            any,
-            |_, x, _, _| vec![x.greatest()],
-            |cases, _| {
-                vec![
-                    cases
-                        .iter()
-                        .fold(i32::MIN, |greatest, case| greatest.max(case[0])),
-                ]
-            },
-        ),
-        whole(
-            "total_unsigned",
-            any,
-            |_, x, _, _| halves(x.total_unsigned()),
-            |cases, _| halves(cases.iter().map(|case| u64::from(case[0] as u32)).sum()),
-        ),
     ]
 }
 
@@ -487,7 +459,7 @@ fn angles<L: Lanes>() -> Vec<Operation<L>> {
     ]
 }
 
-const fn any(case: Case, _: &Shared) -> Case {
+pub const fn any(case: Case, _: &Shared) -> Case {
     case
 }
 
@@ -499,9 +471,4 @@ fn stored<L: Lanes>(lanes: L) -> Vec<i32> {
 
 fn firsts(cases: &[Case], _: &Shared) -> Vec<i32> {
     cases.iter().map(|case| case[0]).collect()
-}
-
-/// Lower half and upper half.
-fn halves(word: u64) -> Vec<i32> {
-    vec![word as i32, (word >> 32) as i32]
 }

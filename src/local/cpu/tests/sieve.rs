@@ -5,10 +5,14 @@ use std::sync::Arc;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::bench::random_problem;
 use crate::geometry::{Point, Pose};
 use crate::local::cpu::{CpuEngine, Instructions};
-use crate::local::{Axis, Detail, Engine, Outside, Prepared, Problem, Stopping};
+use crate::local::{
+    Axis, ClearanceField, Detail, Engine, Normalization, Outside, Prepared, Problem, Stopping,
+    Weights, Window,
+};
+use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
+use crate::robot::{Disc, Footprint};
 
 /// Seed of the problems.
 const SEED: u64 = 53;
@@ -18,34 +22,84 @@ const PROBLEMS: u64 = 100;
 
 /// A random problem with many samples, which start in the middle of the field and mostly stay on it.
 fn dense_problem(case: u64) -> Problem {
-    let rng = &mut Pcg64Mcg::seed_from_u64(SEED ^ case);
-    let problem = random_problem(SEED, case);
-    let frame = problem.field.frame();
-    let middle = Point::new(f64::from(frame.width) / 2.0, f64::from(frame.height) / 2.0);
-    let middle = frame.from_cell_units(&middle);
-    let steps = rng.random_range(2..=70);
-    let shorter = f64::from(frame.width.min(frame.height)) * frame.resolution_m;
-    let fastest = (0.45 * shorter / (f64::from(steps) * problem.step_s)).min(4.0);
-    let low = rng.random_range(-0.5..0.9) * fastest;
-    let turn = rng.random_range(-1.0..0.8);
-    let mut window = problem.window;
-    window.linear = Axis {
-        low,
-        high: rng.random_range(low..fastest),
-        count: rng.random_range(20..=150),
+    let rng = &mut Pcg64Mcg::seed_from_u64(SEED ^ case.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    let frame = GridFrame {
+        width: rng.random_range(20..=160),
+        height: rng.random_range(20..=160),
+        resolution_m: [0.02, 0.05, 0.1, 0.1254][rng.random_range(0..4)],
+        origin: Pose::new(
+            rng.random_range(-50.0..50.0),
+            rng.random_range(-50.0..50.0),
+            [0.0, 0.3, -2.0][rng.random_range(0..3)],
+        ),
     };
-    window.angular = Axis {
-        low: turn,
-        high: rng.random_range(turn..1.2),
-        count: rng.random_range(20..=70),
+    let density = [0.0, 0.0005, 0.002, 0.01][rng.random_range(0..4)];
+    let blocked = (0..frame.len()).map(|_| rng.random_bool(density)).collect();
+    let field = ClearanceField::new(&ObstacleGrid::new(frame, blocked)).expect("in range");
+    let (width, height) = (f64::from(frame.width), f64::from(frame.height));
+    let mut within = |least: f64, most: f64| {
+        let column = rng.random_range(least..most) * width;
+        let row = rng.random_range(least..most) * height;
+        frame.from_cell_units(&Point::new(column, row))
     };
+    let start = within(0.4, 0.6);
+    let (target, key_node) = (within(0.0, 1.0), within(0.0, 1.0));
+    let centers: Vec<Point> = (0..case % 6).map(|_| within(-0.2, 1.2)).collect();
+    let obstacles = centers.into_iter().map(|center| MovingDisc {
+        x: center.x,
+        y: center.y,
+        radius: rng.random_range(0.05..0.5),
+        vx: rng.random_range(-1.0..1.0),
+        vy: rng.random_range(-1.0..1.0),
+    });
+    let obstacles = obstacles.collect();
+    let (step_s, steps) = (0.1, rng.random_range(2..=70));
+    let shorter = width.min(height) * frame.resolution_m;
+    let fastest = (0.45 * shorter / (f64::from(steps) * step_s)).min(4.0);
+    let (low, turn) = (
+        rng.random_range(-0.5..0.9) * fastest,
+        rng.random_range(-1.0..0.8),
+    );
+    let window = Window {
+        linear: Axis {
+            low,
+            high: rng.random_range(low..fastest),
+            count: rng.random_range(20..=150),
+        },
+        angular: Axis {
+            low: turn,
+            high: rng.random_range(turn..1.2),
+            count: rng.random_range(20..=70),
+        },
+    };
+    let discs = (0..rng.random_range(1..=3)).map(|_| Disc {
+        x: rng.random_range(-0.4..0.4),
+        y: rng.random_range(-0.2..0.2),
+        radius: rng.random_range(0.02..0.3),
+    });
+    let footprint = Footprint::new(discs.collect()).expect("at least one disc with a radius");
     Problem {
-        pose: Pose::new(middle.x, middle.y, problem.pose.yaw),
+        field: Arc::new(field),
+        obstacles,
+        pose: Pose::new(start.x, start.y, rng.random_range(-3.0..3.0)),
         window,
+        braking_x: rng.random_range(0.2..3.0),
+        braking_theta: rng.random_range(0.5..6.0),
+        step_s,
         steps,
-        stopping: Stopping::Clearance,
+        footprint,
+        max_clearance_m: rng.random_range(0.3..3.0),
         outside: Outside::Obstacle,
-        ..problem
+        target,
+        key_node,
+        weights: Weights {
+            heading: rng.random_range(0.0..1.0),
+            clearance: rng.random_range(0.0..1.0),
+            velocity: rng.random_range(0.0..1.0),
+            path: 0.15,
+        },
+        normalization: Normalization::Sum,
+        stopping: Stopping::Clearance,
     }
 }
 

@@ -1,0 +1,32 @@
+//! Operations that make one number of all lanes.
+
+use super::operations::{Operation, any, whole};
+use crate::local::cpu::lanes::Lanes;
+
+pub fn reductions<L: Lanes>() -> Vec<Operation<L>> {
+    vec![
+        whole(
+            "least",
+            any,
+            |_, x, _, _| vec![x.least()],
+            |cases, _| vec![cases.iter().map(|case| case[0]).fold(i32::MAX, i32::min)],
+        ),
+        whole(
+            "greatest",
+            any,
+            |_, x, _, _| vec![x.greatest()],
+            |cases, _| vec![cases.iter().map(|case| case[0]).fold(i32::MIN, i32::max)],
+        ),
+        whole(
+            "total_unsigned",
+            any,
+            |_, x, _, _| halves(x.total_unsigned()),
+            |cases, _| halves(cases.iter().map(|case| u64::from(case[0] as u32)).sum()),
+        ),
+    ]
+}
+
+/// Lower half and upper half.
+fn halves(word: u64) -> Vec<i32> {
+    vec![word as i32, (word >> 32) as i32]
+}
