@@ -2,9 +2,10 @@
 
 use super::lanes::MOST_LANES;
 use super::looked::PAIR;
+use super::reach::disc_reach;
 use super::spans::GROUPS;
 use crate::local::Prepared;
-use crate::local::inputs::{BodyDisc, Header, MovingBody, Turn};
+use crate::local::inputs::{Header, MovingBody, Turn};
 use crate::numeric::shift_round;
 
 /// The most samples of a chunk.
@@ -67,8 +68,6 @@ pub struct Course {
     pub group: i32,
     /// How many groups there are.
     pub groups: usize,
-    /// The first step of each group; the last one's for those that there are not.
-    pub first_steps: [i32; GROUPS],
     /// For each step one where a group begins, else zero.
     pub begins: Vec<i32>,
     /// All steps, in whole pairs.
@@ -172,8 +171,7 @@ impl Course {
         self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MOST_ROWS);
         let turn = turn * (self.tile_rows / 2) as f64;
 
-        let disc = |disc: &BodyDisc| disc.x.abs() + disc.y.abs();
-        let reach = problem.discs.iter().map(disc).max().unwrap_or_default();
+        let reach = disc_reach(problem);
         self.apart.clear();
         for step in 1..=self.steps {
             let step = step as f64;
@@ -207,7 +205,6 @@ impl Course {
             if group < self.groups {
                 self.begins[group * self.group as usize] = 1;
             }
-            self.first_steps[group] = group.min(self.groups - 1) as i32 * self.group;
             self.missing[group] = if group < self.groups {
                 i32::MIN
             } else {

@@ -255,7 +255,8 @@ impl Engine for CpuEngine {
     fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
         self.course.fill(problem);
         self.pooled.clear();
-        if self.course.in_any_order && self.course.is_fine {
+        let is_scalar = matches!(self.kernel, Kernel::Scalar);
+        if !is_scalar && self.course.in_any_order && self.course.is_fine {
             self.kernel.run(Pooling {
                 pooled: &mut self.pooled,
                 problem,

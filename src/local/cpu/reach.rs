@@ -28,8 +28,7 @@ impl Region {
     #[inline(always)]
     pub fn new<L: Lanes>(proof: L::Proof, problem: &Prepared) -> Self {
         let header = &problem.header;
-        let disc = |disc: &BodyDisc| disc.x.abs() + disc.y.abs();
-        let discs = problem.discs.iter().map(disc).max().unwrap_or_default() + 2;
+        let discs = disc_reach(problem) + 2;
         let across = moved::<L>(proof, problem, header.heading);
         let along = moved::<L>(proof, problem, header.heading.wrapping_sub(QUARTER_TURN));
         let cells = |start: i32, (least, most): (i32, i32), cells: u32| {
@@ -51,6 +50,12 @@ impl Region {
     pub const fn cells(&self) -> usize {
         self.width as usize * self.height as usize
     }
+}
+
+/// No disc's centre is farther from the robot's origin, units.
+pub fn disc_reach(problem: &Prepared) -> i32 {
+    let reach = |disc: &BodyDisc| disc.x.abs() + disc.y.abs();
+    problem.discs.iter().map(reach).max().unwrap_or_default()
 }
 
 /// The least and the most that any sample moves, to any step, along the axis that the heading is measured from.

@@ -264,7 +264,7 @@ impl Sieve {
 fn list(course: &Course, groups: &[i32], steps: &mut Vec<i32>) {
     steps.clear();
     for &group in groups {
-        let first = course.first_steps[group as usize];
+        let first = group * course.group;
         steps.extend(first..first + course.group);
     }
     if let Some(&last) = steps.last()

@@ -4,7 +4,7 @@ mod lane;
 mod row;
 
 use super::{Cell, GridFrame, ObstacleGrid};
-use row::{Reach, Row, lower_any, lower_near};
+use row::{Reach, Row, lower};
 
 /// For each cell the squared distance, in cells, from its centre to the centre of the nearest obstacle cell.
 ///
@@ -54,9 +54,9 @@ impl DistanceField {
                 *height = height.saturating_add(1).min(below);
             }
             if reach.is_near(width) {
-                lower_near(&mut near, &heights, &mut reach, &mut squared);
+                lower(&mut near, &heights, &mut reach, &mut squared);
             } else {
-                lower_any(&mut any, &heights, &mut reach, &mut squared);
+                lower(&mut any, &heights, &mut reach, &mut squared);
             }
             take(row, &squared);
         }

@@ -151,21 +151,10 @@ impl<T: Lane> Row<T> {
     }
 }
 
-/// [`Row::lower`] of rows near obstacles, with the widest vectors of the processor it runs on.
+/// [`Row::lower`] with the widest vectors of the processor it runs on.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn lower_near(
-    row: &mut Row<u16>,
-    heights: &[u16],
-    reach: &mut Reach,
-    squared: &mut [u32],
-) {
-    row.lower(heights, reach, squared);
-}
-
-/// [`Row::lower`] of any rows.
-#[multiversion(targets("x86_64+avx2"))]
-pub(super) fn lower_any(
-    row: &mut Row<f64>,
+pub(super) fn lower<T: Lane>(
+    row: &mut Row<T>,
     heights: &[u16],
     reach: &mut Reach,
     squared: &mut [u32],
