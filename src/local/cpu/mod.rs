@@ -1,6 +1,7 @@
 //! The CPU engine: rows of samples, one for each turn rate, judged by threads with the best instructions there are.
 
 mod arithmetic;
+mod bounds;
 mod choice;
 mod course;
 mod crew;
@@ -10,6 +11,7 @@ mod looked;
 mod march;
 mod moving;
 mod part;
+mod patches;
 mod pooled;
 mod reach;
 mod row;

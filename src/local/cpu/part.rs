@@ -106,8 +106,13 @@ impl Part {
                 table.fill::<L>(proof, problem, course, turn);
             }
             if course.in_any_order {
-                let tile = Tile { turns, tables };
-                sieve.sift::<L>(proof, problem, course, pooled, &tile);
+                let tile = Tile {
+                    problem,
+                    course,
+                    turns,
+                    tables,
+                };
+                sieve.sift::<L>(proof, &tile, pooled);
             }
             let rows = rows.chunks_exact_mut(words).enumerate();
             for ((turn, table), (number, row)) in turns.iter().zip(&*tables).zip(rows) {
@@ -119,10 +124,16 @@ impl Part {
         }
     }
 
-    /// The steps that its last tile was looked at, list by list.
+    /// The groups of steps that its last tile was looked at, list by list.
     #[cfg(test)]
     pub fn picked(&self) -> &[Vec<i32>] {
         self.scratch.sieve.picked()
+    }
+
+    /// How many patches were looked up so far.
+    #[cfg(test)]
+    pub const fn looked_up(&self) -> usize {
+        self.scratch.sieve.looked_up()
     }
 
     /// What all its samples add up to.

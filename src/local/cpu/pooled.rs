@@ -43,6 +43,32 @@ pub struct Boxes<L> {
     pub rows: (L, L),
 }
 
+impl<L: Lanes> Boxes<L> {
+    /// Without a cell.
+    #[inline(always)]
+    pub fn nowhere(proof: L::Proof) -> Self {
+        let nowhere = (L::splat(proof, i32::MAX), L::splat(proof, i32::MIN));
+        Self {
+            columns: nowhere,
+            rows: nowhere,
+        }
+    }
+
+    /// The boxes around these and others.
+    #[inline(always)]
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            columns: around(self.columns, other.columns),
+            rows: around(self.rows, other.rows),
+        }
+    }
+}
+
+#[inline(always)]
+fn around<L: Lanes>(one: (L, L), other: (L, L)) -> (L, L) {
+    (one.0.min(other.0), one.1.max(other.1))
+}
+
 impl Pooled {
     /// Pools a region of the field that is not too large.
     #[inline(always)]

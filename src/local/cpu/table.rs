@@ -33,6 +33,10 @@ pub struct Table {
     pub along: Vec<i32>,
     /// The cell of that disc for a robot that did not move.
     pub cell: Vec<i32>,
+    /// `disc_x` with the half that rounds, in the product's scale; what is beyond 32 bits is cut off.
+    pub x_scaled: Vec<i32>,
+    /// The same along y.
+    pub y_scaled: Vec<i32>,
     /// Sum of cosines in Q20.
     pub end_x: i32,
     /// Sum of sines in Q20.
@@ -112,7 +116,13 @@ impl Table {
     fn find_cells<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
         let header = &problem.header;
         let words = self.disc_x.len();
-        for list in [&mut self.across, &mut self.along, &mut self.cell] {
+        for list in [
+            &mut self.across,
+            &mut self.along,
+            &mut self.cell,
+            &mut self.x_scaled,
+            &mut self.y_scaled,
+        ] {
             list.resize(words, 0);
         }
         let within_cell = L::splat(proof, (1 << header.cell_bits) - 1);
@@ -124,6 +134,9 @@ impl Table {
             let across = x.and(within_cell).shl(header.coarse_bits).add(half);
             let along = y.and(within_cell).shl(header.coarse_bits).add(half);
             let row = y.sar(header.cell_bits).mul(width);
+            let (x_scaled, y_scaled) = (x.shl(header.coarse_bits), y.shl(header.coarse_bits));
+            x_scaled.add(half).store(&mut self.x_scaled[at..]);
+            y_scaled.add(half).store(&mut self.y_scaled[at..]);
             across.store(&mut self.across[at..]);
             along.store(&mut self.along[at..]);
             row.add(x.sar(header.cell_bits)).store(&mut self.cell[at..]);

@@ -3,10 +3,12 @@
 //! The kernels are written once over [`Lanes`] and compiled for each set of instructions; which one runs is decided
 //! when the program starts ([`super::Instructions`]). Every operation is exact, so the choice changes no bit.
 
+mod patch;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use patch::Patch;
 pub use portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512};
@@ -77,12 +79,32 @@ pub trait Lanes: Copy {
     fn gather_loose(self, list: &[u16]) -> Self;
     /// The smaller of two that loose operations gave, or of one and a value below 2^16; again loose.
     fn min_loose(self, other: Self) -> Self;
+    /// The smaller of two numbers, unsigned, in each half of the lanes.
+    fn min_halves(self, other: Self) -> Self;
     /// Clears the upper halves of what the loose operations gave.
     fn tighten(self) -> Self;
     /// The entries of a list, as in `gather_loose`.
     #[inline(always)]
     fn gather(self, list: &[u16]) -> Self {
         self.gather_loose(list).tighten()
+    }
+
+    /// Whether registers can be looked up in: then `look_up` takes less time than two gathers from memory.
+    const LOOKS_UP: bool = false;
+    /// The entries of a patch of this side at the columns `x >> bits` and the rows `y >> bits`, unsigned: of the first
+    /// pair in the lower halves of the lanes, of the second in the upper ones. All within the patch; `bits` is 20 to 28.
+    #[inline(always)]
+    fn look_up<const SIDE: usize>(
+        _: Self::Proof,
+        patch: &Patch,
+        one: (Self, Self),
+        other: (Self, Self),
+        bits: u32,
+    ) -> Self {
+        let side = SIDE.ilog2();
+        let place = |(x, y): (Self, Self)| y.shr(bits).shl(side).add(x.shr(bits));
+        let one = place(one).gather(patch.entries());
+        one.add(place(other).gather(patch.entries()).shl(16))
     }
 
     /// The smallest of all lanes.

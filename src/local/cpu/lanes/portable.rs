@@ -188,6 +188,15 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn min_halves(self, other: Self) -> Self {
+        self.zip(other, |one, other| {
+            let low = (one as u16).min(other as u16);
+            let high = (one as u32 >> 16).min(other as u32 >> 16);
+            (high << 16 | u32::from(low)) as i32
+        })
+    }
+
+    #[inline(always)]
     fn tighten(self) -> Self {
         self
     }

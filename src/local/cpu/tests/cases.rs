@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::local::cpu::lanes::MOST_LANES;
+use crate::local::cpu::lanes::{MOST_LANES, Patch};
 
 /// What one lane is given.
 pub type Case = [i32; 2];
@@ -23,6 +23,29 @@ impl Shared {
     /// A list to gather from, one entry longer than the width.
     pub fn list(&self) -> &'static [u16] {
         &LIST[..=self.width as usize]
+    }
+
+    /// Bits with which places in a patch are found.
+    pub const fn patch_bits(&self) -> u32 {
+        20 + self.bits % 9
+    }
+
+    /// Where a patch begins in a list with rows of 100.
+    const fn corner(&self) -> usize {
+        (self.width % 30_000) as usize
+    }
+
+    /// A patch of that list.
+    pub fn patch<const SIDE: usize>(&self) -> Patch {
+        let mut patch = Patch::default();
+        patch.copy::<SIDE>(&LIST, self.corner(), 100);
+        patch
+    }
+
+    /// Its entry.
+    pub fn entry(&self, x: i32, y: i32) -> i32 {
+        let cell = |word: i32| (word as u32 >> self.patch_bits()) as usize;
+        i32::from(LIST[self.corner() + cell(y) * 100 + cell(x)])
     }
 }
 

@@ -309,6 +309,18 @@ fn lists<L: Lanes>() -> Vec<Operation<L>> {
             |_, x, y, _| x.min_loose(y).tighten(),
             |x, y, _| x.min(y),
         ),
+        each(
+            "min_halves",
+            any,
+            |_, x, y, _| x.min_halves(y),
+            |x, y, _| {
+                let low = (x as u16).min(y as u16);
+                let high = (x as u32 >> 16).min(y as u32 >> 16);
+                (high << 16) as i32 | i32::from(low)
+            },
+        ),
+        look_up::<L, 8>("look_up in a small patch"),
+        look_up::<L, 16>("look_up in a large patch"),
         whole(
             "gather beyond the list",
             any,
@@ -324,6 +336,22 @@ fn lists<L: Lanes>() -> Vec<Operation<L>> {
             |cases, _| vec![1; cases.len()],
         ),
     ]
+}
+
+/// Two places in a patch of this side, one the other with columns and rows exchanged.
+const fn look_up<L: Lanes, const SIDE: usize>(name: &'static str) -> Operation<L> {
+    each(
+        name,
+        |case, shared| {
+            let places = (SIDE as u64) << shared.patch_bits();
+            case.map(|word| (word as u32 as u64 % places) as i32)
+        },
+        |proof, x, y, shared| {
+            let patch = shared.patch::<SIDE>();
+            L::look_up::<SIDE>(proof, &patch, (x, y), (y, x), shared.patch_bits())
+        },
+        |x, y, shared| shared.entry(x, y) | (shared.entry(y, x) << 16),
+    )
 }
 
 /// Indices before the last entry of the list.

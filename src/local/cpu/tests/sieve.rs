@@ -6,6 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::geometry::{Point, Pose};
+use crate::local::cpu::course::Course;
+use crate::local::cpu::sieve::steps_of;
 use crate::local::cpu::{CpuEngine, Instructions};
 use crate::local::{
     Axis, ClearanceField, Detail, Engine, Normalization, Outside, Prepared, Problem, Stopping,
@@ -109,7 +111,7 @@ fn engines() -> Vec<CpuEngine> {
     engines.collect()
 }
 
-/// Steps that the last tile was looked at, and all of its steps, over its discs and chunks.
+/// Groups of steps that the last tile was looked at, and all of its groups, over its discs and chunks.
 fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
     if engine.pooled.is_empty() {
         return None;
@@ -117,7 +119,7 @@ fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
     let part = engine.parts[0].get_mut().expect("nobody panicked");
     let lists = part.picked();
     let looked = lists.iter().map(Vec::len).sum();
-    Some((looked, lists.len() * engine.course.every_step.len()))
+    Some((looked, lists.len() * engine.course.groups))
 }
 
 #[test]
@@ -144,8 +146,88 @@ fn every_sample_of_dense_problems_is_as_without_the_sieve() {
             all += whole;
         }
     }
+    for engine in &mut engines {
+        let is_with_registers = engine.instructions() == Instructions::Avx512;
+        let part = engine.parts[0].get_mut().expect("nobody panicked");
+        assert_eq!(part.looked_up() > 0, is_with_registers, "patches");
+    }
     assert!(sifted > PROBLEMS / 2, "only {sifted} problems were sifted");
-    assert!(2 * looked < all, "{looked} of {all} steps were looked at");
+    assert!(2 * looked < all, "{looked} of {all} groups were looked at");
+}
+
+/// Slow samples near to one another, in the middle of a large field.
+fn slow_problem(steps: u32) -> Problem {
+    let frame = GridFrame {
+        width: 64,
+        height: 64,
+        resolution_m: 0.05,
+        origin: Pose::default(),
+    };
+    let blocked = (0..frame.len()).map(|index| index % 977 == 0).collect();
+    let field = ClearanceField::new(&ObstacleGrid::new(frame, blocked)).expect("in range");
+    let horizon_s = 0.1 * f64::from(steps);
+    Problem {
+        field: Arc::new(field),
+        obstacles: Vec::new(),
+        pose: Pose::new(1.6, 1.6, 0.3),
+        window: Window {
+            linear: Axis {
+                low: 0.0,
+                high: 0.1 / horizon_s,
+                count: 128,
+            },
+            angular: Axis {
+                low: -0.2 / horizon_s,
+                high: 0.2 / horizon_s,
+                count: 16,
+            },
+        },
+        steps,
+        target: Point::new(2.5, 1.8),
+        key_node: Point::new(2.0, 1.7),
+        ..dense_problem(0)
+    }
+}
+
+#[test]
+fn groups_cover_every_horizon_and_end_with_the_tables() {
+    let mut course = Course::default();
+    let (mut steps, mut beyond) = (Vec::new(), 0);
+    for horizon in 1..=1023 {
+        let prepared = Prepared::new(&slow_problem(horizon)).expect("within the ranges");
+        course.fill(&prepared);
+        let groups: Vec<i32> = (0..course.groups as i32).collect();
+        steps_of(&course, &groups, &mut steps);
+        let all = 0..horizon as i32;
+        assert!(
+            all.into_iter().all(|step| steps.contains(&step)),
+            "{horizon}"
+        );
+        let last = steps.iter().max().expect("at least one step");
+        assert!(*last < course.steps as i32, "{horizon}: step {last}");
+        beyond += u32::from(course.groups * course.group as usize > course.steps);
+    }
+    assert!(beyond > 0, "no last group is longer than the tables");
+}
+
+#[test]
+fn a_last_group_that_is_longer_than_the_tables_is_cut_off() {
+    let prepared = Prepared::new(&slow_problem(176)).expect("within the ranges");
+    let answers = engines().into_iter().map(|mut engine| {
+        let answer = engine.evaluate(&prepared, Detail::Samples);
+        let Course {
+            groups,
+            group,
+            steps,
+            ..
+        } = engine.course;
+        assert!(groups * group as usize > steps, "{groups} of {group}");
+        answer.expect("a CPU answers")
+    });
+    let answers: Vec<_> = answers.collect();
+    for answer in &answers {
+        assert_eq!(answer, &answers[0]);
+    }
 }
 
 #[test]

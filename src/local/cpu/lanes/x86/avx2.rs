@@ -156,6 +156,7 @@ impl Lanes for Avx2 {
         min = _mm256_min_epi32,
         max = _mm256_max_epi32,
         min_loose = _mm256_min_epu16,
+        min_halves = _mm256_min_epu16,
         shl_each = _mm256_sllv_epi32,
         mul_halves = _mm256_madd_epi16,
     }

@@ -14,7 +14,7 @@
 )]
 use core::arch::x86_64::*;
 
-use super::super::Lanes;
+use super::super::{Lanes, Patch};
 
 const COUNT: usize = 16;
 
@@ -101,6 +101,27 @@ fn count(bits: u32) -> __m512i {
     run!(_mm512_set1_epi32(bits as i32))
 }
 
+/// The bits of a mask from one vector, added to another that has none of them.
+#[inline(always)]
+fn merged(from: __m512i, mask: i32, other: __m512i) -> __m512i {
+    run!(_mm512_ternarylogic_epi32::<0xEA>(
+        from,
+        _mm512_set1_epi32(mask),
+        other
+    ))
+}
+
+/// Entries of one quarter of a table, which two registers hold, by the lowest six bits of each place.
+#[inline(always)]
+fn in_quarter<const NUMBER: usize>(table: &[u16; 258], place: __m512i) -> __m512i {
+    let quarter = &table[NUMBER * 64..][..64];
+    run!({
+        let from = quarter.as_ptr().cast::<__m512i>();
+        let (first, second) = (_mm512_loadu_si512(from), _mm512_loadu_si512(from.add(1)));
+        _mm512_permutex2var_epi16(first, place, second)
+    })
+}
+
 impl Lanes for Avx512 {
     const COUNT: usize = COUNT;
     type Proof = Proof;
@@ -131,6 +152,7 @@ impl Lanes for Avx512 {
         min = _mm512_min_epi32,
         max = _mm512_max_epi32,
         min_loose = _mm512_min_epu16,
+        min_halves = _mm512_min_epu16,
         shl_each = _mm512_sllv_epi32,
         mul_halves = _mm512_madd_epi16,
     }
@@ -228,6 +250,42 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn tighten(self) -> Self {
         run!(Self(_mm512_and_si512(self.0, _mm512_set1_epi32(0xFFFF))))
+    }
+
+    const LOOKS_UP: bool = true;
+
+    #[inline(always)]
+    fn look_up<const SIDE: usize>(
+        _: Proof,
+        patch: &Patch,
+        (x, y): (Self, Self),
+        (other_x, other_y): (Self, Self),
+        bits: u32,
+    ) -> Self {
+        let side = SIDE.ilog2();
+        let columns = SIDE as i32 - 1;
+        let rows = columns << side;
+        run!({
+            // Rows are shifted less, and what is below them is masked out: four words of a byte or less become two places.
+            let column = _mm512_srlv_epi32(x.0, count(bits));
+            let row = _mm512_srlv_epi32(y.0, count(bits - side));
+            let place = merged(row, rows, column);
+            let column = _mm512_srlv_epi32(other_x.0, count(bits - 16));
+            let place = merged(column, columns << 16, place);
+            let row = _mm512_srlv_epi32(other_y.0, count(bits - side - 16));
+            let place = merged(row, rows << 16, place);
+            let table = patch.entries();
+            let first = in_quarter::<0>(table, place);
+            if SIDE == 8 {
+                return Self(first);
+            }
+            let odd = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 6));
+            let late = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 7));
+            let one = _mm512_mask_blend_epi16(odd, first, in_quarter::<1>(table, place));
+            let third = in_quarter::<2>(table, place);
+            let other = _mm512_mask_blend_epi16(odd, third, in_quarter::<3>(table, place));
+            Self(_mm512_mask_blend_epi16(late, one, other))
+        })
     }
 
     #[inline(always)]
