@@ -29,7 +29,7 @@ impl Bounds {
             problem, course, ..
         } = *tile;
         self.lower.resize(tile.lists() * course.boxes, [0; GROUPS]);
-        patches.resize(tile.lists());
+        patches.begin(tile);
         let mut lists = self.lower.chunks_exact_mut(course.boxes).enumerate();
         for coarse in course.coarse.chunks(course.chunk) {
             for ((disc, body), (list, lower)) in problem.discs.iter().enumerate().zip(&mut lists) {

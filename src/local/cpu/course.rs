@@ -2,7 +2,6 @@
 
 use super::lanes::MOST_LANES;
 use super::looked::PAIR;
-use super::patches;
 use super::reach::disc_reach;
 use super::spans::GROUPS;
 use crate::local::Prepared;
@@ -77,8 +76,6 @@ pub struct Course {
     pub missing: [i32; GROUPS],
     /// Whether samples lie near enough together for the sieve: their boxes are small.
     pub is_fine: bool,
-    /// Whether cells can be looked up in patches ([`super::patches`]).
-    pub has_patches: bool,
     /// For each step how far, in units, a chunk's samples are at most from its middle one.
     pub apart: Vec<i32>,
 }
@@ -127,7 +124,6 @@ impl Course {
             self.tracks.extend(track(header.start_y, y, step_y));
         }
         self.in_any_order = header.stop_by_arc == 0 && self.is_short(header);
-        self.has_patches = patches::can_be(problem);
         self.divide(problem);
     }
 

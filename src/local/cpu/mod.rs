@@ -20,6 +20,7 @@ mod sieve;
 mod spans;
 mod table;
 mod tally;
+mod two_rows;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 mod yardstick;

@@ -1,26 +1,17 @@
 //! Where all samples of a chunk, in all rows of a tile and for some steps, are within one small square of the field, a copy
 //! of it is looked up instead: two registers hold 64 cells, and are much nearer than memory.
 
-use core::ops::Range;
+use core::ops::{Range, RangeInclusive};
 
-use super::course::Course;
 use super::lanes::{Lanes, Patch};
 use super::pooled::Boxes;
 use super::sieve::{Tile, steps_of};
 use super::spans::GROUPS;
-use super::table::Table;
-use crate::local::Prepared;
+use super::two_rows::TwoRows;
 use crate::local::inputs::Header;
 
 /// The bits from a product to a cell with which places in a patch are found ([`Lanes::look_up`]).
-const BITS: core::ops::RangeInclusive<u32> = 20..=28;
-
-/// Whether there can be patches at all.
-pub fn can_be(problem: &Prepared) -> bool {
-    let header = &problem.header;
-    let [_, side] = Patch::SIDES;
-    BITS.contains(&product_bits(header)) && header.width.min(header.height) >= side as u32
-}
+const BITS: RangeInclusive<u32> = 20..=28;
 
 /// From a product to a cell.
 const fn product_bits(header: &Header) -> u32 {
@@ -41,6 +32,7 @@ pub struct Listed {
 /// Where chunks are, and room for the work.
 #[derive(Debug, Default)]
 pub struct Patches {
+    can_be: bool,
     /// For each list and group of steps: first columns, last columns, first rows, last rows.
     visited: Vec<[[i32; GROUPS]; 4]>,
     patch: Patch,
@@ -81,10 +73,18 @@ fn around(one: [i32; 2], other: [i32; 2]) -> [i32; 2] {
 }
 
 impl Patches {
-    /// Makes room.
-    pub fn resize(&mut self, lists: usize) {
-        self.visited.resize(lists, [[0; GROUPS]; 4]);
+    /// Makes room for a tile.
+    pub fn begin(&mut self, tile: &Tile<'_>) {
+        let header = &tile.problem.header;
+        let shorter = header.width.min(header.height) as usize;
+        self.can_be = BITS.contains(&product_bits(header)) && shorter >= Patch::LARGE;
+        self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
         self.run.reserve(GROUPS);
+    }
+
+    /// Whether the tile can have any.
+    pub const fn can_be(&self) -> bool {
+        self.can_be
     }
 
     /// Takes note of the cells that a list's samples visit, for the groups from `at`.
@@ -109,7 +109,6 @@ impl Patches {
         least: &mut [i32],
         rest: &mut Vec<i32>,
     ) {
-        let [_, side] = Patch::SIDES;
         rest.clear();
         self.run.clear();
         let mut all = Cells {
@@ -118,7 +117,7 @@ impl Patches {
         };
         for &group in groups {
             let here = self.visited(list.number, group);
-            if !here.fit(side) {
+            if !here.fit(Patch::LARGE) {
                 rest.push(group);
                 continue;
             }
@@ -127,7 +126,7 @@ impl Patches {
             } else {
                 all.with(here)
             };
-            if both.fit(side) {
+            if both.fit(Patch::LARGE) {
                 all = both;
             } else {
                 self.finish_run::<L>(proof, tile, list, all, least);
@@ -167,10 +166,10 @@ impl Patches {
         }
         steps_of(tile.course, &self.run, &mut self.steps);
         self.run.clear();
-        if cells.fit(8) {
-            self.look::<L, 8>(proof, tile, list, cells, least);
+        if cells.fit(Patch::SMALL) {
+            self.look::<L, { Patch::SMALL }>(proof, tile, list, cells, least);
         } else {
-            self.look::<L, 16>(proof, tile, list, cells, least);
+            self.look::<L, { Patch::LARGE }>(proof, tile, list, cells, least);
         }
     }
 
@@ -214,83 +213,6 @@ impl Patches {
                 }
             }
         }
-    }
-}
-
-/// The positions of one disc in two rows, from a patch's corner and in the product's scale: what is beyond 32 bits is
-/// cut off, for no sum is.
-struct TwoRows<'a> {
-    one: Positions<'a>,
-    other: Positions<'a>,
-    corner: [i32; 2],
-}
-
-/// By step, all of one length.
-struct Positions<'a> {
-    /// Coarse displacements as two numbers of 16 bits.
-    moved: [&'a [i32]; 2],
-    /// For a robot that did not move.
-    standing: [&'a [i32]; 2],
-}
-
-impl<'a> Positions<'a> {
-    #[inline(always)]
-    fn new(course: &Course, table: &'a Table, disc: usize) -> Self {
-        let steps = course.steps;
-        let first = disc * steps;
-        Self {
-            moved: [&table.x_halves[..steps], &table.y_halves[..steps]],
-            standing: [
-                &table.x_scaled[first..][..steps],
-                &table.y_scaled[first..][..steps],
-            ],
-        }
-    }
-
-    /// At a step, for samples with these coarse speeds.
-    #[inline(always)]
-    fn at<L: Lanes>(&self, proof: L::Proof, step: usize, corner: [i32; 2], speed: L) -> (L, L) {
-        let x = L::splat(proof, self.moved[0][step]);
-        let y = L::splat(proof, self.moved[1][step]);
-        let across = self.standing[0][step].wrapping_sub(corner[0]);
-        let along = self.standing[1][step].wrapping_sub(corner[1]);
-        (
-            speed.mul_halves(x).add(L::splat(proof, across)),
-            speed.mul_halves(y).add(L::splat(proof, along)),
-        )
-    }
-}
-
-impl<'a> TwoRows<'a> {
-    /// Of two tables, or of one, which is then looked up twice.
-    #[inline(always)]
-    fn new(course: &Course, tables: &'a [Table], disc: usize, corner: [i32; 2]) -> Self {
-        Self {
-            one: Positions::new(course, &tables[0], disc),
-            other: Positions::new(course, &tables[tables.len() - 1], disc),
-            corner,
-        }
-    }
-
-    /// The smallest entries at some steps, of the first row in the lower halves of the lanes.
-    #[inline(always)]
-    fn nearest<L: Lanes, const SIDE: usize>(
-        &self,
-        proof: L::Proof,
-        patch: &Patch,
-        steps: &[i32],
-        speed: L,
-        bits: u32,
-    ) -> L {
-        let mut nearest = L::splat(proof, -1);
-        for &step in steps {
-            let step = step as usize;
-            let one = self.one.at(proof, step, self.corner, speed);
-            let other = self.other.at(proof, step, self.corner, speed);
-            let entries = L::look_up::<SIDE>(proof, patch, one, other, bits);
-            nearest = nearest.min_halves(entries);
-        }
-        nearest
     }
 }
 

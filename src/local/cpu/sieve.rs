@@ -200,7 +200,7 @@ impl Sieve {
         for (number, picks) in self.picks.iter().enumerate() {
             let listed = tile.listed(number);
             let mut groups = picks;
-            if L::LOOKS_UP && course.has_patches {
+            if L::LOOKS_UP && self.patches.can_be() {
                 let rest = &mut self.rest;
                 self.patches
                     .lower::<L>(proof, tile, &listed, picks, &mut self.least, rest);

@@ -1,16 +1,18 @@
 //! A square of entries small enough for registers.
 
-/// The side of a large patch.
-const LARGE: usize = 16;
+/// Entries of a large patch, and two more, for vectors that read two at a time.
+const ROOM: usize = Patch::LARGE * Patch::LARGE + 2;
 
 /// A square of a list's entries, its side 8 or 16, row by row.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
-pub struct Patch([u16; LARGE * LARGE + 2]);
+pub struct Patch([u16; ROOM]);
 
 impl Patch {
-    /// Sides of a small patch and of a large one.
-    pub const SIDES: [usize; 2] = [8, LARGE];
+    /// The side of a small patch.
+    pub const SMALL: usize = 8;
+    /// The side of a large one.
+    pub const LARGE: usize = 16;
 
     /// Copies the square that begins at `corner` of a list whose rows are `pitch` long.
     #[inline(always)]
@@ -22,15 +24,15 @@ impl Patch {
         }
     }
 
-    /// The entries, and two more, for vectors that read two at a time.
+    /// The entries, and two more.
     #[inline(always)]
-    pub const fn entries(&self) -> &[u16; LARGE * LARGE + 2] {
+    pub const fn entries(&self) -> &[u16; ROOM] {
         &self.0
     }
 }
 
 impl Default for Patch {
     fn default() -> Self {
-        Self([0; LARGE * LARGE + 2])
+        Self([0; ROOM])
     }
 }

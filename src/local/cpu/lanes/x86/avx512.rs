@@ -111,13 +111,13 @@ fn merged(from: __m512i, mask: i32, other: __m512i) -> __m512i {
     ))
 }
 
-/// Entries of one quarter of a table, which two registers hold, by the lowest six bits of each place.
+/// Entries of one quarter of a patch, which two registers hold, by the lowest six bits of each place.
 #[inline(always)]
-fn in_quarter<const NUMBER: usize>(table: &[u16; 258], place: __m512i) -> __m512i {
-    let quarter = &table[NUMBER * 64..][..64];
+fn in_quarter<const NUMBER: usize>(patch: &Patch, place: __m512i) -> __m512i {
+    let (first, second) = patch.entries()[NUMBER * 64..][..64].split_at(32);
     run!({
-        let from = quarter.as_ptr().cast::<__m512i>();
-        let (first, second) = (_mm512_loadu_si512(from), _mm512_loadu_si512(from.add(1)));
+        let first = _mm512_loadu_si512(first.as_ptr().cast());
+        let second = _mm512_loadu_si512(second.as_ptr().cast());
         _mm512_permutex2var_epi16(first, place, second)
     })
 }
@@ -274,16 +274,15 @@ impl Lanes for Avx512 {
             let place = merged(column, columns << 16, place);
             let row = _mm512_srlv_epi32(other_y.0, count(bits - side - 16));
             let place = merged(row, rows << 16, place);
-            let table = patch.entries();
-            let first = in_quarter::<0>(table, place);
-            if SIDE == 8 {
+            let first = in_quarter::<0>(patch, place);
+            if SIDE == Patch::SMALL {
                 return Self(first);
             }
             let odd = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 6));
             let late = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 7));
-            let one = _mm512_mask_blend_epi16(odd, first, in_quarter::<1>(table, place));
-            let third = in_quarter::<2>(table, place);
-            let other = _mm512_mask_blend_epi16(odd, third, in_quarter::<3>(table, place));
+            let one = _mm512_mask_blend_epi16(odd, first, in_quarter::<1>(patch, place));
+            let third = in_quarter::<2>(patch, place);
+            let other = _mm512_mask_blend_epi16(odd, third, in_quarter::<3>(patch, place));
             Self(_mm512_mask_blend_epi16(late, one, other))
         })
     }

@@ -1,0 +1,82 @@
+//! Looking one disc of two rows' samples up in a patch: places are words of 16 bits, so a vector of them is two rows.
+
+use super::course::Course;
+use super::lanes::{Lanes, Patch};
+use super::table::Table;
+
+/// The positions of one disc in two rows, from the corner of a patch and in the scale of products: what is beyond 32 bits is
+/// cut off, for no sum is.
+pub struct TwoRows<'a> {
+    one: Positions<'a>,
+    other: Positions<'a>,
+    corner: [i32; 2],
+}
+
+/// By step, all of one length.
+struct Positions<'a> {
+    /// Coarse displacements as two numbers of 16 bits.
+    moved: [&'a [i32]; 2],
+    /// For a robot that did not move.
+    standing: [&'a [i32]; 2],
+}
+
+impl<'a> Positions<'a> {
+    #[inline(always)]
+    fn new(course: &Course, table: &'a Table, disc: usize) -> Self {
+        let steps = course.steps;
+        let first = disc * steps;
+        Self {
+            moved: [&table.x_halves[..steps], &table.y_halves[..steps]],
+            standing: [
+                &table.x_scaled[first..][..steps],
+                &table.y_scaled[first..][..steps],
+            ],
+        }
+    }
+
+    /// At a step, for samples with these coarse speeds.
+    #[inline(always)]
+    fn at<L: Lanes>(&self, proof: L::Proof, step: usize, corner: [i32; 2], speed: L) -> (L, L) {
+        let x = L::splat(proof, self.moved[0][step]);
+        let y = L::splat(proof, self.moved[1][step]);
+        let across = L::splat(proof, self.standing[0][step]).sub(L::splat(proof, corner[0]));
+        let along = L::splat(proof, self.standing[1][step]).sub(L::splat(proof, corner[1]));
+        (
+            speed.mul_halves(x).add(across),
+            speed.mul_halves(y).add(along),
+        )
+    }
+}
+
+impl<'a> TwoRows<'a> {
+    /// Of two tables, or of one, which is then looked up twice.
+    #[inline(always)]
+    pub fn new(course: &Course, tables: &'a [Table], disc: usize, corner: [i32; 2]) -> Self {
+        Self {
+            one: Positions::new(course, &tables[0], disc),
+            other: Positions::new(course, &tables[tables.len() - 1], disc),
+            corner,
+        }
+    }
+
+    /// The smallest entries at some steps, of the first row in the lower halves of the lanes.
+    #[inline(always)]
+    pub fn nearest<L: Lanes, const SIDE: usize>(
+        &self,
+        proof: L::Proof,
+        patch: &Patch,
+        steps: &[i32],
+        speed: L,
+        bits: u32,
+    ) -> L {
+        let mut nearest = L::splat(proof, -1);
+        for &step in steps {
+            let step = step as usize;
+            let one = self.one.at(proof, step, self.corner, speed);
+            let other = self.other.at(proof, step, self.corner, speed);
+            let entries = L::look_up::<SIDE>(proof, patch, one, other, bits);
+            nearest = nearest.min_halves(entries);
+        }
+        nearest
+    }
+}
