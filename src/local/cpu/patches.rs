@@ -110,6 +110,7 @@ impl Patches {
         rest: &mut Vec<i32>,
     ) {
         rest.clear();
+        rest.reserve(GROUPS);
         self.run.clear();
         let mut all = Cells {
             columns: [0; 2],
@@ -187,9 +188,9 @@ impl Patches {
             problem, course, ..
         } = *tile;
         let header = &problem.header;
-        // At the field's ends a patch begins before the cells.
-        let column = cells.columns[0].min(header.width as i32 - SIDE as i32);
-        let row = cells.rows[0].min(header.height as i32 - SIDE as i32);
+        // All cells that are visited are on the field; the rectangle around them need not be.
+        let column = cells.columns[0].clamp(0, header.width as i32 - SIDE as i32);
+        let row = cells.rows[0].clamp(0, header.height as i32 - SIDE as i32);
         let width = header.width as usize;
         let corner = row as usize * width + column as usize;
         self.patch

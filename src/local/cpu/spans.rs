@@ -97,6 +97,11 @@ impl Spans {
             least.store(&mut self.least[at..]);
             most.store(&mut self.most[at..]);
         }
+        // The last group may be longer than what is left.
+        for list in [&mut self.least, &mut self.most] {
+            let last = list[course.steps - 1];
+            list[course.steps..].fill(last);
+        }
     }
 
     /// The least and the greatest of all steps of each group.

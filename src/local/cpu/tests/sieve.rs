@@ -24,6 +24,21 @@ const PROBLEMS: u64 = 100;
 
 /// A random problem with many samples, which start in the middle of the field and mostly stay on it.
 fn dense_problem(case: u64) -> Problem {
+    random_problem(case, (0.4, 0.6), 0.45)
+}
+
+/// The same in one of two corners of the field, with slow samples.
+fn corner_problem(case: u64) -> Problem {
+    let start = if case.is_multiple_of(2) {
+        (0.02, 0.1)
+    } else {
+        (0.9, 0.98)
+    };
+    random_problem(case, start, 0.05)
+}
+
+/// A random problem that starts between these shares of the field's width and height, and goes so much of them at most.
+fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
     let rng = &mut Pcg64Mcg::seed_from_u64(SEED ^ case.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     let frame = GridFrame {
         width: rng.random_range(20..=160),
@@ -44,7 +59,7 @@ fn dense_problem(case: u64) -> Problem {
         let row = rng.random_range(least..most) * height;
         frame.from_cell_units(&Point::new(column, row))
     };
-    let start = within(0.4, 0.6);
+    let start = within(start.0, start.1);
     let (target, key_node) = (within(0.0, 1.0), within(0.0, 1.0));
     let centers: Vec<Point> = (0..case % 6).map(|_| within(-0.2, 1.2)).collect();
     let obstacles = centers.into_iter().map(|center| MovingDisc {
@@ -57,7 +72,7 @@ fn dense_problem(case: u64) -> Problem {
     let obstacles = obstacles.collect();
     let (step_s, steps) = (0.1, rng.random_range(2..=70));
     let shorter = width.min(height) * frame.resolution_m;
-    let fastest = (0.45 * shorter / (f64::from(steps) * step_s)).min(4.0);
+    let fastest = (reach * shorter / (f64::from(steps) * step_s)).min(4.0);
     let (low, turn) = (
         rng.random_range(-0.5..0.9) * fastest,
         rng.random_range(-1.0..0.8),
@@ -122,23 +137,41 @@ fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
     Some((looked, lists.len() * engine.course.groups))
 }
 
+/// Every engine's answer is that of the first.
+fn compare(engines: &mut [CpuEngine], prepared: &Prepared, name: &str) {
+    let answers: Vec<_> = engines
+        .iter_mut()
+        .map(|engine| {
+            engine
+                .evaluate(prepared, Detail::Samples)
+                .expect("a CPU answers")
+        })
+        .collect();
+    for (engine, answer) in engines.iter().zip(&answers) {
+        assert_eq!(answer, &answers[0], "{name}, {}", engine.name());
+    }
+}
+
+#[test]
+fn every_sample_in_corners_is_as_without_the_sieve() {
+    let mut engines = engines();
+    let mut sifted = 0;
+    for case in 0..PROBLEMS {
+        let prepared = Prepared::new(&corner_problem(case)).expect("within the ranges");
+        compare(&mut engines, &prepared, &format!("corner {case}"));
+        let last = engines.last_mut().expect("portable lanes are everywhere");
+        sifted += u64::from(looked_at(last).is_some());
+    }
+    assert!(sifted > PROBLEMS / 3, "only {sifted} problems were sifted");
+}
+
 #[test]
 fn every_sample_of_dense_problems_is_as_without_the_sieve() {
     let mut engines = engines();
     let (mut looked, mut all, mut sifted) = (0, 0, 0);
     for case in 0..PROBLEMS {
         let prepared = Prepared::new(&dense_problem(case)).expect("within the ranges");
-        let answers: Vec<_> = engines
-            .iter_mut()
-            .map(|engine| {
-                engine
-                    .evaluate(&prepared, Detail::Samples)
-                    .expect("a CPU answers")
-            })
-            .collect();
-        for (engine, answer) in engines.iter().zip(&answers) {
-            assert_eq!(answer, &answers[0], "problem {case}, {}", engine.name());
-        }
+        compare(&mut engines, &prepared, &format!("problem {case}"));
         let last = engines.last_mut().expect("portable lanes are everywhere");
         if let Some((some, whole)) = looked_at(last) {
             sifted += 1;
@@ -213,21 +246,15 @@ fn groups_cover_every_horizon_and_end_with_the_tables() {
 #[test]
 fn a_last_group_that_is_longer_than_the_tables_is_cut_off() {
     let prepared = Prepared::new(&slow_problem(176)).expect("within the ranges");
-    let answers = engines().into_iter().map(|mut engine| {
-        let answer = engine.evaluate(&prepared, Detail::Samples);
-        let Course {
-            groups,
-            group,
-            steps,
-            ..
-        } = engine.course;
-        assert!(groups * group as usize > steps, "{groups} of {group}");
-        answer.expect("a CPU answers")
-    });
-    let answers: Vec<_> = answers.collect();
-    for answer in &answers {
-        assert_eq!(answer, &answers[0]);
-    }
+    let mut engines = engines();
+    compare(&mut engines, &prepared, "176 steps");
+    let Course {
+        groups,
+        group,
+        steps,
+        ..
+    } = engines[0].course;
+    assert!(groups * group as usize > steps, "{groups} of {group}");
 }
 
 #[test]
