@@ -63,7 +63,7 @@ pub fn barn_config(max_speed: f64) -> Config {
             // The paper's rule, v^2 <= 2 dist a: it slows down beside things, not only before them. With `arc` three runs
             // of ten touched something: it brakes at the last moment, and the base brakes later than it is told.
             stopping: Stopping::Clearance,
-            // The paper's weights drive at a quarter of this speed: among cylinders their clearance outweighs all else.
+            // Chosen by hand; by the study in the README the paper's own reach as many goals, 2 % sooner.
             weights: Weights {
                 heading: 0.05,
                 clearance: 0.1,

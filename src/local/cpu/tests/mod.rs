@@ -1,6 +1,7 @@
 //! Every operation of every kind of lanes here equals plain scalar arithmetic, bit for bit.
 
 mod cases;
+mod lookups;
 mod operations;
 mod reductions;
 mod sieve;

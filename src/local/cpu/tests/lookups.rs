@@ -1,0 +1,87 @@
+//! Operations that look entries of lists up.
+
+use super::cases::{Case, Shared};
+use super::operations::{Operation, any, each, whole};
+use crate::local::cpu::lanes::Lanes;
+
+pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
+    vec![
+        each(
+            "row_major",
+            any,
+            |p, x, y, s| L::row_major(p, x, y, 16 + s.bits % 16, s.width),
+            |x, y, s| {
+                let bits = 16 + s.bits % 16;
+                (y >> bits) * s.width + (x >> bits)
+            },
+        ),
+        each(
+            "gather",
+            within,
+            |_, x, _, s| x.gather(s.list()),
+            |x, _, s| i32::from(s.list()[x as usize]),
+        ),
+        each(
+            "gather_loose, min_loose and tighten",
+            within,
+            |_, x, y, s| {
+                let (one, other) = (x.gather_loose(s.list()), y.gather_loose(s.list()));
+                one.min_loose(other).tighten()
+            },
+            |x, y, s| i32::from(s.list()[x as usize].min(s.list()[y as usize])),
+        ),
+        each(
+            "min_loose of clean halves",
+            |[x, y], _| [x & 0xFFFF, y & 0xFFFF],
+            |_, x, y, _| x.min_loose(y).tighten(),
+            |x, y, _| x.min(y),
+        ),
+        each(
+            "min_halves",
+            any,
+            |_, x, y, _| x.min_halves(y),
+            |x, y, _| {
+                let low = (x as u16).min(y as u16);
+                let high = (x as u32 >> 16).min(y as u32 >> 16);
+                (high << 16) as i32 | i32::from(low)
+            },
+        ),
+        look_up::<L, 8>("look_up in a small patch"),
+        look_up::<L, 16>("look_up in a large patch"),
+        whole(
+            "gather beyond the list",
+            any,
+            |_, x, _, s| {
+                let is_entry = |&word: &i32| s.list().iter().any(|&entry| i32::from(entry) == word);
+                let found = x.gather(s.list()).to_array();
+                let known = found[..L::COUNT].iter().map(|word| {
+                    // Long lists hold half of all that there is, and a search through them takes long.
+                    i32::from(s.width > 2000 && (0..=0xFFFF).contains(word) || is_entry(word))
+                });
+                known.collect()
+            },
+            |cases, _| vec![1; cases.len()],
+        ),
+    ]
+}
+
+/// Two places in a patch of this side, one the other with columns and rows exchanged.
+const fn look_up<L: Lanes, const SIDE: usize>(name: &'static str) -> Operation<L> {
+    each(
+        name,
+        |case, shared| {
+            let places = (SIDE as u64) << shared.patch_bits();
+            case.map(|word| (word as u32 as u64 % places) as i32)
+        },
+        |proof, x, y, shared| {
+            let patch = shared.patch::<SIDE>();
+            L::look_up::<SIDE>(proof, &patch, (x, y), (y, x), shared.patch_bits())
+        },
+        |x, y, shared| shared.entry(x, y) | (shared.entry(y, x) << 16),
+    )
+}
+
+/// Indices before the last entry of the list.
+fn within([x, y]: Case, shared: &Shared) -> Case {
+    [x.rem_euclid(shared.width), y.rem_euclid(shared.width)]
+}
