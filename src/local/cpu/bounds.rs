@@ -29,7 +29,9 @@ impl Bounds {
             problem, course, ..
         } = *tile;
         self.lower.resize(tile.lists() * course.boxes, [0; GROUPS]);
-        patches.begin(tile);
+        if L::LOOKS_UP {
+            patches.begin(tile);
+        }
         let mut lists = self.lower.chunks_exact_mut(course.boxes).enumerate();
         for coarse in course.coarse.chunks(course.chunk) {
             for ((disc, body), (list, lower)) in problem.discs.iter().enumerate().zip(&mut lists) {

@@ -1,5 +1,5 @@
-//! Where all samples of a chunk, in all rows of a tile and for some steps, are within one small square of the field, a copy
-//! of it is looked up instead: two registers hold 64 cells, and are much nearer than memory.
+//! Where all samples of a chunk, in all rows of a tile and for some steps, are within one small square of the field, a
+//! copy of it is looked up instead: two registers hold 64 cells, and are much nearer than memory.
 
 use core::ops::{Range, RangeInclusive};
 

@@ -33,7 +33,8 @@ pub struct Table {
     pub along: Vec<i32>,
     /// The cell of that disc for a robot that did not move.
     pub cell: Vec<i32>,
-    /// `disc_x` with the half that rounds, in the product's scale; what is beyond 32 bits is cut off.
+    /// `disc_x` with the half that rounds, in the product's scale; what is beyond 32 bits is cut off. Only for lanes that
+    /// look up in registers, as the next.
     pub x_scaled: Vec<i32>,
     /// The same along y.
     pub y_scaled: Vec<i32>,
@@ -134,9 +135,11 @@ impl Table {
             let across = x.and(within_cell).shl(header.coarse_bits).add(half);
             let along = y.and(within_cell).shl(header.coarse_bits).add(half);
             let row = y.sar(header.cell_bits).mul(width);
-            let (x_scaled, y_scaled) = (x.shl(header.coarse_bits), y.shl(header.coarse_bits));
-            x_scaled.add(half).store(&mut self.x_scaled[at..]);
-            y_scaled.add(half).store(&mut self.y_scaled[at..]);
+            if L::LOOKS_UP {
+                let (x_scaled, y_scaled) = (x.shl(header.coarse_bits), y.shl(header.coarse_bits));
+                x_scaled.add(half).store(&mut self.x_scaled[at..]);
+                y_scaled.add(half).store(&mut self.y_scaled[at..]);
+            }
             across.store(&mut self.across[at..]);
             along.store(&mut self.along[at..]);
             row.add(x.sar(header.cell_bits)).store(&mut self.cell[at..]);

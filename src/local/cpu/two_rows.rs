@@ -4,8 +4,8 @@ use super::course::Course;
 use super::lanes::{Lanes, Patch};
 use super::table::Table;
 
-/// The positions of one disc in two rows, from the corner of a patch and in the scale of products: what is beyond 32 bits is
-/// cut off, for no sum is.
+/// The positions of one disc in two rows, from the corner of a patch and in the scale of products: what is beyond 32
+/// bits is cut off, for no sum is.
 pub struct TwoRows<'a> {
     one: Positions<'a>,
     other: Positions<'a>,
