@@ -3,8 +3,8 @@
 
 use core::ops::{Range, RangeInclusive};
 
-use super::lanes::{Lanes, Patch};
-use super::pooled::Boxes;
+use super::lanes::{LARGE, Lanes, SMALL};
+use super::pooled::{Boxes, Pooled};
 use super::sieve::{Tile, steps_of};
 use super::spans::GROUPS;
 use super::two_rows::TwoRows;
@@ -35,7 +35,6 @@ pub struct Patches {
     can_be: bool,
     /// For each list and group of steps: first columns, last columns, first rows, last rows.
     visited: Vec<[[i32; GROUPS]; 4]>,
-    patch: Patch,
     /// Groups that share a patch.
     run: Vec<i32>,
     steps: Vec<i32>,
@@ -76,8 +75,7 @@ impl Patches {
     /// Makes room for a tile.
     pub fn begin(&mut self, tile: &Tile<'_>) {
         let header = &tile.problem.header;
-        let shorter = header.width.min(header.height) as usize;
-        self.can_be = BITS.contains(&product_bits(header)) && shorter >= Patch::LARGE;
+        self.can_be = BITS.contains(&product_bits(header));
         self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
         self.run.reserve(GROUPS);
     }
@@ -103,7 +101,7 @@ impl Patches {
     pub fn lower<L: Lanes>(
         &mut self,
         proof: L::Proof,
-        tile: &Tile<'_>,
+        (tile, pooled): (&Tile<'_>, &Pooled),
         list: &Listed,
         groups: &[i32],
         least: &mut [i32],
@@ -118,7 +116,7 @@ impl Patches {
         };
         for &group in groups {
             let here = self.visited(list.number, group);
-            if !here.fit(Patch::LARGE) {
+            if !here.fit(LARGE) {
                 rest.push(group);
                 continue;
             }
@@ -127,15 +125,15 @@ impl Patches {
             } else {
                 all.with(here)
             };
-            if both.fit(Patch::LARGE) {
+            if both.fit(LARGE) {
                 all = both;
             } else {
-                self.finish_run::<L>(proof, tile, list, all, least);
+                self.finish_run::<L>(proof, (tile, pooled), list, all, least);
                 all = here;
             }
             self.run.push(group);
         }
-        self.finish_run::<L>(proof, tile, list, all, least);
+        self.finish_run::<L>(proof, (tile, pooled), list, all, least);
     }
 
     #[inline(always)]
@@ -153,7 +151,7 @@ impl Patches {
     fn finish_run<L: Lanes>(
         &mut self,
         proof: L::Proof,
-        tile: &Tile<'_>,
+        (tile, pooled): (&Tile<'_>, &Pooled),
         list: &Listed,
         cells: Cells,
         least: &mut [i32],
@@ -167,10 +165,10 @@ impl Patches {
         }
         steps_of(tile.course, &self.run, &mut self.steps);
         self.run.clear();
-        if cells.fit(Patch::SMALL) {
-            self.look::<L, { Patch::SMALL }>(proof, tile, list, cells, least);
+        if cells.fit(SMALL) {
+            self.look::<L, { SMALL }>(proof, (tile, pooled), list, cells, least);
         } else {
-            self.look::<L, { Patch::LARGE }>(proof, tile, list, cells, least);
+            self.look::<L, { LARGE }>(proof, (tile, pooled), list, cells, least);
         }
     }
 
@@ -179,7 +177,7 @@ impl Patches {
     fn look<L: Lanes, const SIDE: usize>(
         &mut self,
         proof: L::Proof,
-        tile: &Tile<'_>,
+        (tile, pooled): (&Tile<'_>, &Pooled),
         list: &Listed,
         cells: Cells,
         least: &mut [i32],
@@ -188,26 +186,20 @@ impl Patches {
             problem, course, ..
         } = *tile;
         let header = &problem.header;
-        // All cells that are visited are on the field; the rectangle around them need not be.
-        let column = cells.columns[0].clamp(0, header.width as i32 - SIDE as i32);
-        let row = cells.rows[0].clamp(0, header.height as i32 - SIDE as i32);
-        let width = header.width as usize;
-        let corner = row as usize * width + column as usize;
-        self.patch
-            .copy::<SIDE>(problem.field.padded_units(), corner, width);
+        let square = pooled.square(cells.columns[0], cells.rows[0]);
+        let patch = L::patch::<SIDE>(proof, &square);
         let bits = product_bits(header);
-        let corner = [column.wrapping_shl(bits), row.wrapping_shl(bits)];
         let radius = L::splat(proof, problem.discs[list.disc].radius);
         let coarse = &course.coarse_twice[list.samples.clone()];
         let rows = least.chunks_mut(2 * course.stride);
         for (tables, least) in tile.tables.chunks(2).zip(rows) {
-            let two = TwoRows::new(course, tables, list.disc, corner);
+            let two = TwoRows::new(course, tables, list.disc);
             let (one, other) = least.split_at_mut(course.stride);
             let one = &mut one[list.samples.clone()];
             let mut other = other.get_mut(list.samples.clone());
             for at in (0..coarse.len()).step_by(L::COUNT) {
                 let speed = L::load(proof, &coarse[at..]);
-                let both = two.nearest::<L, SIDE>(proof, &self.patch, &self.steps, speed, bits);
+                let both = two.nearest::<L, SIDE>(proof, &patch, &self.steps, speed, bits);
                 lower(proof, both.tighten().sub(radius), &mut one[at..]);
                 if let Some(other) = &mut other {
                     lower(proof, both.shr(16).sub(radius), &mut other[at..]);

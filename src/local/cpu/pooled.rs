@@ -1,7 +1,7 @@
 //! The smallest entries of squares of the field: what no cell of a rectangle is below, in two lookups.
 
 use super::instructions::Work;
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Square};
 use super::reach::Region;
 use crate::local::Prepared;
 
@@ -101,6 +101,20 @@ impl Pooled {
         }
     }
 
+    /// The square of the region that begins in this cell of the field, or as near to it as the region does.
+    #[inline(always)]
+    pub fn square(&self, column: i32, row: i32) -> Square<'_> {
+        let Region { width, height, .. } = self.region;
+        let across = (column - self.region.column).clamp(0, width - 1);
+        let along = (row - self.region.row).clamp(0, height - 1);
+        Square {
+            entries: &self.entries[along as usize * self.stride + across as usize..],
+            stride: self.stride,
+            column: (self.region.column + across) as usize,
+            row: (self.region.row + along) as usize,
+        }
+    }
+
     /// Forgets the last decision.
     pub fn clear(&mut self) {
         self.region = Region::default();
@@ -165,7 +179,7 @@ const fn stride(region: Region) -> usize {
 /// Entries of one size. There are rows behind the last, for squares that go on beyond it, and for lookups, which take
 /// the entry behind as well.
 const fn entries(region: Region) -> usize {
-    stride(region) * (region.height as usize + LARGEST / 2 + 1)
+    stride(region) * (region.height as usize + LARGEST)
 }
 
 /// Counted from the region's corner and cut off at its ends.

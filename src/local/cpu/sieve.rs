@@ -92,10 +92,10 @@ impl Sieve {
             self.bounds
                 .fill::<L>(proof, tile, of_boxes, &mut self.patches);
             self.pick_first::<L>(proof, tile);
-            self.meet_picks::<L>(proof, tile);
+            self.meet_picks::<L>(proof, tile, pooled);
             self.weigh::<L>(proof, tile);
             self.pick::<L>(proof, tile);
-            self.meet_picks::<L>(proof, tile);
+            self.meet_picks::<L>(proof, tile, pooled);
         } else {
             self.meet_all::<L>(proof, tile);
         }
@@ -193,7 +193,7 @@ impl Sieve {
 
     /// Looks at what was picked.
     #[inline(always)]
-    fn meet_picks<L: Lanes>(&mut self, proof: L::Proof, tile: &Tile<'_>) {
+    fn meet_picks<L: Lanes>(&mut self, proof: L::Proof, tile: &Tile<'_>, pooled: &Pooled) {
         let Tile {
             problem, course, ..
         } = *tile;
@@ -201,9 +201,9 @@ impl Sieve {
             let listed = tile.listed(number);
             let mut groups = picks;
             if L::LOOKS_UP && self.patches.can_be() {
-                let rest = &mut self.rest;
+                let (least, rest) = (&mut self.least, &mut self.rest);
                 self.patches
-                    .lower::<L>(proof, tile, &listed, picks, &mut self.least, rest);
+                    .lower::<L>(proof, (tile, pooled), &listed, picks, least, rest);
                 groups = &self.rest;
             }
             if groups.is_empty() {

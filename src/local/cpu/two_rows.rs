@@ -1,15 +1,14 @@
 //! Looking one disc of two rows' samples up in a patch: places are words of 16 bits, so a vector of them is two rows.
 
 use super::course::Course;
-use super::lanes::{Lanes, Patch};
+use super::lanes::Lanes;
 use super::table::Table;
 
-/// The positions of one disc in two rows, from the corner of a patch and in the scale of products: what is beyond 32
-/// bits is cut off, for no sum is.
+/// The positions of one disc in two rows, in the scale of products: what is beyond 32 bits is cut off, which leaves
+/// columns and rows modulo the side of a patch as they are.
 pub struct TwoRows<'a> {
     one: Positions<'a>,
     other: Positions<'a>,
-    corner: [i32; 2],
 }
 
 /// By step, all of one length.
@@ -36,14 +35,14 @@ impl<'a> Positions<'a> {
 
     /// At a step, for samples with these coarse speeds.
     #[inline(always)]
-    fn at<L: Lanes>(&self, proof: L::Proof, step: usize, corner: [i32; 2], speed: L) -> (L, L) {
+    fn at<L: Lanes>(&self, proof: L::Proof, step: usize, speed: L) -> (L, L) {
         let x = L::splat(proof, self.moved[0][step]);
         let y = L::splat(proof, self.moved[1][step]);
-        let across = L::splat(proof, self.standing[0][step]).sub(L::splat(proof, corner[0]));
-        let along = L::splat(proof, self.standing[1][step]).sub(L::splat(proof, corner[1]));
+        let across = L::splat(proof, self.standing[0][step]);
+        let along = L::splat(proof, self.standing[1][step]);
         (
-            speed.mul_halves(x).add(across),
-            speed.mul_halves(y).add(along),
+            speed.mul_halves_add(x, across),
+            speed.mul_halves_add(y, along),
         )
     }
 }
@@ -51,11 +50,10 @@ impl<'a> Positions<'a> {
 impl<'a> TwoRows<'a> {
     /// Of two tables, or of one, which is then looked up twice.
     #[inline(always)]
-    pub fn new(course: &Course, tables: &'a [Table], disc: usize, corner: [i32; 2]) -> Self {
+    pub fn new(course: &Course, tables: &'a [Table], disc: usize) -> Self {
         Self {
             one: Positions::new(course, &tables[0], disc),
             other: Positions::new(course, &tables[tables.len() - 1], disc),
-            corner,
         }
     }
 
@@ -64,7 +62,7 @@ impl<'a> TwoRows<'a> {
     pub fn nearest<L: Lanes, const SIDE: usize>(
         &self,
         proof: L::Proof,
-        patch: &Patch,
+        patch: &L::Patch,
         steps: &[i32],
         speed: L,
         bits: u32,
@@ -72,8 +70,8 @@ impl<'a> TwoRows<'a> {
         let mut nearest = L::splat(proof, -1);
         for &step in steps {
             let step = step as usize;
-            let one = self.one.at(proof, step, self.corner, speed);
-            let other = self.other.at(proof, step, self.corner, speed);
+            let one = self.one.at(proof, step, speed);
+            let other = self.other.at(proof, step, speed);
             let entries = L::look_up::<SIDE>(proof, patch, one, other, bits);
             nearest = nearest.min_halves(entries);
         }

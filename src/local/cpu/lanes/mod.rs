@@ -3,12 +3,45 @@
 //! The kernels are written once over [`Lanes`] and compiled for each set of instructions; which one runs is decided
 //! when the program starts ([`super::Instructions`]). Every operation is exact, so the choice changes no bit.
 
+/// Looking up in a patch by gathering from memory.
+macro_rules! look_up_in_memory {
+    () => {
+        const LOOKS_UP: bool = false;
+        type Patch = $crate::local::cpu::lanes::Patch;
+
+        #[inline(always)]
+        fn patch<const SIDE: usize>(
+            _: Self::Proof,
+            square: &$crate::local::cpu::lanes::Square<'_>,
+        ) -> Self::Patch {
+            Self::Patch::of::<SIDE>(square)
+        }
+
+        #[inline(always)]
+        fn look_up<const SIDE: usize>(
+            proof: Self::Proof,
+            patch: &Self::Patch,
+            one: (Self, Self),
+            other: (Self, Self),
+            bits: u32,
+        ) -> Self {
+            let last = Self::splat(proof, SIDE as i32 - 1);
+            let place = |(x, y): (Self, Self)| {
+                let (column, row) = (x.shr(bits).and(last), y.shr(bits).and(last));
+                row.shl(SIDE.ilog2()).add(column)
+            };
+            let one = place(one).gather(patch.entries());
+            one.add(place(other).gather(patch.entries()).shl(16))
+        }
+    };
+}
+
 mod patch;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use patch::Patch;
+pub use patch::{LARGE, Patch, SMALL, Square};
 pub use portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512};
@@ -52,8 +85,9 @@ pub trait Lanes: Copy {
     fn shr(self, bits: u32) -> Self;
     /// Each lane shifted to the left by its own 0 to 31 bits.
     fn shl_each(self, bits: Self) -> Self;
-    /// A number of 16 bits, given in both halves of a lane, times the sum of the two halves of another lane, all signed.
-    fn mul_halves(self, halves: Self) -> Self;
+    /// A number of 16 bits, given in both halves of a lane, times the sum of the two halves of another lane, all signed,
+    /// added to a third.
+    fn mul_halves_add(self, halves: Self, sum: Self) -> Self;
     /// Bitwise and.
     fn and(self, other: Self) -> Self;
     /// The smaller of two.
@@ -90,22 +124,20 @@ pub trait Lanes: Copy {
     }
 
     /// Whether registers can be looked up in: then `look_up` takes less time than two gathers from memory.
-    const LOOKS_UP: bool = false;
-    /// The entries of a patch of this side at the columns `x >> bits` and the rows `y >> bits`, unsigned: of the first
-    /// pair in the lower halves of the lanes, of the second in the upper ones. All within the patch; `bits` is 20 to 28.
-    #[inline(always)]
+    const LOOKS_UP: bool;
+    /// A square of a grid, its side 8 or 16.
+    type Patch: Copy;
+    /// Copies a square.
+    fn patch<const SIDE: usize>(proof: Self::Proof, square: &Square<'_>) -> Self::Patch;
+    /// The entries of a patch of this side at the columns `x >> bits` and the rows `y >> bits`, both modulo the side: of
+    /// the first pair in the lower halves of the lanes, of the second in the upper ones. `bits` is 20 to 28.
     fn look_up<const SIDE: usize>(
-        _: Self::Proof,
-        patch: &Patch,
+        proof: Self::Proof,
+        patch: &Self::Patch,
         one: (Self, Self),
         other: (Self, Self),
         bits: u32,
-    ) -> Self {
-        let side = SIDE.ilog2();
-        let place = |(x, y): (Self, Self)| y.shr(bits).shl(side).add(x.shr(bits));
-        let one = place(one).gather(patch.entries());
-        one.add(place(other).gather(patch.entries()).shl(16))
-    }
+    ) -> Self;
 
     /// The smallest of all lanes.
     fn least(self) -> i32;

@@ -1,38 +1,56 @@
-//! A square of entries small enough for registers.
+//! Entries of a grid that are near together: as many as registers hold.
+
+/// The side of a small patch.
+pub const SMALL: usize = 8;
+/// The side of a large one.
+pub const LARGE: usize = 16;
 
 /// Entries of a large patch, and two more, for vectors that read two at a time.
-const ROOM: usize = Patch::LARGE * Patch::LARGE + 2;
+const ROOM: usize = LARGE * LARGE + 2;
 
-/// A square of a list's entries, its side 8 or 16, row by row.
-#[repr(C, align(64))]
+/// Where a square of a grid is.
+#[derive(Clone, Copy, Debug)]
+pub struct Square<'a> {
+    /// The grid's entries from the first one of the square to the last one, at least, row by row.
+    pub entries: &'a [u16],
+    /// From one row to the next.
+    pub stride: usize,
+    /// The first column.
+    pub column: usize,
+    /// The first row.
+    pub row: usize,
+}
+
+impl<'a> Square<'a> {
+    /// The entries of a square of this side in the row whose number is this, modulo the side.
+    #[inline(always)]
+    pub fn row<const SIDE: usize>(&self, row: usize) -> &'a [u16] {
+        let after = row.wrapping_sub(self.row) % SIDE;
+        &self.entries[after * self.stride..][..SIDE]
+    }
+}
+
+/// A patch in memory: each entry at its column and row in the grid modulo the side, row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch([u16; ROOM]);
 
 impl Patch {
-    /// The side of a small patch.
-    pub const SMALL: usize = 8;
-    /// The side of a large one.
-    pub const LARGE: usize = 16;
-
-    /// Copies the square that begins at `corner` of a list whose rows are `pitch` long.
+    /// Copies a square.
     #[inline(always)]
-    pub fn copy<const SIDE: usize>(&mut self, list: &[u16], corner: usize, pitch: usize) {
-        let mut from = corner;
-        for row in self.0[..SIDE * SIDE].chunks_exact_mut(SIDE) {
-            row.copy_from_slice(&list[from..][..SIDE]);
-            from += pitch;
+    pub fn of<const SIDE: usize>(square: &Square<'_>) -> Self {
+        let mut patch = [0; ROOM];
+        for (row, places) in patch.chunks_exact_mut(SIDE).take(SIDE).enumerate() {
+            let entries = square.row::<SIDE>(row);
+            for (column, place) in places.iter_mut().enumerate() {
+                *place = entries[column.wrapping_sub(square.column) % SIDE];
+            }
         }
+        Self(patch)
     }
 
     /// The entries, and two more.
     #[inline(always)]
     pub const fn entries(&self) -> &[u16; ROOM] {
         &self.0
-    }
-}
-
-impl Default for Patch {
-    fn default() -> Self {
-        Self([0; ROOM])
     }
 }

@@ -116,11 +116,14 @@ impl Lanes for Portable {
         self.zip(bits, |value, bits| value.wrapping_shl(bits as u32))
     }
 
+    look_up_in_memory! {}
+
     #[inline(always)]
-    fn mul_halves(self, halves: Self) -> Self {
-        self.zip(halves, |number, halves| {
+    fn mul_halves_add(self, halves: Self, sum: Self) -> Self {
+        let product = |number, halves| {
             i32::from(number as i16).wrapping_mul(i32::from(halves as i16) + (halves >> 16))
-        })
+        };
+        self.zip(halves, product).add(sum)
     }
 
     #[inline(always)]

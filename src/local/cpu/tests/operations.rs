@@ -135,11 +135,14 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
             |x, y, _| numeric::mul_hi_u32(x as u32, y as u32) as i32,
         ),
         each(
-            "mul_halves",
+            "mul_halves_add",
             // The number is in both halves.
             |[x, y], _| [(x << 16) | (x & 0xFFFF), y],
-            |_, x, y, _| x.mul_halves(y),
-            |x, y, _| i32::from(x as i16).wrapping_mul(i32::from(y as i16) + (y >> 16)),
+            |_, x, y, _| x.mul_halves_add(y, y),
+            |x, y, _| {
+                let product = i32::from(x as i16).wrapping_mul(i32::from(y as i16) + (y >> 16));
+                product.wrapping_add(y)
+            },
         ),
         each("min", any, |_, x, y, _| x.min(y), |x, y, _| x.min(y)),
         each("max", any, |_, x, y, _| x.max(y), |x, y, _| x.max(y)),

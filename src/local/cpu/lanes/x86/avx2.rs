@@ -158,7 +158,6 @@ impl Lanes for Avx2 {
         min_loose = _mm256_min_epu16,
         min_halves = _mm256_min_epu16,
         shl_each = _mm256_sllv_epi32,
-        mul_halves = _mm256_madd_epi16,
     }
 
     shifts! {
@@ -181,6 +180,13 @@ impl Lanes for Avx2 {
             _mm256_mul_epu32(self.0, other.0),
             _mm256_mul_epu32(odd(self), odd(other))
         ))
+    }
+
+    look_up_in_memory! {}
+
+    #[inline(always)]
+    fn mul_halves_add(self, halves: Self, sum: Self) -> Self {
+        run!(Self(_mm256_madd_epi16(self.0, halves.0))).add(sum)
     }
 
     #[inline(always)]

@@ -14,7 +14,7 @@
 )]
 use core::arch::x86_64::*;
 
-use super::super::{Lanes, Patch};
+use super::super::{LARGE, Lanes, SMALL, Square};
 
 const COUNT: usize = 16;
 
@@ -28,7 +28,7 @@ const ODD_TWICE: i32 = 0b11_11_01_01;
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512i);
 
-/// Shows that the processor has AVX-512 F, BW and CD.
+/// Shows that the processor has AVX-512 F, BW, CD and VNNI.
 #[derive(Clone, Copy, Debug)]
 pub struct Proof(());
 
@@ -37,7 +37,8 @@ impl Avx512 {
     pub fn detect() -> Option<Proof> {
         let has = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512bw")
-            && is_x86_feature_detected!("avx512cd");
+            && is_x86_feature_detected!("avx512cd")
+            && is_x86_feature_detected!("avx512vnni");
         has.then_some(Proof(()))
     }
 }
@@ -101,25 +102,39 @@ fn count(bits: u32) -> __m512i {
     run!(_mm512_set1_epi32(bits as i32))
 }
 
-/// The bits of a mask from one vector, added to another that has none of them.
+/// The bits of a mask from one vector, the others from another.
 #[inline(always)]
-fn merged(from: __m512i, mask: i32, other: __m512i) -> __m512i {
-    run!(_mm512_ternarylogic_epi32::<0xEA>(
-        from,
+fn merged(mask: i32, from: __m512i, other: __m512i) -> __m512i {
+    run!(_mm512_ternarylogic_epi32::<0xCA>(
         _mm512_set1_epi32(mask),
+        from,
         other
     ))
 }
 
-/// Entries of one quarter of a patch, which two registers hold, by the lowest six bits of each place.
+/// Places in one register.
+static PLACES: [u16; 32] = {
+    let mut places = [0; 32];
+    let mut place = 0;
+    while place < 32 {
+        places[place] = place as u16;
+        place += 1;
+    }
+    places
+};
+
+/// Registers of a large patch.
+const REGISTERS: usize = LARGE * LARGE / 32;
+
+/// A square's rows one after the other. A small one fills two registers.
+#[derive(Clone, Copy, Debug)]
+pub struct Patch([__m512i; REGISTERS]);
+
+/// Where a row of a square begins in memory.
 #[inline(always)]
-fn in_quarter<const NUMBER: usize>(patch: &Patch, place: __m512i) -> __m512i {
-    let (first, second) = patch.entries()[NUMBER * 64..][..64].split_at(32);
-    run!({
-        let first = _mm512_loadu_si512(first.as_ptr().cast());
-        let second = _mm512_loadu_si512(second.as_ptr().cast());
-        _mm512_permutex2var_epi16(first, place, second)
-    })
+fn row_of<const SIDE: usize>(square: &Square<'_>, row: usize) -> *const u16 {
+    let after = row.wrapping_sub(square.row) % SIDE;
+    square.entries.as_ptr().wrapping_add(after * square.stride)
 }
 
 impl Lanes for Avx512 {
@@ -154,7 +169,6 @@ impl Lanes for Avx512 {
         min_loose = _mm512_min_epu16,
         min_halves = _mm512_min_epu16,
         shl_each = _mm512_sllv_epi32,
-        mul_halves = _mm512_madd_epi16,
     }
 
     shifts! {
@@ -177,6 +191,11 @@ impl Lanes for Avx512 {
             _mm512_mul_epu32(self.0, other.0),
             _mm512_mul_epu32(odd(self), odd(other))
         ))
+    }
+
+    #[inline(always)]
+    fn mul_halves_add(self, halves: Self, sum: Self) -> Self {
+        run!(Self(_mm512_dpwssd_epi32(sum.0, self.0, halves.0)))
     }
 
     #[inline(always)]
@@ -253,36 +272,70 @@ impl Lanes for Avx512 {
     }
 
     const LOOKS_UP: bool = true;
+    type Patch = Patch;
+
+    #[inline(always)]
+    fn patch<const SIDE: usize>(_: Proof, square: &Square<'_>) -> Patch {
+        let last = (SIDE - 1) * square.stride + SIDE;
+        assert!(square.entries.len() >= last, "a square is within its grid");
+        run!({
+            // Columns count modulo the side, in each row.
+            let places = _mm512_loadu_si512(PLACES.as_ptr().cast());
+            let column = _mm512_set1_epi16(square.column as i16);
+            let before = _mm512_sub_epi16(places, column);
+            let within = _mm512_set1_epi16(SIDE as i16 - 1);
+            let from = _mm512_ternarylogic_epi32::<0xCA>(within, before, places);
+            let mut patch = [_mm512_setzero_si512(); REGISTERS];
+            let mut number = 0;
+            while number < SIDE * SIDE / 32 {
+                let rows = if SIDE == SMALL {
+                    let row = |number| _mm_loadu_si128(row_of::<SIDE>(square, number).cast());
+                    let rows = _mm512_castsi128_si512(row(4 * number));
+                    let rows = _mm512_inserti32x4::<1>(rows, row(4 * number + 1));
+                    let rows = _mm512_inserti32x4::<2>(rows, row(4 * number + 2));
+                    _mm512_inserti32x4::<3>(rows, row(4 * number + 3))
+                } else {
+                    let one = _mm256_loadu_si256(row_of::<SIDE>(square, 2 * number).cast());
+                    let other = _mm256_loadu_si256(row_of::<SIDE>(square, 2 * number + 1).cast());
+                    _mm512_inserti64x4::<1>(_mm512_castsi256_si512(one), other)
+                };
+                patch[number] = _mm512_permutexvar_epi16(from, rows);
+                number += 1;
+            }
+            Patch(patch)
+        })
+    }
 
     #[inline(always)]
     fn look_up<const SIDE: usize>(
         _: Proof,
-        patch: &Patch,
+        Patch(patch): &Patch,
         (x, y): (Self, Self),
         (other_x, other_y): (Self, Self),
         bits: u32,
     ) -> Self {
         let side = SIDE.ilog2();
-        let columns = SIDE as i32 - 1;
-        let rows = columns << side;
+        let rows = (SIDE as i32 - 1) << side;
         run!({
-            // Rows are shifted less, and what is below them is masked out: four words of a byte or less become two places.
+            // Rows are shifted less than columns, so that they end above them. What is above both is not looked at.
             let column = _mm512_srlv_epi32(x.0, count(bits));
             let row = _mm512_srlv_epi32(y.0, count(bits - side));
-            let place = merged(row, rows, column);
+            let place = merged(rows, row, column);
             let column = _mm512_srlv_epi32(other_x.0, count(bits - 16));
-            let place = merged(column, columns << 16, place);
             let row = _mm512_srlv_epi32(other_y.0, count(bits - side - 16));
-            let place = merged(row, rows << 16, place);
-            let first = in_quarter::<0>(patch, place);
-            if SIDE == Patch::SMALL {
+            let other = merged(rows << 16, row, column);
+            let place = merged(0xFFFF, place, other);
+            let first = _mm512_permutex2var_epi16(patch[0], place, patch[1]);
+            if SIDE == SMALL {
                 return Self(first);
             }
+            let second = _mm512_permutex2var_epi16(patch[2], place, patch[3]);
+            let third = _mm512_permutex2var_epi16(patch[4], place, patch[5]);
+            let fourth = _mm512_permutex2var_epi16(patch[6], place, patch[7]);
             let odd = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 6));
             let late = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 7));
-            let one = _mm512_mask_blend_epi16(odd, first, in_quarter::<1>(patch, place));
-            let third = in_quarter::<2>(patch, place);
-            let other = _mm512_mask_blend_epi16(odd, third, in_quarter::<3>(patch, place));
+            let one = _mm512_mask_blend_epi16(odd, first, second);
+            let other = _mm512_mask_blend_epi16(odd, third, fourth);
             Self(_mm512_mask_blend_epi16(late, one, other))
         })
     }
