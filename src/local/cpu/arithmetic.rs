@@ -16,21 +16,6 @@ pub fn shift_round<L: Lanes>(proof: L::Proof, value: L, bits: u32) -> L {
     value.add(L::splat(proof, (1 << bits) >> 1)).sar(bits)
 }
 
-/// A polynomial by Horner's rule, each time `sum * 4 * square / 2^32` plus the next coefficient.
-#[inline(always)]
-fn polynomial<L: Lanes, const N: usize>(proof: L::Proof, square: L, coefficients: [i32; N]) -> L {
-    let mut sum = L::splat(proof, coefficients[0]);
-    let mut next = 1;
-    while next < N {
-        sum = sum
-            .shl(2)
-            .mul_hi(square)
-            .add(L::splat(proof, coefficients[next]));
-        next += 1;
-    }
-    sum
-}
-
 /// Sine of binary angles in Q20.
 #[inline(always)]
 pub fn sin_q20<L: Lanes>(proof: L::Proof, angle: L) -> L {
@@ -40,7 +25,7 @@ pub fn sin_q20<L: Lanes>(proof: L::Proof, angle: L) -> L {
     let folded = L::select(beyond, half.sub(angle), angle);
     let x = folded.min(L::splat(proof, QUARTER_TURN as i32 - 1));
     let square = square_of_doubled(x);
-    let sum = polynomial(
+    let sum = L::polynomial(
         proof,
         square,
         [80_971, -2_508_383, 42_782_427, -346_798_938, 843_314_837],
@@ -73,7 +58,7 @@ pub fn atan2_turn<L: Lanes>(proof: L::Proof, y: L, x: L) -> L {
         .min(L::splat(proof, 65_536));
     let x_q30 = ratio.shl(14);
     let square = square_of_doubled(x_q30);
-    let sum = polynomial(
+    let sum = L::polynomial(
         proof,
         square,
         [

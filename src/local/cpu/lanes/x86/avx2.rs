@@ -190,6 +190,29 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn polynomial<const N: usize>(_: Proof, square: Self, coefficients: [i32; N]) -> Self {
+        // Even lanes and odd ones by themselves until the end: products need no sorting in between.
+        let other = odd(square);
+        run!({
+            let first = _mm256_set1_epi32(coefficients[0]);
+            let (mut even, mut odds) = (first, first);
+            let mut next = 1;
+            while next < N {
+                let coefficient = _mm256_set1_epi32(coefficients[next]);
+                let product = _mm256_srli_epi64::<30>(_mm256_mul_epi32(even, square.0));
+                even = _mm256_add_epi32(product, coefficient);
+                let product = _mm256_srli_epi64::<30>(_mm256_mul_epi32(odds, other));
+                odds = _mm256_add_epi32(product, coefficient);
+                next += 1;
+            }
+            Self(_mm256_blend_epi32::<0xAA>(
+                even,
+                _mm256_slli_epi64::<32>(odds),
+            ))
+        })
+    }
+
+    #[inline(always)]
     fn abs(self) -> Self {
         run!(Self(_mm256_abs_epi32(self.0)))
     }
