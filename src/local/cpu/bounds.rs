@@ -34,13 +34,14 @@ impl Bounds {
         }
         let mut lists = self.lower.chunks_exact_mut(course.boxes).enumerate();
         for coarse in course.coarse.chunks(course.chunk) {
+            let is_slow = coarse[0] == 0;
             for ((disc, body), (list, lower)) in problem.discs.iter().enumerate().zip(&mut lists) {
                 let radius = L::splat(proof, body.radius);
                 for at in (0..course.groups).step_by(L::COUNT) {
                     let missing = L::load(proof, &course.missing[at..]);
                     let mut visited = Boxes::<L>::nowhere(proof);
                     for (number, lower) in lower.iter_mut().enumerate() {
-                        let samples = in_box(coarse, course.boxes, number);
+                        let samples = in_box(coarse, course.boxes, number, is_slow);
                         let speeds = [samples[0], samples[samples.len() - 1]];
                         let boxes = spans.boxes::<L>(proof, &problem.header, speeds, disc, at);
                         let least = pooled.least(proof, &boxes).sub(radius);
@@ -55,31 +56,37 @@ impl Bounds {
         }
     }
 
-    /// The group that promises the smallest clearance to a list. It is not told again.
+    /// Lists for each box of a list the group that promises it the smallest clearance. They are not told again.
     #[inline(always)]
     pub fn take_smallest<L: Lanes>(
         &mut self,
         proof: L::Proof,
         course: &Course,
         list: usize,
-    ) -> i32 {
+        groups: &mut Vec<i32>,
+    ) {
         let boxes = &mut self.lower[list * course.boxes..][..course.boxes];
-        let (mut group, mut bound) = (0, i32::MAX);
-        for at in (0..course.groups).step_by(L::COUNT) {
-            let mut smallest = L::splat(proof, i32::MAX);
-            for lower in &*boxes {
-                smallest = smallest.min(L::load(proof, &lower[at..]));
+        let mut taken = 0_u32;
+        for lower in &*boxes {
+            let (mut group, mut bound) = (0, i32::MAX);
+            for at in (0..course.groups).step_by(L::COUNT) {
+                let lower = L::load(proof, &lower[at..]);
+                let least = lower.least();
+                if least < bound {
+                    let here = L::bits(lower.equal(L::splat(proof, least)));
+                    (group, bound) = (at + here.trailing_zeros() as usize, least);
+                }
             }
-            let least = smallest.least();
-            if least < bound {
-                let here = L::bits(smallest.equal(L::splat(proof, least)));
-                (group, bound) = (at + here.trailing_zeros() as usize, least);
+            taken |= 1 << group;
+        }
+        while taken != 0 {
+            let group = taken.trailing_zeros() as usize;
+            for lower in &mut *boxes {
+                lower[group] = i32::MAX;
             }
+            groups.push(group as i32);
+            taken &= taken - 1;
         }
-        for lower in boxes {
-            lower[group] = i32::MAX;
-        }
-        group as i32
     }
 
     /// Lists the groups in which a clearance can be below what matters to the samples of a list.
@@ -88,16 +95,17 @@ impl Bounds {
         &self,
         proof: L::Proof,
         course: &Course,
-        list: usize,
+        (list, first): (usize, usize),
         matters: &[i32],
         groups: &mut Vec<i32>,
     ) {
         let boxes = &self.lower[list * course.boxes..][..course.boxes];
+        let is_slow = course.coarse[first] == 0;
         let (mut picks, mut count) = ([0; GROUPS], 0);
         for at in (0..course.groups).step_by(L::COUNT) {
             let mut picked = L::none(proof);
             for (number, lower) in boxes.iter().enumerate() {
-                let most = greatest(in_box(matters, course.boxes, number));
+                let most = greatest(in_box(matters, course.boxes, number, is_slow));
                 let lower = L::load(proof, &lower[at..]);
                 picked = L::either(picked, lower.less(L::splat(proof, most)));
             }
@@ -117,9 +125,16 @@ fn greatest(list: &[i32]) -> i32 {
     greatest
 }
 
-/// The samples of one of the boxes that a chunk is divided into.
+/// The samples of one of the boxes that a chunk is divided into: as many in each, or, where the chunk begins with
+/// standing still, twice as many as in the one before. Samples of a box then differ by no more than two times in speed,
+/// and no slow one, which stays where little is nearer, makes steps matter to which only faster ones come.
 #[inline(always)]
-fn in_box(samples: &[i32], boxes: usize, number: usize) -> &[i32] {
+fn in_box(samples: &[i32], boxes: usize, number: usize, is_slow: bool) -> &[i32] {
+    if is_slow {
+        let end = samples.len() >> (boxes - 1 - number);
+        let first = if number == 0 { 0 } else { end / 2 };
+        return &samples[first..end];
+    }
     let size = samples.len() / boxes;
     &samples[number * size..][..size]
 }

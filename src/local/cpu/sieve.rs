@@ -153,7 +153,8 @@ impl Sieve {
         for (list, picks) in self.picks.iter_mut().enumerate() {
             picks.clear();
             picks.reserve(tile.course.groups);
-            picks.push(self.bounds.take_smallest::<L>(proof, tile.course, list));
+            self.bounds
+                .take_smallest::<L>(proof, tile.course, list, picks);
         }
     }
 
@@ -185,9 +186,11 @@ impl Sieve {
     fn pick<L: Lanes>(&mut self, proof: L::Proof, tile: &Tile<'_>) {
         for (number, picks) in self.picks.iter_mut().enumerate() {
             picks.clear();
-            let matters = &self.matters[tile.listed(number).samples];
+            let samples = tile.listed(number).samples;
+            let list = (number, samples.start);
+            let matters = &self.matters[samples];
             self.bounds
-                .below::<L>(proof, tile.course, number, matters, picks);
+                .below::<L>(proof, tile.course, list, matters, picks);
         }
     }
 
