@@ -12,7 +12,7 @@ use crate::numeric::shift_round;
 pub const MOST_SAMPLES: usize = 128;
 
 /// The most rows of a tile.
-pub const MOST_ROWS: usize = 8;
+pub const MOST_ROWS: usize = 16;
 
 /// About how many cells apart the samples of a box may end.
 const BOX_CELLS: f64 = 4.0;
