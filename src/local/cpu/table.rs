@@ -4,7 +4,7 @@ use super::arithmetic::{cos_q20, shift_round, sin_q20};
 use super::course::Course;
 use super::lanes::{Lanes, MOST_LANES};
 use crate::local::Prepared;
-use crate::local::inputs::Turn;
+use crate::local::inputs::{Header, Turn};
 
 /// The table of one turn rate, by step.
 ///
@@ -54,123 +54,148 @@ impl Table {
         course: &Course,
         turn: &Turn,
     ) {
-        let header = &problem.header;
-        let steps = header.steps as usize;
-        // A step's discs stand turned already: one angle more than steps.
-        let angles = (steps + 1).next_multiple_of(L::COUNT);
-        self.cosines.resize(course.steps + MOST_LANES, 0);
-        self.sines.resize(course.steps + MOST_LANES, 0);
-        let mut first = [0; MOST_LANES];
-        for (lane, angle) in first.iter_mut().enumerate() {
-            *angle = header
-                .heading
-                .wrapping_add(turn.per_step.wrapping_mul(lane as u32)) as i32;
-        }
-        let mut angle = L::load(proof, &first);
-        let further = L::splat(proof, turn.per_step.wrapping_mul(L::COUNT as u32) as i32);
-        for at in (0..angles).step_by(L::COUNT) {
-            cos_q20(proof, angle).store(&mut self.cosines[at..]);
-            sin_q20(proof, angle).store(&mut self.sines[at..]);
-            angle = angle.add(further);
-        }
-        self.x.resize(course.steps, 0);
-        self.y.resize(course.steps, 0);
-        self.end_x = sums(&self.cosines[..steps], &mut self.x);
-        self.end_y = sums(&self.sines[..steps], &mut self.y);
-        repeat_last(&mut self.x, steps);
-        repeat_last(&mut self.y, steps);
-        for at in (0..course.steps).step_by(L::COUNT) {
-            for list in [&mut self.x, &mut self.y] {
-                let sum = L::load(proof, &list[at..]);
-                shift_round(proof, sum, header.table_bits).store(&mut list[at..]);
-            }
-        }
-        self.disc_x.resize(course.steps * problem.discs.len(), 0);
-        self.disc_y.resize(course.steps * problem.discs.len(), 0);
-        for (number, disc) in problem.discs.iter().enumerate() {
-            let list_x = &mut self.disc_x[number * course.steps..][..course.steps];
-            let list_y = &mut self.disc_y[number * course.steps..][..course.steps];
-            let (disc_x, disc_y) = (L::splat(proof, disc.x), L::splat(proof, disc.y));
-            let start_x = L::splat(proof, header.start_x);
-            let start_y = L::splat(proof, header.start_y);
-            for at in (0..course.steps).step_by(L::COUNT) {
-                let cosine = shift_round(proof, L::load(proof, &self.cosines[at + 1..]), 6);
-                let sine = shift_round(proof, L::load(proof, &self.sines[at + 1..]), 6);
-                let x = disc_x.mul(cosine).sub(disc_y.mul(sine));
-                let y = disc_x.mul(sine).add(disc_y.mul(cosine));
-                start_x
-                    .add(shift_round(proof, x, 14))
-                    .store(&mut list_x[at..]);
-                start_y
-                    .add(shift_round(proof, y, 14))
-                    .store(&mut list_y[at..]);
-            }
-            repeat_last(list_x, steps);
-            repeat_last(list_y, steps);
-        }
-        if course.in_any_order {
-            self.find_cells::<L>(proof, problem, course);
+        self.make_room::<L>(course, problem.discs.len());
+        self.turn_on::<L>(proof, &problem.header, turn);
+        self.add_up::<L>(proof, &problem.header, course);
+        for number in 0..problem.discs.len() {
+            self.place_disc::<L>(proof, problem, course, number);
         }
     }
 
     #[inline(always)]
-    fn find_cells<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
-        let header = &problem.header;
-        let words = self.disc_x.len();
+    fn make_room<L: Lanes>(&mut self, course: &Course, discs: usize) {
+        // A step's discs stand turned already: one angle more than steps.
+        let angles = course.steps + MOST_LANES;
+        let cells = course.steps * discs;
+        if self.cosines.len() == angles && self.disc_x.len() == cells {
+            return;
+        }
+        self.cosines.resize(angles, 0);
+        self.sines.resize(angles, 0);
         for list in [
+            &mut self.x,
+            &mut self.y,
+            &mut self.x_halves,
+            &mut self.y_halves,
+        ] {
+            list.resize(course.steps, 0);
+        }
+        for list in [
+            &mut self.disc_x,
+            &mut self.disc_y,
             &mut self.across,
             &mut self.along,
             &mut self.cell,
-            &mut self.x_scaled,
-            &mut self.y_scaled,
         ] {
-            list.resize(words, 0);
+            list.resize(cells, 0);
         }
-        let within_cell = L::splat(proof, (1 << header.cell_bits) - 1);
-        let half = L::splat(proof, (1 << header.coarse_bits) >> 1);
-        let width = L::splat(proof, header.width as i32);
-        for at in (0..words).step_by(L::COUNT) {
-            let x = L::load(proof, &self.disc_x[at..]);
-            let y = L::load(proof, &self.disc_y[at..]);
-            let across = x.and(within_cell).shl(header.coarse_bits).add(half);
-            let along = y.and(within_cell).shl(header.coarse_bits).add(half);
-            let row = y.sar(header.cell_bits).mul(width);
-            if L::LOOKS_UP {
-                let (x_scaled, y_scaled) = (x.shl(header.coarse_bits), y.shl(header.coarse_bits));
-                x_scaled.add(half).store(&mut self.x_scaled[at..]);
-                y_scaled.add(half).store(&mut self.y_scaled[at..]);
+        if L::LOOKS_UP {
+            self.x_scaled.resize(cells, 0);
+            self.y_scaled.resize(cells, 0);
+        }
+    }
+
+    /// Finds the cosines and sines of all headings; those beyond the last repeat it.
+    #[inline(always)]
+    fn turn_on<L: Lanes>(&mut self, proof: L::Proof, header: &Header, turn: &Turn) {
+        let heading = L::splat(proof, header.heading as i32);
+        let per_step = L::splat(proof, turn.per_step as i32);
+        let last = L::splat(proof, header.steps as i32);
+        let (mut cosines, mut sines) = (heading, heading);
+        for at in (0..self.cosines.len()).step_by(L::COUNT) {
+            if at <= header.steps as usize {
+                let steps = lane_numbers::<L>(proof).add(L::splat(proof, at as i32));
+                let angle = heading.add(steps.min(last).mul(per_step));
+                (cosines, sines) = (cos_q20(proof, angle), sin_q20(proof, angle));
+            } else {
+                cosines = L::splat(proof, cosines.last());
+                sines = L::splat(proof, sines.last());
             }
-            across.store(&mut self.across[at..]);
-            along.store(&mut self.along[at..]);
-            row.add(x.sar(header.cell_bits)).store(&mut self.cell[at..]);
+            cosines.store(&mut self.cosines[at..]);
+            sines.store(&mut self.sines[at..]);
         }
-        for (sums, halves) in [(&self.x, &mut self.x_halves), (&self.y, &mut self.y_halves)] {
-            halves.resize(course.steps, 0);
-            let low = L::splat(proof, 0xFFFF);
+    }
+
+    /// Finds the displacements, which are sums of cosines and sines.
+    #[inline(always)]
+    fn add_up<L: Lanes>(&mut self, proof: L::Proof, header: &Header, course: &Course) {
+        let (zero, low) = (L::splat(proof, 0), L::splat(proof, 0xFFFF));
+        let steps = L::splat(proof, header.steps as i32);
+        let lists = [
+            (
+                &self.cosines,
+                &mut self.x,
+                &mut self.x_halves,
+                &mut self.end_x,
+            ),
+            (
+                &self.sines,
+                &mut self.y,
+                &mut self.y_halves,
+                &mut self.end_y,
+            ),
+        ];
+        for (values, sums, halves, end) in lists {
+            *end = 0;
             for at in (0..course.steps).step_by(L::COUNT) {
-                let sum = L::load(proof, &sums[at..]);
+                let number = lane_numbers::<L>(proof).add(L::splat(proof, at as i32));
+                let values = L::load(proof, &values[at..]);
+                // At most 2^20 for each of 1023 steps; none beyond the last.
+                let values = L::select(number.less(steps), values, zero);
+                let sum = values.running_sums().add(L::splat(proof, *end));
+                *end = sum.last();
+                let sum = shift_round(proof, sum, header.table_bits);
+                sum.store(&mut sums[at..]);
                 let half = sum.sar(1);
                 let packed = sum.sub(half).shl(16).add(half.and(low));
                 packed.store(&mut halves[at..]);
             }
         }
     }
-}
 
-/// Writes the sums of the values so far; the last of them.
-fn sums(values: &[i32], sums: &mut [i32]) -> i32 {
-    let mut sum = 0_i32;
-    for (value, place) in values.iter().zip(sums) {
-        // At most 2^20 for each of 1023 steps.
-        sum = sum.wrapping_add(*value);
-        *place = sum;
+    /// Finds where one disc is.
+    #[inline(always)]
+    fn place_disc<L: Lanes>(
+        &mut self,
+        proof: L::Proof,
+        problem: &Prepared,
+        course: &Course,
+        number: usize,
+    ) {
+        let Prepared { header, discs, .. } = problem;
+        let disc = &discs[number];
+        let (disc_x, disc_y) = (L::splat(proof, disc.x), L::splat(proof, disc.y));
+        let start_x = L::splat(proof, header.start_x);
+        let start_y = L::splat(proof, header.start_y);
+        let within_cell = L::splat(proof, (1 << header.cell_bits) - 1);
+        let half = L::splat(proof, (1 << header.coarse_bits) >> 1);
+        let width = L::splat(proof, header.width as i32);
+        for step in (0..course.steps).step_by(L::COUNT) {
+            let at = number * course.steps + step;
+            let cosine = shift_round(proof, L::load(proof, &self.cosines[step + 1..]), 6);
+            let sine = shift_round(proof, L::load(proof, &self.sines[step + 1..]), 6);
+            let x = disc_x.mul(cosine).sub(disc_y.mul(sine));
+            let y = disc_x.mul(sine).add(disc_y.mul(cosine));
+            let x = start_x.add(shift_round(proof, x, 14));
+            let y = start_y.add(shift_round(proof, y, 14));
+            x.store(&mut self.disc_x[at..]);
+            y.store(&mut self.disc_y[at..]);
+            if !course.in_any_order {
+                continue;
+            }
+            let across = x.and(within_cell).shl(header.coarse_bits).add(half);
+            let along = y.and(within_cell).shl(header.coarse_bits).add(half);
+            let row = y.sar(header.cell_bits).mul(width);
+            across.store(&mut self.across[at..]);
+            along.store(&mut self.along[at..]);
+            row.add(x.sar(header.cell_bits)).store(&mut self.cell[at..]);
+            if L::LOOKS_UP {
+                let (x_scaled, y_scaled) = (x.shl(header.coarse_bits), y.shl(header.coarse_bits));
+                x_scaled.add(half).store(&mut self.x_scaled[at..]);
+                y_scaled.add(half).store(&mut self.y_scaled[at..]);
+            }
+        }
     }
-    sum
-}
-
-fn repeat_last(list: &mut [i32], len: usize) {
-    let last = list[len - 1];
-    list[len..].fill(last);
 }
 
 /// Whether every disc of a row's samples stays on the field. Positions are monotonic in the speed, rounded as they are, so

@@ -7,12 +7,14 @@
 use super::instructions::Work;
 use super::lanes::{Avx2, Avx512, Lanes};
 
-#[target_feature(enable = "avx2")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 fn with_avx2<W: Work>(proof: <Avx2 as Lanes>::Proof, work: W) -> W::Outcome {
     work.run::<Avx2>(proof)
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512cd,avx512vnni")]
+#[target_feature(
+    enable = "avx512f,avx512bw,avx512cd,avx512dq,avx512vl,avx512vnni,bmi1,bmi2,lzcnt,popcnt"
+)]
 fn with_avx512<W: Work>(proof: <Avx512 as Lanes>::Proof, work: W) -> W::Outcome {
     work.run::<Avx512>(proof)
 }

@@ -156,6 +156,10 @@ pub trait Lanes: Copy {
         bits: u32,
     ) -> Self;
 
+    /// Each lane with the sum of those before it added.
+    fn running_sums(self) -> Self;
+    /// The last lane.
+    fn last(self) -> i32;
     /// The smallest of all lanes.
     fn least(self) -> i32;
     /// The greatest of all lanes.

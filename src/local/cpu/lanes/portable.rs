@@ -205,6 +205,19 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn running_sums(mut self) -> Self {
+        for lane in 1..COUNT {
+            self.0[lane] = self.0[lane].wrapping_add(self.0[lane - 1]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn last(self) -> i32 {
+        self.0[COUNT - 1]
+    }
+
+    #[inline(always)]
     fn least(self) -> i32 {
         self.0.into_iter().fold(i32::MAX, Ord::min)
     }

@@ -291,6 +291,22 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn running_sums(self) -> Self {
+        run!({
+            // In each half, then the sum of the first half to all of the second.
+            let sums = _mm256_add_epi32(self.0, _mm256_slli_si256::<4>(self.0));
+            let sums = _mm256_add_epi32(sums, _mm256_slli_si256::<8>(sums));
+            let first = _mm256_permute2x128_si256::<0x08>(sums, sums);
+            Self(_mm256_add_epi32(sums, _mm256_shuffle_epi32::<0xFF>(first)))
+        })
+    }
+
+    #[inline(always)]
+    fn last(self) -> i32 {
+        run!(_mm256_extract_epi32::<7>(self.0))
+    }
+
+    #[inline(always)]
     fn least(self) -> i32 {
         run!({
             let four = _mm_min_epi32(

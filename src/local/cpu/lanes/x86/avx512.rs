@@ -365,6 +365,24 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn running_sums(self) -> Self {
+        run!({
+            let zero = _mm512_setzero_si512();
+            let sums = _mm512_add_epi32(self.0, _mm512_alignr_epi32::<15>(self.0, zero));
+            let sums = _mm512_add_epi32(sums, _mm512_alignr_epi32::<14>(sums, zero));
+            let sums = _mm512_add_epi32(sums, _mm512_alignr_epi32::<12>(sums, zero));
+            Self(_mm512_add_epi32(sums, _mm512_alignr_epi32::<8>(sums, zero)))
+        })
+    }
+
+    #[inline(always)]
+    fn last(self) -> i32 {
+        run!(_mm_extract_epi32::<3>(_mm512_extracti32x4_epi32::<3>(
+            self.0
+        )))
+    }
+
+    #[inline(always)]
     fn least(self) -> i32 {
         run!(_mm512_reduce_min_epi32(self.0))
     }
