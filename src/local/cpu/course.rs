@@ -1,5 +1,7 @@
 //! What all rows of a decision share, laid out for lanes.
 
+use core::ops::Range;
+
 use super::lanes::MOST_LANES;
 use super::looked::PAIR;
 use super::reach::disc_reach;
@@ -211,6 +213,14 @@ impl Course {
                 i32::MAX
             };
         }
+    }
+
+    /// The steps of a group: the last may have fewer.
+    #[inline(always)]
+    pub const fn steps_of(&self, group: i32) -> Range<usize> {
+        let first = group as usize * self.group as usize;
+        let end = first + self.group as usize;
+        first..if end < self.steps { end } else { self.steps }
     }
 
     /// The columns x and y of one moving obstacle.

@@ -7,7 +7,7 @@ use super::course::{Course, MOST_ROWS};
 use super::instructions::{Kernel, Work};
 use super::lanes::Lanes;
 use super::pooled::Pooled;
-use super::row::{COLUMNS, REASON_BITS, judge_row};
+use super::row::{COLUMNS, Ends, REASON_BITS, judge_row};
 use super::scalar;
 use super::sieve::{Sieve, Tile};
 use super::table::Table;
@@ -23,6 +23,7 @@ struct Scratch {
     /// Tables of a tile's rows.
     tables: [Table; MOST_ROWS],
     sieve: Sieve,
+    ends: Ends,
 }
 
 /// What choosing a sample takes.
@@ -98,7 +99,11 @@ impl Part {
     ) {
         let turns = &problem.turns[self.rows.clone()];
         let words = COLUMNS * course.stride;
-        let Scratch { tables, sieve } = &mut self.scratch;
+        let Scratch {
+            tables,
+            sieve,
+            ends,
+        } = &mut self.scratch;
         let tiles = self.samples.chunks_mut(course.tile_rows * words);
         for (turns, rows) in turns.chunks(course.tile_rows).zip(tiles) {
             let tables = &mut tables[..turns.len()];
@@ -117,7 +122,8 @@ impl Part {
             let rows = rows.chunks_exact_mut(words).enumerate();
             for ((turn, table), (number, row)) in turns.iter().zip(&*tables).zip(rows) {
                 let table = (number, table);
-                let tally = judge_row::<L>(proof, problem, course, turn, table, sieve, row);
+                let room = (&mut *ends, row);
+                let tally = judge_row::<L>(proof, problem, course, turn, table, sieve, room);
                 self.total.merge(&tally);
                 self.tallies.push(tally);
             }

@@ -5,7 +5,7 @@ use core::ops::{Range, RangeInclusive};
 
 use super::lanes::{LARGE, Lanes, SMALL};
 use super::pooled::{Boxes, Pooled};
-use super::sieve::{Tile, steps_of};
+use super::sieve::Tile;
 use super::spans::GROUPS;
 use super::two_rows::TwoRows;
 use crate::local::inputs::Header;
@@ -37,7 +37,6 @@ pub struct Patches {
     visited: Vec<[[i32; GROUPS]; 4]>,
     /// Groups that share a patch.
     run: Vec<i32>,
-    steps: Vec<i32>,
     /// How many patches were looked up so far.
     #[cfg(test)]
     pub looked_up: usize,
@@ -163,13 +162,12 @@ impl Patches {
         {
             self.looked_up += 1;
         }
-        steps_of(tile.course, &self.run, &mut self.steps);
-        self.run.clear();
         if cells.fit(SMALL) {
             self.look::<L, { SMALL }>(proof, (tile, pooled), list, cells, least);
         } else {
             self.look::<L, { LARGE }>(proof, (tile, pooled), list, cells, least);
         }
+        self.run.clear();
     }
 
     /// Looks the steps up, for two rows at a time.
@@ -190,20 +188,17 @@ impl Patches {
         let patch = L::patch::<SIDE>(proof, &square);
         let bits = product_bits(header);
         let radius = L::splat(proof, problem.discs[list.disc].radius);
-        let coarse = &course.coarse_twice[list.samples.clone()];
-        let rows = least.chunks_mut(2 * course.stride);
-        for (tables, least) in tile.tables.chunks(2).zip(rows) {
-            let two = TwoRows::new(course, tables, list.disc);
-            let (one, other) = least.split_at_mut(course.stride);
-            let one = &mut one[list.samples.clone()];
-            let mut other = other.get_mut(list.samples.clone());
-            for at in (0..coarse.len()).step_by(L::COUNT) {
-                let speed = L::load(proof, &coarse[at..]);
-                let both = two.nearest::<L, SIDE>(proof, &patch, &self.steps, speed, bits);
-                lower(proof, both.tighten().sub(radius), &mut one[at..]);
-                if let Some(other) = &mut other {
-                    lower(proof, both.shr(16).sub(radius), &mut other[at..]);
-                }
+        let Range { start, end } = list.samples;
+        for row in (0..tile.tables.len()).step_by(2) {
+            let last = (row + 1).min(tile.tables.len() - 1);
+            let two = TwoRows::new(course, &tile.tables[row], &tile.tables[last], list.disc);
+            let [row, last] = [row, last].map(|row| row * course.stride);
+            for at in (start..end).step_by(L::COUNT) {
+                let speed = L::load(proof, &course.coarse_twice[at..]);
+                let groups = (&*self.run, course);
+                let both = two.nearest::<L, SIDE>(proof, &patch, groups, speed, bits);
+                lower(proof, both.tighten().sub(radius), &mut least[row + at..]);
+                lower(proof, both.shr(16).sub(radius), &mut least[last + at..]);
             }
         }
     }

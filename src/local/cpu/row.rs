@@ -18,6 +18,13 @@ pub const COLUMNS: usize = 3;
 /// The reason's place in the first word of a sample, above the heading term.
 pub const REASON_BITS: u32 = 24;
 
+/// Room for the final positions of a row's samples.
+#[derive(Debug, Default)]
+pub struct Ends {
+    x: Vec<i32>,
+    y: Vec<i32>,
+}
+
 /// How the samples of one vector fared.
 #[derive(Clone, Copy)]
 pub struct Fate<L: Lanes> {
@@ -54,15 +61,18 @@ pub fn judge_row<L: Lanes>(
     turn: &Turn,
     (number, table): (usize, &Table),
     sieve: &Sieve,
-    samples: &mut [i32],
+    (ends, samples): (&mut Ends, &mut [i32]),
 ) -> Tally {
+    ends.x.resize(course.stride, 0);
+    ends.y.resize(course.stride, 0);
     let mut row = Row::<L> {
         proof,
         problem,
         course,
         turn,
         heading: end_heading(&problem.header, turn),
-        ends: [table.end_x, table.end_y],
+        displaced: [table.end_x, table.end_y],
+        ends,
         tally: LaneTally::new(proof),
     };
     let vectors = (0..problem.speeds.len()).step_by(L::COUNT);
@@ -79,6 +89,9 @@ pub fn judge_row<L: Lanes>(
         }
     }
     if row.tally.has_admissible() {
+        for first in vectors.clone() {
+            row.find_ends(first);
+        }
         // Each term in a loop of its own: the vectors in it do not wait for one another, and more of them are under way
         // at once than of the whole.
         for first in vectors.clone() {
@@ -100,7 +113,9 @@ struct Row<'a, L: Lanes> {
     course: &'a Course,
     turn: &'a Turn,
     heading: u32,
-    ends: [i32; 2],
+    /// Sums of cosines and sines.
+    displaced: [i32; 2],
+    ends: &'a mut Ends,
     tally: LaneTally<L>,
 }
 
@@ -132,17 +147,24 @@ impl<L: Lanes> Row<'_, L> {
         zero.store(&mut samples[2 * course.stride + first..]);
     }
 
-    /// Final positions from the start, fine units.
+    /// Finds the final positions of one vector from the start, fine units.
     #[inline(always)]
-    fn end(&self, first: usize) -> (L, L) {
+    fn find_ends(&mut self, first: usize) {
         let Self { proof, course, .. } = *self;
         let header = &self.problem.header;
         let fine = L::load(proof, &course.fine[first..]);
-        let x = fine.mul_hi(L::splat(proof, self.ends[0]));
-        let y = fine.mul_hi(L::splat(proof, self.ends[1]));
+        let [to_x, to_y] = self.displaced;
+        let x = fine.mul_hi(L::splat(proof, to_x));
+        let y = fine.mul_hi(L::splat(proof, to_y));
+        shift_round(proof, x, header.fine_bits).store(&mut self.ends.x[first..]);
+        shift_round(proof, y, header.fine_bits).store(&mut self.ends.y[first..]);
+    }
+
+    #[inline(always)]
+    fn end(&self, first: usize) -> (L, L) {
         (
-            shift_round(proof, x, header.fine_bits),
-            shift_round(proof, y, header.fine_bits),
+            L::load(self.proof, &self.ends.x[first..]),
+            L::load(self.proof, &self.ends.y[first..]),
         )
     }
 

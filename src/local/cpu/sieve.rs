@@ -231,9 +231,9 @@ pub fn steps_of(course: &Course, groups: &[i32], steps: &mut Vec<i32>) {
     steps.clear();
     steps.reserve(course.steps + PAIR);
     for &group in groups {
-        let first = group * course.group;
-        // The last group may be longer than what is left.
-        steps.extend(first..(first + course.group).min(course.steps as i32));
+        for step in course.steps_of(group) {
+            steps.push(step as i32);
+        }
     }
     if let Some(&last) = steps.last()
         && !steps.len().is_multiple_of(PAIR)

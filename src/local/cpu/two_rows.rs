@@ -48,32 +48,33 @@ impl<'a> Positions<'a> {
 }
 
 impl<'a> TwoRows<'a> {
-    /// Of two tables, or of one, which is then looked up twice.
+    /// Of two tables.
     #[inline(always)]
-    pub fn new(course: &Course, tables: &'a [Table], disc: usize) -> Self {
+    pub fn new(course: &Course, one: &'a Table, other: &'a Table, disc: usize) -> Self {
         Self {
-            one: Positions::new(course, &tables[0], disc),
-            other: Positions::new(course, &tables[tables.len() - 1], disc),
+            one: Positions::new(course, one, disc),
+            other: Positions::new(course, other, disc),
         }
     }
 
-    /// The smallest entries at some steps, of the first row in the lower halves of the lanes.
+    /// The smallest entries at the steps of some groups, of the first row in the lower halves of the lanes.
     #[inline(always)]
     pub fn nearest<L: Lanes, const SIDE: usize>(
         &self,
         proof: L::Proof,
         patch: &L::Patch,
-        steps: &[i32],
+        (groups, course): (&[i32], &Course),
         speed: L,
         bits: u32,
     ) -> L {
         let mut nearest = L::splat(proof, -1);
-        for &step in steps {
-            let step = step as usize;
-            let one = self.one.at(proof, step, speed);
-            let other = self.other.at(proof, step, speed);
-            let entries = L::look_up::<SIDE>(proof, patch, one, other, bits);
-            nearest = nearest.min_halves(entries);
+        for &group in groups {
+            for step in course.steps_of(group) {
+                let one = self.one.at(proof, step, speed);
+                let other = self.other.at(proof, step, speed);
+                let entries = L::look_up::<SIDE>(proof, patch, one, other, bits);
+                nearest = nearest.min_halves(entries);
+            }
         }
         nearest
     }
