@@ -166,37 +166,42 @@ fn fill_speeds(speeds: &mut Vec<Speed>, problem: &Problem, coarse_scale: u32, fi
     );
     let axis = &problem.window.linear;
     speeds.clear();
-    speeds.extend((0..axis.count).map(|index| {
+    speeds.resize(axis.count as usize, Speed::default());
+    // A closure would not be compiled for these instructions.
+    for (index, entry) in (0..axis.count).zip(speeds) {
         let speed = axis.value(index);
-        Speed {
+        *entry = Speed {
             coarse: round_i32(speed * units_per_step * coarse),
             fine: round_i32(speed * units_per_step * FINE_PER_UNIT * fine),
             term: velocity_term(speed),
             needs: stopping_need(problem, speed, problem.braking_x),
-        }
-    }));
+        };
+    }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
 fn fill_turns(turns: &mut Vec<Turn>, problem: &Problem) {
     let axis = &problem.window.angular;
     turns.clear();
-    turns.extend((0..axis.count).map(|index| {
+    turns.resize(axis.count as usize, Turn::default());
+    for (index, entry) in (0..axis.count).zip(turns) {
         let rate = axis.value(index);
-        Turn {
+        *entry = Turn {
             per_step: binary_angle(rate * problem.step_s),
             needs: stopping_need(problem, rate, problem.braking_theta),
-        }
-    }));
+        };
+    }
 }
 
 /// Speed in 2^-20 m/s; reverse earns nothing.
+#[inline]
 fn velocity_term(speed: f64) -> u32 {
     (speed.max(0.0) * 2.0_f64.powi(20)).round() as u32
 }
 
 /// Eq. 30 solved for what the sample must have: `rate^2 <= 2 dist a` is `dist >= rate^2 / (2 a)`; with the arc
 /// `dist = |rate| n step` it is `n >= |rate| / (2 a step)`. Rounded up: a sample that only just fails, fails.
+#[inline]
 fn stopping_need(problem: &Problem, rate: f64, braking: f64) -> u32 {
     let need = match problem.stopping {
         Stopping::Clearance => rate * rate / (2.0 * braking) / problem.field.unit_m(),
@@ -316,6 +321,7 @@ fn scale_to_fit(largest: f64, limit: f64, most: u32) -> u32 {
 }
 
 /// An angle in radians as a binary angle.
+#[inline]
 fn binary_angle(radians: f64) -> u32 {
     let turns = radians / TAU;
     let within_a_turn = turns - turns.floor();
@@ -323,6 +329,7 @@ fn binary_angle(radians: f64) -> u32 {
 }
 
 /// Rounded to the nearest; the callers' range checks keep it within 32 bits.
+#[inline]
 fn round_i32(value: f64) -> i32 {
     value.round() as i32
 }

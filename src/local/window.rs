@@ -17,6 +17,7 @@ pub struct Axis {
 impl Axis {
     /// Value number `index`: `low + index (high - low) / (count - 1)`, which rounding does not lift above `high`.
     #[must_use]
+    #[inline]
     pub fn value(&self, index: u32) -> f64 {
         if self.count == 1 {
             return self.low;

@@ -1,6 +1,7 @@
 //! What no clearance is below: for neighbouring samples of a tile, group of steps by group of steps.
 
 use super::course::Course;
+use super::groups::Groups;
 use super::lanes::Lanes;
 use super::patches::Patches;
 use super::pooled::{Boxes, Pooled};
@@ -63,9 +64,10 @@ impl Bounds {
         proof: L::Proof,
         course: &Course,
         list: usize,
-        groups: &mut Vec<i32>,
+        groups: &mut Groups,
     ) {
         let boxes = &mut self.lower[list * course.boxes..][..course.boxes];
+        groups.clear();
         let mut taken = 0_u32;
         for lower in &*boxes {
             let (mut group, mut bound) = (0, i32::MAX);
@@ -97,11 +99,11 @@ impl Bounds {
         course: &Course,
         (list, first): (usize, usize),
         matters: &[i32],
-        groups: &mut Vec<i32>,
+        groups: &mut Groups,
     ) {
         let boxes = &self.lower[list * course.boxes..][..course.boxes];
         let is_slow = course.coarse[first] == 0;
-        let (mut picks, mut count) = ([0; GROUPS], 0);
+        groups.clear();
         for at in (0..course.groups).step_by(L::COUNT) {
             let mut picked = L::none(proof);
             for (number, lower) in boxes.iter().enumerate() {
@@ -110,9 +112,8 @@ impl Bounds {
                 picked = L::either(picked, lower.less(L::splat(proof, most)));
             }
             let numbers = lane_numbers::<L>(proof).add(L::splat(proof, at as i32));
-            count += L::compress(picked, numbers, &mut picks[count..]);
+            groups.add::<L>(picked, numbers);
         }
-        groups.extend_from_slice(&picks[..count]);
     }
 }
 

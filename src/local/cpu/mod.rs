@@ -5,6 +5,7 @@ mod bounds;
 mod choice;
 mod course;
 mod crew;
+mod groups;
 mod instructions;
 mod lanes;
 mod looked;
@@ -160,7 +161,7 @@ impl CpuEngine {
         // The row that promises most comes first: few of the others can then still win.
         let mut first = (NOBODY, 0);
         for (number, part) in self.parts.iter_mut().enumerate() {
-            let bound = unlocked(part).best_bound(&choice);
+            let bound = unlocked(part).find_bounds(&choice);
             if better(first.0, bound) == bound {
                 first = (bound, number);
             }

@@ -4,6 +4,8 @@ use core::ops::Range;
 
 use super::choice::{LargestScore, Share};
 use super::course::{Course, MOST_ROWS};
+#[cfg(test)]
+use super::groups::Groups;
 use super::instructions::{Kernel, Work};
 use super::lanes::Lanes;
 use super::pooled::Pooled;
@@ -45,6 +47,8 @@ pub struct Part {
     tallies: Vec<Tally>,
     /// Of all rows.
     total: Tally,
+    /// Of rows that have admissible samples.
+    bounds: Vec<Candidate>,
     best: Candidate,
     /// Of the scalar kernel.
     table: Vec<i32>,
@@ -132,7 +136,7 @@ impl Part {
 
     /// The groups of steps that its last tile was looked at, list by list.
     #[cfg(test)]
-    pub fn picked(&self) -> &[Vec<i32>] {
+    pub fn picked(&self) -> &[Groups] {
         self.scratch.sieve.picked()
     }
 
@@ -147,39 +151,34 @@ impl Part {
         &self.total
     }
 
-    /// The most that a sample of each row could score, with the index of the row's first; rows without an admissible
-    /// sample left out.
+    /// Finds the most that a sample of each row could score, with the index of the row's first; rows without an admissible
+    /// sample left out. The best of them.
     ///
     /// No sample of a row scores more than one with the row's best value of each term would.
-    fn bounds(
-        &self,
-        speeds: usize,
-        normalizers: &[Normalizer; 4],
-    ) -> impl Iterator<Item = Candidate> {
-        let rows = self.rows.clone().zip(&self.tallies);
-        rows.filter(|(_, tally)| tally.counts.admissible > 0)
-            .map(move |(row, tally)| {
-                let bound = score::score(&at_best(&tally.totals), normalizers);
-                (bound, (row * speeds) as u32)
-            })
-    }
-
-    /// The best of its bounds.
-    pub fn best_bound(&self, choice: &Choice<'_>) -> Candidate {
-        self.bounds(choice.problem.speeds.len(), &choice.normalizers)
-            .fold(NOBODY, better)
-    }
-
-    /// Looks for its best sample among the rows that could beat a candidate.
-    pub fn choose(&mut self, choice: &Choice<'_>, candidate: Candidate) {
+    pub fn find_bounds(&mut self, choice: &Choice<'_>) -> Candidate {
         let speeds = choice.problem.speeds.len();
-        let mut best = candidate;
-        for bound in self.bounds(speeds, &choice.normalizers) {
-            if better(best, bound) == bound {
-                best = self.best_of_row(choice, bound.1 as usize / speeds, best);
+        let mut best = NOBODY;
+        self.bounds.clear();
+        for (row, tally) in self.rows.clone().zip(&self.tallies) {
+            if tally.counts.admissible > 0 {
+                let most = score::score(&at_best(&tally.totals), &choice.normalizers);
+                let bound = (most, (row * speeds) as u32);
+                self.bounds.push(bound);
+                best = better(best, bound);
             }
         }
-        self.best = best;
+        best
+    }
+
+    /// Looks for its best sample among the rows that could beat a candidate, by the bounds that were found.
+    pub fn choose(&mut self, choice: &Choice<'_>, candidate: Candidate) {
+        let speeds = choice.problem.speeds.len();
+        self.best = candidate;
+        for &bound in &self.bounds {
+            if better(self.best, bound) == bound {
+                self.best = self.best_of_row(choice, bound.1 as usize / speeds, self.best);
+            }
+        }
     }
 
     /// What `choose` found, or the candidate that it was given.

@@ -3,6 +3,7 @@
 
 use core::ops::{Range, RangeInclusive};
 
+use super::groups::Groups;
 use super::lanes::{LARGE, Lanes, SMALL};
 use super::pooled::{Boxes, Pooled};
 use super::sieve::Tile;
@@ -36,7 +37,7 @@ pub struct Patches {
     /// For each list and group of steps: first columns, last columns, first rows, last rows.
     visited: Vec<[[i32; GROUPS]; 4]>,
     /// Groups that share a patch.
-    run: Vec<i32>,
+    run: Groups,
     /// How many patches were looked up so far.
     #[cfg(test)]
     pub looked_up: usize,
@@ -76,7 +77,6 @@ impl Patches {
         let header = &tile.problem.header;
         self.can_be = BITS.contains(&product_bits(header));
         self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
-        self.run.reserve(GROUPS);
     }
 
     /// Whether the tile can have any.
@@ -104,10 +104,9 @@ impl Patches {
         list: &Listed,
         groups: &[i32],
         least: &mut [i32],
-        rest: &mut Vec<i32>,
+        rest: &mut Groups,
     ) {
         rest.clear();
-        rest.reserve(GROUPS);
         self.run.clear();
         let mut all = Cells {
             columns: [0; 2],
@@ -119,7 +118,7 @@ impl Patches {
                 rest.push(group);
                 continue;
             }
-            let both = if self.run.is_empty() {
+            let both = if self.run.as_slice().is_empty() {
                 here
             } else {
                 all.with(here)
@@ -155,7 +154,7 @@ impl Patches {
         cells: Cells,
         least: &mut [i32],
     ) {
-        if self.run.is_empty() {
+        if self.run.as_slice().is_empty() {
             return;
         }
         #[cfg(test)]
@@ -192,10 +191,10 @@ impl Patches {
         for row in (0..tile.tables.len()).step_by(2) {
             let last = (row + 1).min(tile.tables.len() - 1);
             let two = TwoRows::new(course, &tile.tables[row], &tile.tables[last], list.disc);
-            let [row, last] = [row, last].map(|row| row * course.stride);
+            let (row, last) = (row * course.stride, last * course.stride);
             for at in (start..end).step_by(L::COUNT) {
                 let speed = L::load(proof, &course.coarse_twice[at..]);
-                let groups = (&*self.run, course);
+                let groups = (self.run.as_slice(), course);
                 let both = two.nearest::<L, SIDE>(proof, &patch, groups, speed, bits);
                 lower(proof, both.tighten().sub(radius), &mut least[row + at..]);
                 lower(proof, both.shr(16).sub(radius), &mut least[last + at..]);

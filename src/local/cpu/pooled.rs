@@ -105,8 +105,8 @@ impl Pooled {
     #[inline(always)]
     pub fn square(&self, column: i32, row: i32) -> Square<'_> {
         let Region { width, height, .. } = self.region;
-        let across = (column - self.region.column).clamp(0, width - 1);
-        let along = (row - self.region.row).clamp(0, height - 1);
+        let across = (column - self.region.column).min(width - 1).max(0);
+        let along = (row - self.region.row).min(height - 1).max(0);
         Square {
             entries: &self.entries[along as usize * self.stride + across as usize..],
             stride: self.stride,

@@ -11,6 +11,7 @@
 
 use super::bounds::Bounds;
 use super::course::Course;
+use super::groups::Groups;
 use super::lanes::Lanes;
 use super::looked::{Looked, PAIR};
 use super::moving::{Chunk, Moving};
@@ -27,14 +28,14 @@ pub struct Sieve {
     spans: Spans,
     bounds: Bounds,
     /// For each list the groups of steps to look at.
-    picks: Vec<Vec<i32>>,
+    picks: Vec<Groups>,
     /// What a clearance must be below to matter to any row's sample of a speed.
     matters: Vec<i32>,
     /// For each row the smallest clearances of its samples.
     least: Vec<i32>,
     patches: Patches,
     /// Groups that are looked up in the field itself, and their steps.
-    rest: Vec<i32>,
+    rest: Groups,
     steps: Vec<i32>,
     moving: Moving,
 }
@@ -115,7 +116,7 @@ impl Sieve {
 
     /// The groups of steps that the last tile was looked at, list by list, after those that came first.
     #[cfg(test)]
-    pub fn picked(&self) -> &[Vec<i32>] {
+    pub fn picked(&self) -> &[Groups] {
         &self.picks
     }
 
@@ -149,10 +150,8 @@ impl Sieve {
     /// Picks the group that promises the smallest clearance, for each list.
     #[inline(always)]
     fn pick_first<L: Lanes>(&mut self, proof: L::Proof, tile: &Tile<'_>) {
-        self.picks.resize_with(tile.lists(), Vec::new);
+        self.picks.resize_with(tile.lists(), Groups::default);
         for (list, picks) in self.picks.iter_mut().enumerate() {
-            picks.clear();
-            picks.reserve(tile.course.groups);
             self.bounds
                 .take_smallest::<L>(proof, tile.course, list, picks);
         }
@@ -185,7 +184,6 @@ impl Sieve {
     #[inline(always)]
     fn pick<L: Lanes>(&mut self, proof: L::Proof, tile: &Tile<'_>) {
         for (number, picks) in self.picks.iter_mut().enumerate() {
-            picks.clear();
             let samples = tile.listed(number).samples;
             let list = (number, samples.start);
             let matters = &self.matters[samples];
@@ -202,12 +200,12 @@ impl Sieve {
         } = *tile;
         for (number, picks) in self.picks.iter().enumerate() {
             let listed = tile.listed(number);
-            let mut groups = picks;
+            let mut groups = picks.as_slice();
             if L::LOOKS_UP && self.patches.can_be() {
                 let (least, rest) = (&mut self.least, &mut self.rest);
                 self.patches
-                    .lower::<L>(proof, (tile, pooled), &listed, picks, least, rest);
-                groups = &self.rest;
+                    .lower::<L>(proof, (tile, pooled), &listed, groups, least, rest);
+                groups = self.rest.as_slice();
             }
             if groups.is_empty() {
                 continue;

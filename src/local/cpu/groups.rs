@@ -1,0 +1,47 @@
+//! Lists of groups of steps, without memory of their own.
+
+use super::lanes::{Lanes, MOST_LANES};
+use super::spans::GROUPS;
+
+/// Some groups of steps. There is room for a vector behind the last.
+#[derive(Clone, Debug)]
+pub struct Groups {
+    list: [i32; GROUPS + MOST_LANES],
+    count: usize,
+}
+
+impl Default for Groups {
+    fn default() -> Self {
+        Self {
+            list: [0; GROUPS + MOST_LANES],
+            count: 0,
+        }
+    }
+}
+
+impl Groups {
+    /// Forgets all.
+    #[inline(always)]
+    pub const fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Adds one, of at most as many as there are.
+    #[inline(always)]
+    pub const fn push(&mut self, group: i32) {
+        self.list[self.count] = group;
+        self.count += 1;
+    }
+
+    /// Adds those of a vector that are set.
+    #[inline(always)]
+    pub fn add<L: Lanes>(&mut self, set: L::Mask, groups: L) {
+        self.count += L::compress(set, groups, &mut self.list[self.count..]);
+    }
+
+    /// The groups, in the order in which they were added.
+    #[inline(always)]
+    pub fn as_slice(&self) -> &[i32] {
+        &self.list[..self.count]
+    }
+}
