@@ -38,8 +38,18 @@ impl Share {
     }
 }
 
-/// Looking for the largest score of a row's admissible samples; `i64::MIN` when none is.
-pub struct LargestScore<'a> {
+/// The score of some terms, the same as [`crate::local::score::score`].
+#[inline(always)]
+pub fn score(shares: &[Share; 4], [heading, clearance, velocity, path]: [i32; 4]) -> i64 {
+    shares[0]
+        .of(heading)
+        .wrapping_add(shares[1].of(clearance))
+        .wrapping_add(shares[2].of(velocity))
+        .wrapping_sub(shares[3].of(path))
+}
+
+/// Looking for the best of a row's admissible samples: its score and its place, the first where several have it.
+pub struct BestOfRow<'a> {
     /// Where the velocity terms are.
     pub course: &'a Course,
     /// The row's columns.
@@ -48,18 +58,21 @@ pub struct LargestScore<'a> {
     pub samples: usize,
     /// What makes the score.
     pub shares: &'a [Share; 4],
+    /// Samples that score less are of no interest.
+    pub least: i64,
 }
 
-impl Work for LargestScore<'_> {
-    type Outcome = i64;
+impl Work for BestOfRow<'_> {
+    type Outcome = Option<(i64, usize)>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L::Proof) -> i64 {
+    fn run<L: Lanes>(self, _: L::Proof) -> Self::Outcome {
         let Self {
             course,
             row,
             samples,
             shares,
+            least,
         } = self;
         let heading = &row[..samples];
         let clearance = &row[course.stride..][..samples];
@@ -67,14 +80,21 @@ impl Work for LargestScore<'_> {
         let velocity = &course.term[..samples];
         let mut largest = i64::MIN;
         for index in 0..samples {
-            let score = shares[0]
-                .of(heading[index])
-                .wrapping_add(shares[1].of(clearance[index]))
-                .wrapping_add(shares[2].of(velocity[index]))
-                .wrapping_sub(shares[3].of(path[index]));
-            let admissible = (heading[index] as u32) >> REASON_BITS == 0;
+            let [heading, clearance] = [heading[index], clearance[index]];
+            let score = score(shares, [heading, clearance, velocity[index], path[index]]);
+            let admissible = (heading as u32) >> REASON_BITS == 0;
             largest = largest.max(if admissible { score } else { i64::MIN });
         }
-        largest
+        if largest < least {
+            return None;
+        }
+        for index in 0..samples {
+            let [heading, clearance] = [heading[index], clearance[index]];
+            let score = score(shares, [heading, clearance, velocity[index], path[index]]);
+            if (heading as u32) >> REASON_BITS == 0 && score == largest {
+                return Some((largest, index));
+            }
+        }
+        None
     }
 }

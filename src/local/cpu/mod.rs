@@ -155,7 +155,6 @@ impl CpuEngine {
             kernel: self.kernel,
             problem,
             course: &self.course,
-            normalizers,
             shares: normalizers.map(|normalizer| Share::new(&normalizer)),
         };
         // The row that promises most comes first: few of the others can then still win.

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::choice::{LargestScore, Share};
+use super::choice::{BestOfRow, Share, score};
 use super::course::{Course, MOST_ROWS};
 #[cfg(test)]
 use super::groups::Groups;
@@ -15,7 +15,6 @@ use super::sieve::{Sieve, Tile};
 use super::table::Table;
 use super::tally::Tally;
 use crate::local::contract::{Reason, SampleRecord, Terms};
-use crate::local::score::{self, Normalizer};
 use crate::local::select::{Candidate, NOBODY, better};
 use crate::local::{Prepared, Totals};
 
@@ -33,7 +32,6 @@ pub struct Choice<'a> {
     pub kernel: Kernel,
     pub problem: &'a Prepared,
     pub course: &'a Course,
-    pub normalizers: [Normalizer; 4],
     pub shares: [Share; 4],
 }
 
@@ -161,7 +159,7 @@ impl Part {
         self.bounds.clear();
         for (row, tally) in self.rows.clone().zip(&self.tallies) {
             if tally.counts.admissible > 0 {
-                let most = score::score(&at_best(&tally.totals), &choice.normalizers);
+                let most = score(&choice.shares, at_best(&tally.totals));
                 let bound = (most, (row * speeds) as u32);
                 self.bounds.push(bound);
                 best = better(best, bound);
@@ -188,31 +186,16 @@ impl Part {
 
     /// The better of a candidate and the best sample of one of its rows.
     pub fn best_of_row(&self, choice: &Choice<'_>, row: usize, candidate: Candidate) -> Candidate {
-        let Choice {
-            kernel,
-            problem,
-            course,
-            normalizers,
-            shares,
-        } = choice;
-        let speeds = problem.speeds.len();
-        let samples = self.row(course, row);
-        let largest = kernel.run(LargestScore {
-            course,
-            row: samples,
+        let speeds = choice.problem.speeds.len();
+        let best = choice.kernel.run(BestOfRow {
+            course: choice.course,
+            row: self.row(choice.course, row),
             samples: speeds,
-            shares,
+            shares: &choice.shares,
+            least: candidate.0,
         });
-        if better(candidate, (largest, (row * speeds) as u32)) == candidate {
-            return candidate;
-        }
-        let reaches = |index: &usize| {
-            let record = record(problem, course, samples, *index);
-            record.reason == Reason::Ok && score::score(&record.terms, normalizers) == largest
-        };
-        let first = (0..speeds).find(reaches);
-        first.map_or(candidate, |index| {
-            better(candidate, (largest, (row * speeds + index) as u32))
+        best.map_or(candidate, |(score, index)| {
+            better(candidate, (score, (row * speeds + index) as u32))
         })
     }
 
@@ -258,14 +241,14 @@ impl Work for Judging<'_> {
 }
 
 /// The best value of each term.
-const fn at_best(totals: &Totals) -> Terms {
+const fn at_best(totals: &Totals) -> [i32; 4] {
     let [heading, clearance, velocity, _] = totals.greatest;
-    Terms {
-        heading,
-        clearance,
-        velocity,
-        path: totals.least[3],
-    }
+    [
+        heading as i32,
+        clearance as i32,
+        velocity as i32,
+        totals.least[3] as i32,
+    ]
 }
 
 fn record(problem: &Prepared, course: &Course, row: &[i32], index: usize) -> SampleRecord {
