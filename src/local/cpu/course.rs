@@ -30,7 +30,7 @@ const MOST_CELLS: f64 = 18.0;
 const DENSE: usize = 512;
 
 /// The most boxes that a chunk is divided into.
-const MOST_BOXES: usize = 4;
+const MOST_BOXES: usize = 2;
 
 /// More than the rounding of two stored distances, or of two positions with their tables and discs, units.
 pub const ROUNDING: f64 = 10.0;

@@ -120,8 +120,8 @@ struct Row<'a, L: Lanes> {
 }
 
 impl<L: Lanes> Row<'_, L> {
-    /// Counts the samples of one vector; writes their clearances, zeros as their path terms, and zeros as their first
-    /// words where they are admissible.
+    /// Counts the samples of one vector; writes their clearances, and zeros as their first words where they are
+    /// admissible. Only those are looked at later: the other terms of the others mean nothing.
     #[inline(always)]
     fn note(&mut self, first: usize, fate: Fate<L>, samples: &mut [i32]) {
         let Self { proof, course, .. } = *self;
@@ -141,10 +141,8 @@ impl<L: Lanes> Row<'_, L> {
         let collision = L::bits(fate.collision) & valid;
         let outside = L::bits(fate.outside) & valid & !collision;
         self.tally.count(valid, bad, collision, outside);
-        let clearance = L::select(not_ok, zero, fate.clearance);
         word.store(&mut samples[first..]);
-        clearance.store(&mut samples[course.stride + first..]);
-        zero.store(&mut samples[2 * course.stride + first..]);
+        fate.clearance.store(&mut samples[course.stride + first..]);
     }
 
     /// Finds the final positions of one vector from the start, fine units.
@@ -191,7 +189,7 @@ impl<L: Lanes> Row<'_, L> {
         L::select(ok, heading, words).store(&mut samples[first..]);
     }
 
-    /// Writes the path terms of the admissible samples of one vector.
+    /// Writes the path terms of one vector where a sample is admissible.
     #[inline(always)]
     fn find_paths(&self, first: usize, samples: &mut [i32]) {
         let Self { proof, course, .. } = *self;
@@ -204,8 +202,7 @@ impl<L: Lanes> Row<'_, L> {
         let path = L::splat(proof, header.key_x)
             .sub(x)
             .hypot(L::splat(proof, header.key_y).sub(y));
-        let zero = L::splat(proof, 0);
-        L::select(ok, path, zero).store(&mut samples[2 * course.stride + first..]);
+        path.store(&mut samples[2 * course.stride + first..]);
     }
 
     /// Adds up the terms of the admissible samples of one vector.
@@ -217,8 +214,7 @@ impl<L: Lanes> Row<'_, L> {
         let velocity = L::load(proof, &course.term[first..]);
         let path = L::load(proof, &samples[2 * course.stride + first..]);
         let ok = is_ok(proof, heading);
-        self.tally
-            .gather(proof, ok, [heading, clearance, velocity, path]);
+        self.tally.gather(ok, [heading, clearance, velocity, path]);
     }
 }
 

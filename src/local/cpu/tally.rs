@@ -71,18 +71,17 @@ impl<L: Lanes> LaneTally<L> {
 
     /// Adds the terms of one vector where `ok` is set.
     #[inline(always)]
-    pub fn gather(&mut self, proof: L::Proof, ok: L::Mask, terms: [L; 4]) {
+    pub fn gather(&mut self, ok: L::Mask, terms: [L; 4]) {
         if self.vectors == VECTORS_PER_SUM {
             self.empty();
         }
         self.vectors += 1;
-        let (zero, most) = (L::splat(proof, 0), L::splat(proof, i32::MAX));
         let mut term = 0;
         while term < 4 {
-            let counted = L::select(ok, terms[term], zero);
-            self.sums[term] = self.sums[term].add(counted);
-            self.greatest[term] = self.greatest[term].max(counted);
-            self.least[term] = self.least[term].min(L::select(ok, terms[term], most));
+            let (sum, least, greatest) = (self.sums[term], self.least[term], self.greatest[term]);
+            self.sums[term] = L::select(ok, sum.add(terms[term]), sum);
+            self.least[term] = L::select(ok, least.min(terms[term]), least);
+            self.greatest[term] = L::select(ok, greatest.max(terms[term]), greatest);
             term += 1;
         }
     }
