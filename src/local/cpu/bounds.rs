@@ -35,14 +35,13 @@ impl Bounds {
         }
         let mut lists = self.lower.chunks_exact_mut(course.boxes).enumerate();
         for coarse in course.coarse.chunks(course.chunk) {
-            let is_slow = coarse[0] == 0;
             for ((disc, body), (list, lower)) in problem.discs.iter().enumerate().zip(&mut lists) {
                 let radius = L::splat(proof, body.radius);
                 for at in (0..course.groups).step_by(L::COUNT) {
                     let missing = L::load(proof, &course.missing[at..]);
                     let mut visited = Boxes::<L>::nowhere(proof);
                     for (number, lower) in lower.iter_mut().enumerate() {
-                        let samples = in_box(coarse, course.boxes, number, is_slow);
+                        let samples = in_box(coarse, course.boxes, number);
                         let speeds = [samples[0], samples[samples.len() - 1]];
                         let boxes = spans.boxes::<L>(proof, &problem.header, speeds, disc, at);
                         let least = pooled.least(proof, &boxes).sub(radius);
@@ -97,17 +96,16 @@ impl Bounds {
         &self,
         proof: L::Proof,
         course: &Course,
-        (list, first): (usize, usize),
+        list: usize,
         matters: &[i32],
         groups: &mut Groups,
     ) {
         let boxes = &self.lower[list * course.boxes..][..course.boxes];
-        let is_slow = course.coarse[first] == 0;
         groups.clear();
         for at in (0..course.groups).step_by(L::COUNT) {
             let mut picked = L::none(proof);
             for (number, lower) in boxes.iter().enumerate() {
-                let most = greatest(in_box(matters, course.boxes, number, is_slow));
+                let most = greatest(in_box(matters, course.boxes, number));
                 let lower = L::load(proof, &lower[at..]);
                 picked = L::either(picked, lower.less(L::splat(proof, most)));
             }
@@ -126,16 +124,9 @@ fn greatest(list: &[i32]) -> i32 {
     greatest
 }
 
-/// The samples of one of the boxes that a chunk is divided into: as many in each, or, where the chunk begins with
-/// standing still, twice as many as in the one before. Samples of a box then differ by no more than two times in speed,
-/// and no slow one, which stays where little is nearer, makes steps matter to which only faster ones come.
+/// The samples of one of the boxes that a chunk is divided into.
 #[inline(always)]
-fn in_box(samples: &[i32], boxes: usize, number: usize, is_slow: bool) -> &[i32] {
-    if is_slow {
-        let end = samples.len() >> (boxes - 1 - number);
-        let first = if number == 0 { 0 } else { end / 2 };
-        return &samples[first..end];
-    }
+fn in_box(samples: &[i32], boxes: usize, number: usize) -> &[i32] {
     let size = samples.len() / boxes;
     &samples[number * size..][..size]
 }

@@ -184,11 +184,9 @@ impl Sieve {
     #[inline(always)]
     fn pick<L: Lanes>(&mut self, proof: L::Proof, tile: &Tile<'_>) {
         for (number, picks) in self.picks.iter_mut().enumerate() {
-            let samples = tile.listed(number).samples;
-            let list = (number, samples.start);
-            let matters = &self.matters[samples];
+            let matters = &self.matters[tile.listed(number).samples];
             self.bounds
-                .below::<L>(proof, tile.course, list, matters, picks);
+                .below::<L>(proof, tile.course, number, matters, picks);
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::local::cpu::lanes::{MOST_LANES, Patch};
+use crate::local::cpu::lanes::{MOST_LANES, Square};
 
 /// What one lane is given.
 pub type Case = [i32; 2];
@@ -30,22 +30,26 @@ impl Shared {
         20 + self.bits % 9
     }
 
-    /// Where a patch begins in a list with rows of 100.
-    const fn corner(&self) -> usize {
-        (self.width % 30_000) as usize
+    /// A square of a list with rows of 100.
+    pub fn square(&self) -> Square<'static> {
+        let first = (self.width % 30_000) as usize;
+        Square {
+            entries: &LIST[first..],
+            stride: 100,
+            column: first % 100,
+            row: first / 100,
+        }
     }
 
-    /// A patch of that list.
-    pub fn patch<const SIDE: usize>(&self) -> Patch {
-        let mut patch = Patch::default();
-        patch.copy::<SIDE>(&LIST, self.corner(), 100);
-        patch
-    }
-
-    /// Its entry.
-    pub fn entry(&self, x: i32, y: i32) -> i32 {
-        let cell = |word: i32| (word as u32 >> self.patch_bits()) as usize;
-        i32::from(LIST[self.corner() + cell(y) * 100 + cell(x)])
+    /// The entry of a patch with this side that has a copy of it.
+    pub fn entry<const SIDE: usize>(&self, x: i32, y: i32) -> i32 {
+        let square = self.square();
+        let after = |word: i32, first: usize| {
+            let cell = (word as u32 >> self.patch_bits()) as usize;
+            (cell + SIDE * first - first) % SIDE
+        };
+        let (column, row) = (after(x, square.column), after(y, square.row));
+        i32::from(square.entries[row * square.stride + column])
     }
 }
 

@@ -69,15 +69,12 @@ pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
 const fn look_up<L: Lanes, const SIDE: usize>(name: &'static str) -> Operation<L> {
     each(
         name,
-        |case, shared| {
-            let places = (SIDE as u64) << shared.patch_bits();
-            case.map(|word| (word as u32 as u64 % places) as i32)
-        },
+        any,
         |proof, x, y, shared| {
-            let patch = shared.patch::<SIDE>();
+            let patch = L::patch::<SIDE>(proof, &shared.square());
             L::look_up::<SIDE>(proof, &patch, (x, y), (y, x), shared.patch_bits())
         },
-        |x, y, shared| shared.entry(x, y) | (shared.entry(y, x) << 16),
+        |x, y, shared| shared.entry::<SIDE>(x, y) | (shared.entry::<SIDE>(y, x) << 16),
     )
 }
 

@@ -21,6 +21,9 @@ pub enum Way<L: Lanes> {
     ),
 }
 
+/// Coefficients that leave all sums below 2^29.
+const POLYNOMIAL: [i32; 4] = [-400_539, 17_993_950, -113_684_708, 341_774_852];
+
 /// One operation.
 pub struct Operation<L: Lanes> {
     pub name: &'static str,
@@ -142,6 +145,17 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
             |x, y, _| {
                 let product = i32::from(x as i16).wrapping_mul(i32::from(y as i16) + (y >> 16));
                 product.wrapping_add(y)
+            },
+        ),
+        each(
+            "polynomial",
+            any,
+            |p, x, _, _| L::polynomial(p, x, POLYNOMIAL),
+            |x, _, _| {
+                let next = |sum: i32, coefficient| numeric::mul_hi_i32(sum << 2, x) + coefficient;
+                POLYNOMIAL[1..]
+                    .iter()
+                    .fold(POLYNOMIAL[0], |sum, &one| next(sum, one))
             },
         ),
         each("min", any, |_, x, y, _| x.min(y), |x, y, _| x.min(y)),

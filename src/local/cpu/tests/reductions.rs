@@ -23,6 +23,31 @@ pub fn reductions<L: Lanes>() -> Vec<Operation<L>> {
             |_, x, _, _| halves(x.total_unsigned()),
             |cases, _| halves(cases.iter().map(|case| u64::from(case[0] as u32)).sum()),
         ),
+        whole(
+            "running_sums",
+            any,
+            |_, x, _, _| x.running_sums().to_array()[..L::COUNT].to_vec(),
+            |cases, _| {
+                let sums = cases.iter().scan(0_i32, |sum, case| {
+                    *sum = sum.wrapping_add(case[0]);
+                    Some(*sum)
+                });
+                sums.collect()
+            },
+        ),
+        whole(
+            "last",
+            any,
+            |_, x, _, _| vec![x.last()],
+            |cases, _| {
+                cases
+                    .iter()
+                    .map(|case| case[0])
+                    .next_back()
+                    .into_iter()
+                    .collect()
+            },
+        ),
     ]
 }
 

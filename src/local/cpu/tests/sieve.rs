@@ -133,7 +133,7 @@ fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
     }
     let part = engine.parts[0].get_mut().expect("nobody panicked");
     let lists = part.picked();
-    let looked = lists.iter().map(Vec::len).sum();
+    let looked = lists.iter().map(|list| list.as_slice().len()).sum();
     Some((looked, lists.len() * engine.course.groups))
 }
 
