@@ -40,6 +40,13 @@ fn tabulate(turn: Turn, first: u32) {
 struct StepResult {
     clearance: i32,
     outside: bool,
+    room: i32,
+    border: i32,
+}
+
+struct Pace {
+    margin: i32,
+    steps_per_unit: u32,
 }
 
 struct Judgement {
@@ -47,11 +54,16 @@ struct Judgement {
     clearance: u32,
 }
 
+// Only a stop within the arc asks for the first step that ends it; the end, where most samples meet what they meet at
+// all, tells more about the steps before it than the start about those after it.
 fn judge(speed: Speed, turn: Turn, first: u32) -> Judgement {
+    let by_arc = header.stop_by_arc == 1u;
+    let pace = pace_of(speed, turn);
     var least = bitcast<i32>(header.max_clearance);
-    var free_steps = 0u;
+    var done = 0u;
     var ended_by = OK;
-    for (var step = 0u; step < header.steps; step += 1u) {
+    while done < header.steps {
+        let step = select(header.steps - 1u - done, done, by_arc);
         let met = step_clearance(speed, first, step);
         if met.clearance <= 0 {
             ended_by = COLLISION;
@@ -59,14 +71,14 @@ fn judge(speed: Speed, turn: Turn, first: u32) -> Judgement {
         }
         if met.outside {
             ended_by = OUTSIDE;
-            if header.stop_by_arc == 1u {
+            if by_arc {
                 break;
             }
         }
         least = min(least, met.clearance);
-        free_steps += 1u;
+        done += 1u + idle_steps(pace, met, least);
     }
-    let reason = verdict(speed, turn, ended_by, free_steps, least);
+    let reason = verdict(speed, turn, ended_by, min(done, header.steps), least);
     return Judgement(reason, select(0u, bitcast<u32>(least), reason == OK));
 }
 
@@ -79,11 +91,34 @@ fn verdict(speed: Speed, turn: Turn, ended_by: u32, free_steps: u32, least: i32)
     return select(OK, CANNOT_STOP, has < speed.needs || has < turn.needs);
 }
 
+fn pace_of(speed: Speed, turn: Turn) -> Pace {
+    var lever = 0u;
+    for (var index = 0u; index < header.disc_count; index += 1u) {
+        let part = disc(index);
+        lever = max(lever, bitcast<u32>(abs(part.x)) + bitcast<u32>(abs(part.y)));
+    }
+    var carried = 0u;
+    for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
+        let body = moving_body(moving);
+        carried = max(carried, bitcast<u32>(abs(body.step_x)) + bitcast<u32>(abs(body.step_y)));
+    }
+    let along = (bitcast<u32>(abs(speed.coarse)) * (bitcast<u32>(ONE_Q20) >> header.table_bits)) >> header.coarse_bits;
+    let around = mul_hi_u32(7u * lever, turn_size(turn.per_step));
+    let most = along + around + (carried >> 8u) + 4u;
+    let margin = ((1449u << header.cell_bits) >> 10u) + (most >> 5u) + 16u;
+    return Pace(bitcast<i32>(margin), 65536u / most);
+}
+
+fn idle_steps(pace: Pace, met: StepResult, least: i32) -> u32 {
+    let slack = min(met.room - least, met.border) - pace.margin;
+    return (bitcast<u32>(max(slack, 0)) * pace.steps_per_unit) >> 16u;
+}
+
 fn step_clearance(speed: Speed, first: u32, step: u32) -> StepResult {
     var at = first + step * step_words();
     let moved_x = shift_round(speed.coarse * table[at], header.coarse_bits);
     let moved_y = shift_round(speed.coarse * table[at + 1u], header.coarse_bits);
-    var result = StepResult(bitcast<i32>(header.max_clearance), false);
+    var result = StepResult(bitcast<i32>(header.max_clearance), false, 65535, 65535);
     for (var index = 0u; index < header.disc_count; index += 1u) {
         let radius = disc_radius(index);
         at += 2u;
@@ -92,8 +127,13 @@ fn step_clearance(speed: Speed, first: u32, step: u32) -> StepResult {
         let distance = clearance_at(x, y);
         if distance >= 0 {
             result.clearance = min(result.clearance, distance - radius);
+            result.room = min(result.room, distance - radius);
         } else {
             result.outside = result.outside || header.outside_is_free == 0u;
+            result.room = 0;
+        }
+        if header.outside_is_free == 0u {
+            result.border = min(result.border, border_at(x, y));
         }
         for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
             let body = moving_body(moving);
@@ -101,6 +141,9 @@ fn step_clearance(speed: Speed, first: u32, step: u32) -> StepResult {
             let gap = distance_below(body, x, y, step, reach);
             result.clearance = min(result.clearance, gap - radius - body.radius);
         }
+    }
+    if header.obstacle_count > 0u {
+        result.room = min(result.room, result.clearance);
     }
     return result;
 }
@@ -114,6 +157,15 @@ fn clearance_at(x: i32, y: i32) -> i32 {
     }
     let index = row * header.width + column;
     return bitcast<i32>((field[place.first_field + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu);
+}
+
+// At most the way to the field's border, units; at most 65535.
+fn border_at(x: i32, y: i32) -> i32 {
+    let column = x >> header.cell_bits;
+    let row = y >> header.cell_bits;
+    let across = min(column, bitcast<i32>(header.width) - 1 - column);
+    let along = min(row, bitcast<i32>(header.height) - 1 - row);
+    return clamp(min(across, along), 0, 65535 >> header.cell_bits) << header.cell_bits;
 }
 
 fn distance_below(body: MovingBody, x: i32, y: i32, step: u32, reach: i32) -> i32 {

@@ -6,7 +6,9 @@
 
 use super::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
 use super::{ClearanceField, Prepared, Reason};
-use crate::numeric::{cos_q20, isqrt32, mul_hi_i32, shift_round, sin_q20};
+use crate::numeric::{
+    ONE_Q20, cos_q20, isqrt32, mul_hi_i32, mul_hi_u32, shift_round, sin_q20, turn_size,
+};
 
 /// Words of the table of one turn rate: for each step the coarse displacement (2) and each disc's centre for a robot
 /// that did not move (2 each), then the sums of cosines and sines in Q20 (2).
@@ -57,16 +59,39 @@ struct StepResult {
     clearance: i32,
     /// Whether a disc's centre is off the field, and that matters.
     outside: bool,
+    /// What the clearance is at least, where the cap does not count and no obstacle moves; zero where nothing is known.
+    room: i32,
+    /// At most the way of any disc's centre to the field's border, units, where that matters.
+    border: i32,
+}
+
+/// How fast a sample's clearance can change: no faster than a disc's centre and a moving obstacle near each other.
+struct Pace {
+    /// What cells and roundings may add to any change, units.
+    margin: i32,
+    /// Steps that a change by one unit takes at least, 2^-16 of a step.
+    steps_per_unit: u32,
 }
 
 /// Whether a sample is admissible, and its clearance in units.
+///
+/// Steps that cannot change the answer are left out. Only a stop within the arc asks for the first step that ends it.
+/// Any other judgement begins at the end: most samples meet there what they meet at all, and a small clearance found
+/// early lets many steps be left out.
 #[must_use]
 pub fn judge(problem: &Prepared, speed: &Speed, turn: &Turn, table: &[i32]) -> (Reason, u32) {
     let header = &problem.header;
+    let by_arc = header.stop_by_arc == 1;
+    let pace = pace_of(problem, speed, turn);
     let mut least = header.max_clearance as i32;
-    let mut free_steps = 0;
+    let mut done = 0;
     let mut ended_by = Reason::Ok;
-    for step in 0..header.steps {
+    while done < header.steps {
+        let step = if by_arc {
+            done
+        } else {
+            header.steps - 1 - done
+        };
         let met = step_clearance(problem, speed, table, step);
         if met.clearance <= 0 {
             ended_by = Reason::Collision;
@@ -74,13 +99,14 @@ pub fn judge(problem: &Prepared, speed: &Speed, turn: &Turn, table: &[i32]) -> (
         }
         if met.outside {
             ended_by = Reason::Outside;
-            if header.stop_by_arc == 1 {
+            if by_arc {
                 break;
             }
         }
         least = least.min(met.clearance);
-        free_steps += 1;
+        done += 1 + idle_steps(&pace, &met, least);
     }
+    let free_steps = done.min(header.steps);
     let reason = verdict(header, speed, turn, ended_by, free_steps, least);
     (
         reason,
@@ -116,6 +142,39 @@ fn verdict(
     }
 }
 
+fn pace_of(problem: &Prepared, speed: &Speed, turn: &Turn) -> Pace {
+    let header = &problem.header;
+    let mut lever = 0;
+    for disc in &problem.discs {
+        lever = lever.max(disc.x.unsigned_abs() + disc.y.unsigned_abs());
+    }
+    let mut carried = 0;
+    for body in &problem.obstacles {
+        carried = carried.max(body.step_x.unsigned_abs() + body.step_y.unsigned_abs());
+    }
+    // Units in a step, rounded down, so that one more of each covers them: a Q20 displacement is at most one long, and
+    // a turn of half a binary circle is pi, less than 7 halves.
+    let along =
+        (speed.coarse.unsigned_abs() * (ONE_Q20 as u32 >> header.table_bits)) >> header.coarse_bits;
+    let around = mul_hi_u32(7 * lever, turn_size(turn.per_step));
+    let most = along + around + (carried >> 8) + 4;
+    // Two positions in cells lie up to a cell's diagonal farther apart, 1449/1024 of a side, than the positions
+    // themselves. A coarse displacement is rounded to a 64th of a step or finer, twice along x and y: a 32nd covers
+    // that. All other roundings, of positions, discs, obstacles and distances, stay below 16 units.
+    let margin = ((1449 << header.cell_bits) >> 10) + (most >> 5) + 16;
+    Pace {
+        margin: margin as i32,
+        steps_per_unit: 65_536 / most,
+    }
+}
+
+/// The number of steps next to one that can neither bring the clearance below the least so far, which is above zero,
+/// nor leave the field.
+fn idle_steps(pace: &Pace, met: &StepResult, least: i32) -> u32 {
+    let slack = (met.room - least).min(met.border) - pace.margin;
+    (slack.max(0) as u32 * pace.steps_per_unit) >> 16
+}
+
 fn step_clearance(problem: &Prepared, speed: &Speed, table: &[i32], step: u32) -> StepResult {
     let header = &problem.header;
     let mut at = (step * step_words(header)) as usize;
@@ -124,20 +183,31 @@ fn step_clearance(problem: &Prepared, speed: &Speed, table: &[i32], step: u32) -
     let mut result = StepResult {
         clearance: header.max_clearance as i32,
         outside: false,
+        room: 65_535,
+        border: 65_535,
     };
     for disc in &problem.discs {
         at += 2;
         let x = table[at] + moved_x;
         let y = table[at + 1] + moved_y;
-        match clearance_at(header, &problem.field, x, y) {
-            Some(distance) => result.clearance = result.clearance.min(distance - disc.radius),
-            None => result.outside |= header.outside_is_free == 0,
+        if let Some(distance) = clearance_at(header, &problem.field, x, y) {
+            result.clearance = result.clearance.min(distance - disc.radius);
+            result.room = result.room.min(distance - disc.radius);
+        } else {
+            result.outside |= header.outside_is_free == 0;
+            result.room = 0;
+        }
+        if header.outside_is_free == 0 {
+            result.border = result.border.min(border_at(header, x, y));
         }
         for body in &problem.obstacles {
             let reach = result.clearance + disc.radius + body.radius;
             let distance = distance_below(header, body, x, y, step, reach);
             result.clearance = result.clearance.min(distance - disc.radius - body.radius);
         }
+    }
+    if header.obstacle_count > 0 {
+        result.room = result.room.min(result.clearance);
     }
     result
 }
@@ -148,6 +218,15 @@ fn clearance_at(header: &Header, field: &ClearanceField, x: i32, y: i32) -> Opti
     let row = (y >> header.cell_bits) as u32;
     (column < header.width && row < header.height)
         .then(|| i32::from(field.units()[(row * header.width + column) as usize]))
+}
+
+/// At most the way from a position to the field's border, units: that of whole cells, zero off the field.
+fn border_at(header: &Header, x: i32, y: i32) -> i32 {
+    let column = x >> header.cell_bits;
+    let row = y >> header.cell_bits;
+    let across = column.min(header.width as i32 - 1 - column);
+    let along = row.min(header.height as i32 - 1 - row);
+    across.min(along).clamp(0, 65_535 >> header.cell_bits) << header.cell_bits
 }
 
 /// Distance to a moving obstacle's centre, units, where it is below `reach`; `reach` where it is not, so that the
@@ -190,4 +269,83 @@ pub const fn end_heading(header: &Header, turn: &Turn) -> u32 {
     header
         .heading
         .wrapping_add(turn.per_step.wrapping_mul(header.steps))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{idle_steps, judge, pace_of, step_clearance, table_words, tabulate, verdict};
+    use crate::bench::random_problem;
+    use crate::local::{Prepared, Reason};
+
+    /// Calls `check` with each sample's table, speed and turn rate.
+    fn each_sample(cases: u64, mut check: impl FnMut(&Prepared, usize, usize, &[i32])) {
+        for case in 0..cases {
+            let problem = Prepared::new(&random_problem(23, case)).expect("a problem in range");
+            let mut table = vec![0; table_words(&problem.header)];
+            for (row, turn) in problem.turns.iter().enumerate() {
+                tabulate(&problem.header, turn, &problem.discs, &mut table);
+                for column in 0..problem.speeds.len() {
+                    check(&problem, row, column, &table);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn all_steps_judge_a_sample_as_those_that_can_matter_do() {
+        each_sample(200, |problem, row, column, table| {
+            let (header, turn) = (&problem.header, &problem.turns[row]);
+            let speed = &problem.speeds[column];
+            let (mut least, mut free_steps) = (header.max_clearance as i32, 0);
+            let mut ended_by = Reason::Ok;
+            for step in 0..header.steps {
+                let met = step_clearance(problem, speed, table, step);
+                if met.clearance <= 0 {
+                    ended_by = Reason::Collision;
+                    break;
+                }
+                if met.outside {
+                    ended_by = Reason::Outside;
+                    if header.stop_by_arc == 1 {
+                        break;
+                    }
+                }
+                least = least.min(met.clearance);
+                free_steps += 1;
+            }
+            let reason = verdict(header, speed, turn, ended_by, free_steps, least);
+            let clearance = if reason == Reason::Ok { least } else { 0 };
+            let judged = judge(problem, speed, turn, table);
+            assert_eq!(judged, (reason, clearance as u32), "{row} {column}");
+        });
+    }
+
+    #[test]
+    fn idle_steps_neither_lower_the_clearance_nor_leave_the_field() {
+        let (mut steps, mut idle) = (0_u64, 0_u64);
+        each_sample(60, |problem, row, column, table| {
+            let (speed, turn) = (&problem.speeds[column], &problem.turns[row]);
+            let pace = pace_of(problem, speed, turn);
+            let met = |step| step_clearance(problem, speed, table, step);
+            for step in 0..problem.header.steps {
+                let here = met(step);
+                for least in [1, here.clearance / 2] {
+                    let count = if here.clearance > 0 && least > 0 {
+                        idle_steps(&pace, &here, least)
+                    } else {
+                        0
+                    };
+                    steps += 1;
+                    idle += u64::from(count > 0);
+                    let last = (step + count).min(problem.header.steps - 1);
+                    for other in step.saturating_sub(count)..=last {
+                        let there = met(other);
+                        let matters = there.clearance < least || there.outside && !here.outside;
+                        assert!(count == 0 || !matters, "{step} {other}");
+                    }
+                }
+            }
+        });
+        assert!(idle > steps / 20, "{idle} of {steps}");
+    }
 }

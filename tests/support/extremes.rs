@@ -162,7 +162,7 @@ fn crowds() -> Vec<Named> {
     vec![
         (
             "as many moving obstacles as any adapter takes",
-            crowd(300..627),
+            crowd(300..625),
         ),
         ("a thousand moving obstacles", crowd(0..1024)),
         (

@@ -109,9 +109,10 @@ impl GpuEngine {
         let header = &problem.header;
         let (steps, discs) = (u64::from(header.steps), u64::from(header.disc_count));
         let moving = u64::from(header.obstacle_count);
-        // A turn for each step, disc and obstacle, and up to three more for the square root of a distance; some to find
-        // the problem in its batch, for the roots of the terms, and to add up the workgroup.
-        let needed = steps * (1 + discs * (1 + 4 * moving)) + 32;
+        // A turn for each step, disc and obstacle, and up to three more for the square root of a distance; one for each
+        // disc and obstacle before; some to find the problem in its batch, for the roots of the terms, and to add up
+        // the workgroup.
+        let needed = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 32;
         match self.device.loop_turns {
             Some(most) if needed > most => Err(EngineError::TooLarge {
                 adapter: self.device.adapter.clone(),
