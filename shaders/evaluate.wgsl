@@ -11,6 +11,9 @@
 const TURNS_PER_GROUP: u32 = 128u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
+// So many entries become one at a time where a workgroup adds up, so that few barriers do; the sizes of those that do
+// are powers of it.
+const FOLD: u32 = 4u;
 
 // Which of `first_groups` counts the workgroups of a dispatch.
 const OF_TURNS: u32 = 0u;
@@ -92,14 +95,19 @@ fn judge_samples(
     group_least[local] = least;
     group_greatest[local] = greatest;
     group_counts[local] = counts;
-    for (var half = SAMPLES_PER_GROUP / 2u; half > 0u; half /= 2u) {
+    for (var left = SAMPLES_PER_GROUP / FOLD; left > 0u; left /= FOLD) {
         workgroupBarrier();
-        if local < half {
-            let other = local + half;
-            group_sums[local] += group_sums[other];
-            group_least[local] = min(group_least[local], group_least[other]);
-            group_greatest[local] = max(group_greatest[local], group_greatest[other]);
-            group_counts[local] += group_counts[other];
+        if local < left {
+            for (var other = local + left; other < FOLD * left; other += left) {
+                sums += group_sums[other];
+                least = min(least, group_least[other]);
+                greatest = max(greatest, group_greatest[other]);
+                counts += group_counts[other];
+            }
+            group_sums[local] = sums;
+            group_least[local] = least;
+            group_greatest[local] = greatest;
+            group_counts[local] = counts;
         }
     }
     if local == 0u {
@@ -139,16 +147,22 @@ fn normalize(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id)
     total_least[local] = least;
     total_greatest[local] = greatest;
     total_counts[local] = counts;
-    for (var half = REDUCERS / 2u; half > 0u; half /= 2u) {
+    for (var left = REDUCERS / FOLD; left > 0u; left /= FOLD) {
         workgroupBarrier();
-        if local < half {
-            let other = local + half;
-            total_low[local] += total_low[other];
-            let carries = total_low[local] < total_low[other];
-            total_high[local] += total_high[other] + select(vec4<u32>(0u), vec4<u32>(1u), carries);
-            total_least[local] = min(total_least[local], total_least[other]);
-            total_greatest[local] = max(total_greatest[local], total_greatest[other]);
-            total_counts[local] += total_counts[other];
+        if local < left {
+            for (var other = local + left; other < FOLD * left; other += left) {
+                low += total_low[other];
+                let carries = low < total_low[other];
+                high += total_high[other] + select(vec4<u32>(0u), vec4<u32>(1u), carries);
+                least = min(least, total_least[other]);
+                greatest = max(greatest, total_greatest[other]);
+                counts += total_counts[other];
+            }
+            total_low[local] = low;
+            total_high[local] = high;
+            total_least[local] = least;
+            total_greatest[local] = greatest;
+            total_counts[local] = counts;
         }
     }
     if local == 0u {
@@ -190,10 +204,13 @@ fn score_samples(
         candidate = Candidate(score(record_terms(index), by[0], by[1], by[2], by[3]), index);
     }
     group_best[local] = candidate;
-    for (var half = SAMPLES_PER_GROUP / 2u; half > 0u; half /= 2u) {
+    for (var left = SAMPLES_PER_GROUP / FOLD; left > 0u; left /= FOLD) {
         workgroupBarrier();
-        if local < half {
-            group_best[local] = better(group_best[local], group_best[local + half]);
+        if local < left {
+            for (var other = local + left; other < FOLD * left; other += left) {
+                candidate = better(candidate, group_best[other]);
+            }
+            group_best[local] = candidate;
         }
     }
     if local == 0u {
@@ -213,10 +230,13 @@ fn choose(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) pr
         finalist = better(finalist, Candidate(vec2<u32>(best[0], best[1]), best[2]));
     }
     finalists[local] = finalist;
-    for (var half = REDUCERS / 2u; half > 0u; half /= 2u) {
+    for (var left = REDUCERS / FOLD; left > 0u; left /= FOLD) {
         workgroupBarrier();
-        if local < half {
-            finalists[local] = better(finalists[local], finalists[local + half]);
+        if local < left {
+            for (var other = local + left; other < FOLD * left; other += left) {
+                finalist = better(finalist, finalists[other]);
+            }
+            finalists[local] = finalist;
         }
     }
     if local == 0u {

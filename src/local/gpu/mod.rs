@@ -112,7 +112,7 @@ impl GpuEngine {
         // A turn for each step, disc and obstacle, and up to three more for the square root of a distance; one for each
         // disc and obstacle before; some to find the problem in its batch, for the roots of the terms, and to add up
         // the workgroup.
-        let needed = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 32;
+        let needed = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 40;
         match self.device.loop_turns {
             Some(most) if needed > most => Err(EngineError::TooLarge {
                 adapter: self.device.adapter.clone(),
