@@ -32,7 +32,7 @@ pub struct Avx2(__m256i);
 #[derive(Clone, Copy, Debug)]
 pub struct Mask(__m256i);
 
-/// Shows that the processor has AVX2.
+/// Shows that the processor has AVX2 and the operations on bits that came with it or before.
 #[derive(Clone, Copy, Debug)]
 pub struct Proof(());
 
@@ -59,7 +59,7 @@ const fn orders() -> [[i32; COUNT]; 256] {
 impl Avx2 {
     /// A proof, where the processor has the instructions.
     pub fn detect() -> Option<Proof> {
-        is_x86_feature_detected!("avx2").then_some(Proof(()))
+        detected!("avx2" "bmi1" "bmi2" "lzcnt" "popcnt").then_some(Proof(()))
     }
 }
 

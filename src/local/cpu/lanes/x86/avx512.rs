@@ -14,7 +14,7 @@
 )]
 use core::arch::x86_64::*;
 
-use super::super::{LARGE, Lanes, SMALL, Square};
+use super::super::{Avx2, LARGE, Lanes, SMALL, Square};
 
 const COUNT: usize = 16;
 
@@ -28,17 +28,15 @@ const ODD_TWICE: i32 = 0b11_11_01_01;
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512i);
 
-/// Shows that the processor has AVX-512 F, BW, CD and VNNI.
+/// Shows that the processor has AVX-512 F, BW, CD, DQ, VL and VNNI, beside what AVX2's proof shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Proof(());
 
 impl Avx512 {
     /// A proof, where the processor has the instructions.
     pub fn detect() -> Option<Proof> {
-        let has = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512bw")
-            && is_x86_feature_detected!("avx512cd")
-            && is_x86_feature_detected!("avx512vnni");
+        let has = Avx2::detect().is_some()
+            && detected!("avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl" "avx512vnni");
         has.then_some(Proof(()))
     }
 }

@@ -29,6 +29,13 @@ macro_rules! shifts {
     )*};
 }
 
+/// Whether the processor has all of these features.
+macro_rules! detected {
+    ($($feature:tt)*) => {
+        true $(&& is_x86_feature_detected!($feature))*
+    };
+}
+
 mod avx2;
 mod avx512;
 
