@@ -15,7 +15,7 @@ pub enum Instructions {
     Portable,
     /// Eight samples at once with AVX2.
     Avx2,
-    /// Sixteen samples at once with AVX-512, as processors since Cascade Lake and Zen 4 have it.
+    /// Sixteen samples at once with AVX-512.
     Avx512,
 }
 

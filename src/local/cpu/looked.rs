@@ -85,8 +85,8 @@ impl<'a> Looked<'a> {
                 let along = L::splat(proof, self.along[step]);
                 let cell = L::splat(proof, self.cell[step]);
                 for (speed, nearest) in speeds.iter().zip(&mut nearest) {
-                    let x = speed.mul_halves_add(x, across);
-                    let y = speed.mul_halves_add(y, along);
+                    let x = speed.mul_halves(x).add(across);
+                    let y = speed.mul_halves(y).add(along);
                     let cell = L::row_major(proof, x, y, self.bits, self.width).add(cell);
                     *nearest = nearest.min_loose(cell.gather_loose(self.units));
                 }

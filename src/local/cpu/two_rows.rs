@@ -41,8 +41,8 @@ impl<'a> Positions<'a> {
         let across = L::splat(proof, self.standing[0][step]);
         let along = L::splat(proof, self.standing[1][step]);
         (
-            speed.mul_halves_add(x, across),
-            speed.mul_halves_add(y, along),
+            speed.mul_halves(x).add(across),
+            speed.mul_halves(y).add(along),
         )
     }
 }

@@ -12,9 +12,7 @@ fn with_avx2<W: Work>(proof: <Avx2 as Lanes>::Proof, work: W) -> W::Outcome {
     work.run::<Avx2>(proof)
 }
 
-#[target_feature(
-    enable = "avx512f,avx512bw,avx512cd,avx512dq,avx512vl,avx512vnni,bmi1,bmi2,lzcnt,popcnt"
-)]
+#[target_feature(enable = "avx512f,avx512bw,avx512cd,avx512dq,avx512vl,bmi1,bmi2,lzcnt,popcnt")]
 fn with_avx512<W: Work>(proof: <Avx512 as Lanes>::Proof, work: W) -> W::Outcome {
     work.run::<Avx512>(proof)
 }

@@ -102,9 +102,8 @@ pub trait Lanes: Copy {
     fn shr(self, bits: u32) -> Self;
     /// Each lane shifted to the left by its own 0 to 31 bits.
     fn shl_each(self, bits: Self) -> Self;
-    /// A number of 16 bits, given in both halves of a lane, times the sum of the two halves of another lane, all signed,
-    /// added to a third.
-    fn mul_halves_add(self, halves: Self, sum: Self) -> Self;
+    /// A number of 16 bits, given in both halves of a lane, times the sum of the two halves of another lane, all signed.
+    fn mul_halves(self, halves: Self) -> Self;
     /// Bitwise and.
     fn and(self, other: Self) -> Self;
     /// The smaller of two.

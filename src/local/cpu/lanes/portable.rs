@@ -119,11 +119,10 @@ impl Lanes for Portable {
     look_up_in_memory! {}
 
     #[inline(always)]
-    fn mul_halves_add(self, halves: Self, sum: Self) -> Self {
-        let product = |number, halves| {
+    fn mul_halves(self, halves: Self) -> Self {
+        self.zip(halves, |number, halves| {
             i32::from(number as i16).wrapping_mul(i32::from(halves as i16) + (halves >> 16))
-        };
-        self.zip(halves, product).add(sum)
+        })
     }
 
     #[inline(always)]

@@ -138,14 +138,11 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
             |x, y, _| numeric::mul_hi_u32(x as u32, y as u32) as i32,
         ),
         each(
-            "mul_halves_add",
+            "mul_halves",
             // The number is in both halves.
             |[x, y], _| [(x << 16) | (x & 0xFFFF), y],
-            |_, x, y, _| x.mul_halves_add(y, y),
-            |x, y, _| {
-                let product = i32::from(x as i16).wrapping_mul(i32::from(y as i16) + (y >> 16));
-                product.wrapping_add(y)
-            },
+            |_, x, y, _| x.mul_halves(y),
+            |x, y, _| i32::from(x as i16).wrapping_mul(i32::from(y as i16) + (y >> 16)),
         ),
         each(
             "polynomial",

@@ -158,6 +158,7 @@ impl Lanes for Avx2 {
         min_loose = _mm256_min_epu16,
         min_halves = _mm256_min_epu16,
         shl_each = _mm256_sllv_epi32,
+        mul_halves = _mm256_madd_epi16,
     }
 
     shifts! {
@@ -183,11 +184,6 @@ impl Lanes for Avx2 {
     }
 
     look_up_in_memory! {}
-
-    #[inline(always)]
-    fn mul_halves_add(self, halves: Self, sum: Self) -> Self {
-        run!(Self(_mm256_madd_epi16(self.0, halves.0))).add(sum)
-    }
 
     #[inline(always)]
     fn polynomial<const N: usize>(_: Proof, square: Self, coefficients: [i32; N]) -> Self {

@@ -28,7 +28,7 @@ const ODD_TWICE: i32 = 0b11_11_01_01;
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512i);
 
-/// Shows that the processor has AVX-512 F, BW, CD, DQ, VL and VNNI, beside what AVX2's proof shows.
+/// Shows that the processor has AVX-512 F, BW, CD, DQ and VL, beside what AVX2's proof shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Proof(());
 
@@ -36,7 +36,7 @@ impl Avx512 {
     /// A proof, where the processor has the instructions.
     pub fn detect() -> Option<Proof> {
         let has = Avx2::detect().is_some()
-            && detected!("avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl" "avx512vnni");
+            && detected!("avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl");
         has.then_some(Proof(()))
     }
 }
@@ -167,6 +167,7 @@ impl Lanes for Avx512 {
         min_loose = _mm512_min_epu16,
         min_halves = _mm512_min_epu16,
         shl_each = _mm512_sllv_epi32,
+        mul_halves = _mm512_madd_epi16,
     }
 
     shifts! {
@@ -189,11 +190,6 @@ impl Lanes for Avx512 {
             _mm512_mul_epu32(self.0, other.0),
             _mm512_mul_epu32(odd(self), odd(other))
         ))
-    }
-
-    #[inline(always)]
-    fn mul_halves_add(self, halves: Self, sum: Self) -> Self {
-        run!(Self(_mm512_dpwssd_epi32(sum.0, self.0, halves.0)))
     }
 
     #[inline(always)]
