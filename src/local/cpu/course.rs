@@ -20,7 +20,7 @@ pub const MOST_ROWS: usize = 16;
 const BOX_CELLS: f64 = 4.0;
 
 /// The same for the rows of a tile.
-const TILE_CELLS: f64 = 24.0;
+const TILE_CELLS: f64 = 18.0;
 
 /// Samples of a chunk that end farther apart than so many cells are not sifted: their boxes would be too large to tell
 /// much.
