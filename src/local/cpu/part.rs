@@ -13,7 +13,7 @@ use super::row::{COLUMNS, Ends, REASON_BITS, judge_row};
 use super::scalar;
 use super::sieve::{Sieve, Tile};
 use super::table::Table;
-use super::tally::Tally;
+use super::tally::{LaneTally, Tally};
 use crate::local::contract::{Reason, SampleRecord, Terms};
 use crate::local::select::{Candidate, NOBODY, better};
 use crate::local::{Prepared, Totals};
@@ -41,8 +41,8 @@ pub struct Part {
     rows: Range<usize>,
     /// For each row its columns.
     samples: Vec<i32>,
-    /// For each row.
-    tallies: Vec<Tally>,
+    /// For each row the best value of each term, where it has an admissible sample.
+    best_terms: Vec<Option<[i32; 4]>>,
     /// Of all rows.
     total: Tally,
     /// Of rows that have admissible samples.
@@ -66,7 +66,7 @@ impl Part {
     ) {
         let words = COLUMNS * course.stride;
         self.samples.resize(words * rows.len(), 0);
-        self.tallies.clear();
+        self.best_terms.clear();
         self.total = Tally::default();
         self.rows = rows;
         if matches!(kernel, Kernel::Scalar) {
@@ -86,7 +86,9 @@ impl Part {
         let rows = self.samples.chunks_exact_mut(COLUMNS * course.stride);
         for (turn, row) in turns.iter().zip(rows) {
             let tally = scalar::judge_row(problem, course, turn, &mut self.table, row);
-            self.tallies.push(tally);
+            let has_admissible = tally.counts.admissible > 0;
+            self.best_terms
+                .push(has_admissible.then(|| best_terms(&tally.totals)));
             self.total.merge(&tally);
         }
     }
@@ -121,14 +123,15 @@ impl Part {
                 };
                 sieve.sift::<L>(proof, &tile, pooled);
             }
+            let mut tally = LaneTally::<L>::new(proof);
             let rows = rows.chunks_exact_mut(words).enumerate();
             for ((turn, table), (number, row)) in turns.iter().zip(&*tables).zip(rows) {
                 let table = (number, table);
-                let room = (&mut *ends, row);
-                let tally = judge_row::<L>(proof, problem, course, turn, table, sieve, room);
-                self.total.merge(&tally);
-                self.tallies.push(tally);
+                let room = (&mut *ends, row, &mut tally);
+                let best = judge_row::<L>(proof, problem, course, turn, table, sieve, room);
+                self.best_terms.push(best);
             }
+            self.total.merge(&tally.finish());
         }
     }
 
@@ -157,9 +160,9 @@ impl Part {
         let speeds = choice.problem.speeds.len();
         let mut best = NOBODY;
         self.bounds.clear();
-        for (row, tally) in self.rows.clone().zip(&self.tallies) {
-            if tally.counts.admissible > 0 {
-                let most = score(&choice.shares, at_best(&tally.totals));
+        for (row, terms) in self.rows.clone().zip(&self.best_terms) {
+            if let Some(terms) = *terms {
+                let most = score(&choice.shares, terms);
                 let bound = (most, (row * speeds) as u32);
                 self.bounds.push(bound);
                 best = better(best, bound);
@@ -241,7 +244,7 @@ impl Work for Judging<'_> {
 }
 
 /// The best value of each term.
-const fn at_best(totals: &Totals) -> [i32; 4] {
+const fn best_terms(totals: &Totals) -> [i32; 4] {
     let [heading, clearance, velocity, _] = totals.greatest;
     [
         heading as i32,

@@ -6,7 +6,7 @@ use super::lanes::{Lanes, MOST_LANES};
 use super::march;
 use super::sieve::Sieve;
 use super::table::{Table, lane_numbers, stays_inside};
-use super::tally::{LaneTally, Tally};
+use super::tally::LaneTally;
 use crate::local::inputs::Turn;
 use crate::local::rollout::end_heading;
 use crate::local::{Prepared, Reason};
@@ -52,7 +52,8 @@ impl<L: Lanes> Fate<L> {
     }
 }
 
-/// Judges every sample of a turn rate with its table; `samples` has [`COLUMNS`] columns of the course's stride.
+/// Judges every sample of a turn rate with its table and adds it to a tally; the best value of each term, unless no sample
+/// is admissible. `samples` has [`COLUMNS`] columns of the course's stride.
 #[inline(always)]
 pub fn judge_row<L: Lanes>(
     proof: L::Proof,
@@ -61,8 +62,8 @@ pub fn judge_row<L: Lanes>(
     turn: &Turn,
     (number, table): (usize, &Table),
     sieve: &Sieve,
-    (ends, samples): (&mut Ends, &mut [i32]),
-) -> Tally {
+    (ends, samples, tally): (&mut Ends, &mut [i32], &mut LaneTally<L>),
+) -> Option<[i32; 4]> {
     ends.x.resize(course.stride, 0);
     ends.y.resize(course.stride, 0);
     let mut row = Row::<L> {
@@ -73,7 +74,7 @@ pub fn judge_row<L: Lanes>(
         heading: end_heading(&problem.header, turn),
         displaced: [table.end_x, table.end_y],
         ends,
-        tally: LaneTally::new(proof),
+        tally,
     };
     let vectors = (0..problem.speeds.len()).step_by(L::COUNT);
     if course.in_any_order && stays_inside::<L>(proof, problem, course, table) {
@@ -100,11 +101,14 @@ pub fn judge_row<L: Lanes>(
         for first in vectors.clone() {
             row.find_paths(first, samples);
         }
+        // By itself, or compilers add up in memory.
+        let mut sums = *row.tally;
         for first in vectors {
-            row.add_up(first, samples);
+            row.add_up(first, samples, &mut sums);
         }
+        *row.tally = sums;
     }
-    row.tally.finish()
+    row.tally.end_row()
 }
 
 struct Row<'a, L: Lanes> {
@@ -116,7 +120,7 @@ struct Row<'a, L: Lanes> {
     /// Sums of cosines and sines.
     displaced: [i32; 2],
     ends: &'a mut Ends,
-    tally: LaneTally<L>,
+    tally: &'a mut LaneTally<L>,
 }
 
 impl<L: Lanes> Row<'_, L> {
@@ -207,14 +211,14 @@ impl<L: Lanes> Row<'_, L> {
 
     /// Adds up the terms of the admissible samples of one vector.
     #[inline(always)]
-    fn add_up(&mut self, first: usize, samples: &[i32]) {
+    fn add_up(&self, first: usize, samples: &[i32], sums: &mut LaneTally<L>) {
         let Self { proof, course, .. } = *self;
         let heading = L::load(proof, &samples[first..]);
         let clearance = L::load(proof, &samples[course.stride + first..]);
         let velocity = L::load(proof, &course.term[first..]);
         let path = L::load(proof, &samples[2 * course.stride + first..]);
         let ok = is_ok(proof, heading);
-        self.tally.gather(ok, [heading, clearance, velocity, path]);
+        sums.gather(ok, [heading, clearance, velocity, path]);
     }
 }
 

@@ -27,7 +27,11 @@ impl Tally {
 /// Vectors of terms below 2^24 whose lanes' sums stay below 2^32.
 const VECTORS_PER_SUM: u32 = 256;
 
+/// The term of which less is better, the last one.
+const PATH: usize = 3;
+
 /// A tally being taken: sums in lanes of 32 bits, emptied before they can overflow.
+#[derive(Clone, Copy)]
 pub struct LaneTally<L: Lanes> {
     proof: L::Proof,
     counts: Counts,
@@ -36,6 +40,10 @@ pub struct LaneTally<L: Lanes> {
     least: [L; 4],
     greatest: [L; 4],
     vectors: u32,
+    /// Of the row under way the greatest of each term, and of the last, the path's, the least.
+    best: [L; 4],
+    /// Admissible samples of the rows before.
+    before: u32,
 }
 
 impl<L: Lanes> LaneTally<L> {
@@ -51,7 +59,16 @@ impl<L: Lanes> LaneTally<L> {
             least: [L::splat(proof, i32::MAX); 4],
             greatest: [zero; 4],
             vectors: 0,
+            best: Self::nothing(proof),
+            before: 0,
         }
+    }
+
+    /// Worse than any term.
+    #[inline(always)]
+    fn nothing(proof: L::Proof) -> [L; 4] {
+        let zero = L::splat(proof, 0);
+        [zero, zero, zero, L::splat(proof, i32::MAX)]
     }
 
     /// Counts the samples of one vector: bits of those there are, not admissible, collided, and off the field.
@@ -63,10 +80,10 @@ impl<L: Lanes> LaneTally<L> {
         self.counts.cannot_stop += (bad & !collision & !outside).count_ones();
     }
 
-    /// Whether any sample counted so far is admissible.
+    /// Whether any sample of the row under way is admissible.
     #[inline(always)]
     pub const fn has_admissible(&self) -> bool {
-        self.counts.admissible > 0
+        self.counts.admissible > self.before
     }
 
     /// Adds the terms of one vector where `ok` is set.
@@ -78,12 +95,40 @@ impl<L: Lanes> LaneTally<L> {
         self.vectors += 1;
         let mut term = 0;
         while term < 4 {
-            let (sum, least, greatest) = (self.sums[term], self.least[term], self.greatest[term]);
+            let (sum, best) = (self.sums[term], self.best[term]);
             self.sums[term] = L::select(ok, sum.add(terms[term]), sum);
-            self.least[term] = L::select(ok, least.min(terms[term]), least);
-            self.greatest[term] = L::select(ok, greatest.max(terms[term]), greatest);
+            if term < PATH {
+                let least = self.least[term];
+                self.best[term] = L::select(ok, best.max(terms[term]), best);
+                self.least[term] = L::select(ok, least.min(terms[term]), least);
+            } else {
+                let greatest = self.greatest[term];
+                self.best[term] = L::select(ok, best.min(terms[term]), best);
+                self.greatest[term] = L::select(ok, greatest.max(terms[term]), greatest);
+            }
             term += 1;
         }
+    }
+
+    /// Ends a row: the best value of each term in it, unless no sample is admissible.
+    #[inline(always)]
+    pub fn end_row(&mut self) -> Option<[i32; 4]> {
+        if !self.has_admissible() {
+            return None;
+        }
+        self.before = self.counts.admissible;
+        let [heading, clearance, velocity, path] = self.best;
+        self.greatest[0] = self.greatest[0].max(heading);
+        self.greatest[1] = self.greatest[1].max(clearance);
+        self.greatest[2] = self.greatest[2].max(velocity);
+        self.least[PATH] = self.least[PATH].min(path);
+        self.best = Self::nothing(self.proof);
+        Some([
+            heading.greatest(),
+            clearance.greatest(),
+            velocity.greatest(),
+            path.least(),
+        ])
     }
 
     #[inline(always)]
