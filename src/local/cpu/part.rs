@@ -160,6 +160,8 @@ impl Part {
         let speeds = choice.problem.speeds.len();
         let mut best = NOBODY;
         self.bounds.clear();
+        // Room for all rows: how many have an admissible sample changes from one decision to the next.
+        self.bounds.reserve(self.rows.len());
         for (row, terms) in self.rows.clone().zip(&self.best_terms) {
             if let Some(terms) = *terms {
                 let most = score(&choice.shares, terms);
