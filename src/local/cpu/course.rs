@@ -24,7 +24,7 @@ const TILE_CELLS: f64 = 18.0;
 
 /// Samples of a chunk that end farther apart than so many cells are not sifted: their boxes would be too large to tell
 /// much.
-const MOST_CELLS: f64 = 18.0;
+const MOST_CELLS: f64 = 22.0;
 
 /// Samples of a tile and chunk from which on finer groups of steps pay.
 const DENSE: usize = 512;
