@@ -109,6 +109,10 @@ impl Part {
             ends,
         } = &mut self.scratch;
         let tiles = self.samples.chunks_mut(course.tile_rows * words);
+        // For the largest tile: the next decision's may have more rows than this one's.
+        for table in tables.iter_mut().take(turns.len()) {
+            table.make_room::<L>(course, problem.discs.len());
+        }
         for (turns, rows) in turns.chunks(course.tile_rows).zip(tiles) {
             let tables = &mut tables[..turns.len()];
             for (table, turn) in tables.iter_mut().zip(turns) {

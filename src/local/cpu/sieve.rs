@@ -10,7 +10,7 @@
 //! order of the steps does not matter.
 
 use super::bounds::Bounds;
-use super::course::Course;
+use super::course::{Course, MOST_ROWS};
 use super::groups::Groups;
 use super::lanes::Lanes;
 use super::looked::{Looked, PAIR};
@@ -79,9 +79,13 @@ impl Sieve {
         let Tile {
             problem, course, ..
         } = *tile;
-        let rows = tile.tables.len();
-        self.least.resize(course.stride * rows, 0);
-        self.least.fill(problem.header.max_clearance as i32);
+        // Room for the largest tile, and for all steps: not every decision needs them.
+        self.steps.clear();
+        self.steps.reserve(course.steps + PAIR);
+        self.least.clear();
+        self.least.reserve(course.stride * MOST_ROWS);
+        let cap = problem.header.max_clearance as i32;
+        self.least.resize(course.stride * tile.tables.len(), cap);
         let mut all_inside = true;
         for table in tile.tables {
             all_inside &= stays_inside::<L>(proof, problem, course, table);

@@ -45,7 +45,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table of a turn rate; entries beyond the last step repeat it.
+    /// The table of a turn rate, for which there is room; entries beyond the last step repeat it.
     #[inline(always)]
     pub fn fill<L: Lanes>(
         &mut self,
@@ -54,7 +54,6 @@ impl Table {
         course: &Course,
         turn: &Turn,
     ) {
-        self.make_room::<L>(course, problem.discs.len());
         self.turn_on::<L>(proof, &problem.header, turn);
         self.add_up::<L>(proof, &problem.header, course);
         for number in 0..problem.discs.len() {
@@ -62,8 +61,9 @@ impl Table {
         }
     }
 
+    /// Makes room for the tables of this decision.
     #[inline(always)]
-    fn make_room<L: Lanes>(&mut self, course: &Course, discs: usize) {
+    pub fn make_room<L: Lanes>(&mut self, course: &Course, discs: usize) {
         // A step's discs stand turned already: one angle more than steps.
         let angles = course.steps + MOST_LANES;
         let cells = course.steps * discs;

@@ -108,6 +108,11 @@ impl Browser {
     /// Ends the browser as a crash would, for a test of what follows.
     pub fn crash(&mut self) -> Result<(), Failed> {
         self.child.kill()?;
+        self.child.wait()?;
+        // The page's own process outlives it by a moment, and would work on if what it asked for came.
+        while let Some(request) = self.server.recv_timeout(TICK)? {
+            drop(request);
+        }
         Ok(())
     }
 }
