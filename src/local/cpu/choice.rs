@@ -74,27 +74,40 @@ impl Work for BestOfRow<'_> {
             shares,
             least,
         } = self;
-        let heading = &row[..samples];
-        let clearance = &row[course.stride..][..samples];
-        let path = &row[2 * course.stride..][..samples];
-        let velocity = &course.term[..samples];
+        let columns = Columns {
+            heading: &row[..samples],
+            clearance: &row[course.stride..][..samples],
+            velocity: &course.term[..samples],
+            path: &row[2 * course.stride..][..samples],
+        };
         let mut largest = i64::MIN;
         for index in 0..samples {
-            let [heading, clearance] = [heading[index], clearance[index]];
-            let score = score(shares, [heading, clearance, velocity[index], path[index]]);
-            let admissible = (heading as u32) >> REASON_BITS == 0;
-            largest = largest.max(if admissible { score } else { i64::MIN });
+            largest = largest.max(columns.score(index, shares));
         }
-        if largest < least {
+        if largest < least || largest == i64::MIN {
             return None;
         }
-        for index in 0..samples {
-            let [heading, clearance] = [heading[index], clearance[index]];
-            let score = score(shares, [heading, clearance, velocity[index], path[index]]);
-            if (heading as u32) >> REASON_BITS == 0 && score == largest {
-                return Some((largest, index));
-            }
-        }
-        None
+        let is_largest = |index: &usize| columns.score(*index, shares) == largest;
+        (0..samples).find(is_largest).map(|index| (largest, index))
+    }
+}
+
+/// The terms of a row's samples, each list as long as the others.
+struct Columns<'a> {
+    heading: &'a [i32],
+    clearance: &'a [i32],
+    velocity: &'a [i32],
+    path: &'a [i32],
+}
+
+impl Columns<'_> {
+    /// The score of a sample; `i64::MIN` where it is not admissible.
+    #[inline(always)]
+    fn score(&self, index: usize, shares: &[Share; 4]) -> i64 {
+        let (heading, clearance) = (self.heading[index], self.clearance[index]);
+        let (velocity, path) = (self.velocity[index], self.path[index]);
+        let score = score(shares, [heading, clearance, velocity, path]);
+        let admissible = (heading as u32) >> REASON_BITS == 0;
+        if admissible { score } else { i64::MIN }
     }
 }
