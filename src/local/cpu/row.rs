@@ -162,6 +162,7 @@ impl<L: Lanes> Row<'_, L> {
         shift_round(proof, y, header.fine_bits).store(&mut self.ends.y[first..]);
     }
 
+    /// What was found.
     #[inline(always)]
     fn end(&self, first: usize) -> (L, L) {
         (

@@ -151,7 +151,7 @@ impl Sieve {
         }
     }
 
-    /// Picks the group that promises the smallest clearance, for each list.
+    /// Picks for each list the groups that promise its boxes the smallest clearances.
     #[inline(always)]
     fn pick_first<L: Lanes>(&mut self, proof: L::Proof, tile: &Tile<'_>) {
         self.picks.resize_with(tile.lists(), Groups::default);

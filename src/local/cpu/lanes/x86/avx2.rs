@@ -97,6 +97,15 @@ fn length(x: __m128i, y: __m128i) -> __m256d {
     })
 }
 
+/// The lower halves of two vectors' lanes of 64 bits: of the first in the even lanes, of the second in the odd ones.
+#[inline(always)]
+fn in_turn(even: __m256i, odd: __m256i) -> Avx2 {
+    run!(Avx2(_mm256_blend_epi32::<0xAA>(
+        even,
+        _mm256_slli_epi64::<32>(odd)
+    )))
+}
+
 #[inline(always)]
 fn odd(lanes: Avx2) -> __m256i {
     run!(_mm256_srli_epi64::<32>(lanes.0))
@@ -185,27 +194,8 @@ impl Lanes for Avx2 {
 
     look_up_in_memory! {}
 
-    #[inline(always)]
-    fn polynomial<const N: usize>(_: Proof, square: Self, coefficients: [i32; N]) -> Self {
-        // Even lanes and odd ones by themselves until the end: products need no sorting in between.
-        let other = odd(square);
-        run!({
-            let first = _mm256_set1_epi32(coefficients[0]);
-            let (mut even, mut odds) = (first, first);
-            let mut next = 1;
-            while next < N {
-                let coefficient = _mm256_set1_epi32(coefficients[next]);
-                let product = _mm256_srli_epi64::<30>(_mm256_mul_epi32(even, square.0));
-                even = _mm256_add_epi32(product, coefficient);
-                let product = _mm256_srli_epi64::<30>(_mm256_mul_epi32(odds, other));
-                odds = _mm256_add_epi32(product, coefficient);
-                next += 1;
-            }
-            Self(_mm256_blend_epi32::<0xAA>(
-                even,
-                _mm256_slli_epi64::<32>(odds),
-            ))
-        })
+    polynomial! {
+        _mm256_set1_epi32, _mm256_mul_epi32, _mm256_srli_epi64, _mm256_add_epi32, in_turn
     }
 
     #[inline(always)]

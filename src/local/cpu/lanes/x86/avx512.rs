@@ -90,6 +90,16 @@ fn length(x: __m256i, y: __m256i) -> __m512d {
     })
 }
 
+/// The lower halves of two vectors' lanes of 64 bits: of the first in the even lanes, of the second in the odd ones.
+#[inline(always)]
+fn in_turn(even: __m512i, odd: __m512i) -> Avx512 {
+    run!(Avx512(_mm512_mask_blend_epi32(
+        0xAAAA,
+        even,
+        _mm512_slli_epi64::<32>(odd)
+    )))
+}
+
 #[inline(always)]
 fn odd(lanes: Avx512) -> __m512i {
     run!(_mm512_srli_epi64::<32>(lanes.0))
@@ -192,28 +202,8 @@ impl Lanes for Avx512 {
         ))
     }
 
-    #[inline(always)]
-    fn polynomial<const N: usize>(_: Proof, square: Self, coefficients: [i32; N]) -> Self {
-        // Even lanes and odd ones by themselves until the end: products need no sorting in between.
-        let other = odd(square);
-        run!({
-            let first = _mm512_set1_epi32(coefficients[0]);
-            let (mut even, mut odds) = (first, first);
-            let mut next = 1;
-            while next < N {
-                let coefficient = _mm512_set1_epi32(coefficients[next]);
-                let product = _mm512_srli_epi64::<30>(_mm512_mul_epi32(even, square.0));
-                even = _mm512_add_epi32(product, coefficient);
-                let product = _mm512_srli_epi64::<30>(_mm512_mul_epi32(odds, other));
-                odds = _mm512_add_epi32(product, coefficient);
-                next += 1;
-            }
-            Self(_mm512_mask_blend_epi32(
-                0xAAAA,
-                even,
-                _mm512_slli_epi64::<32>(odds),
-            ))
-        })
+    polynomial! {
+        _mm512_set1_epi32, _mm512_mul_epi32, _mm512_srli_epi64, _mm512_add_epi32, in_turn
     }
 
     #[inline(always)]

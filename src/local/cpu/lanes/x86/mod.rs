@@ -29,6 +29,27 @@ macro_rules! shifts {
     )*};
 }
 
+/// Polynomials with even lanes and odd ones by themselves until the end: products need no sorting in between.
+macro_rules! polynomial {
+    ($set:ident, $mul:ident, $shift:ident, $add:ident, $in_turn:ident) => {
+        #[inline(always)]
+        fn polynomial<const N: usize>(_: Proof, square: Self, coefficients: [i32; N]) -> Self {
+            let other = odd(square);
+            run!({
+                let (mut even, mut odds) = ($set(coefficients[0]), $set(coefficients[0]));
+                let mut next = 1;
+                while next < N {
+                    let coefficient = $set(coefficients[next]);
+                    even = $add($shift::<30>($mul(even, square.0)), coefficient);
+                    odds = $add($shift::<30>($mul(odds, other)), coefficient);
+                    next += 1;
+                }
+                $in_turn(even, odds)
+            })
+        }
+    };
+}
+
 /// Whether the processor has all of these features.
 macro_rules! detected {
     ($($feature:tt)*) => {
