@@ -3,13 +3,6 @@
 use super::lanes::Lanes;
 use crate::numeric::{HALF_TURN, QUARTER_TURN};
 
-/// Upper half of a product with itself, of a number doubled first.
-#[inline(always)]
-fn square_of_doubled<L: Lanes>(x: L) -> L {
-    let doubled = x.add(x);
-    doubled.mul_hi(doubled)
-}
-
 /// `value / 2^bits` rounded to the nearest, halves up; `bits` is 0..=30.
 #[inline(always)]
 pub fn shift_round<L: Lanes>(proof: L::Proof, value: L, bits: u32) -> L {
@@ -24,13 +17,11 @@ pub fn sin_q20<L: Lanes>(proof: L::Proof, angle: L) -> L {
     let beyond = half.less_unsigned(angle.add(quarter));
     let folded = L::select(beyond, half.sub(angle), angle);
     let x = folded.min(L::splat(proof, QUARTER_TURN as i32 - 1));
-    let square = square_of_doubled(x);
-    let sum = L::polynomial(
-        proof,
-        square,
+    let sine = x.odd_polynomial(
+        30,
         [80_971, -2_508_383, 42_782_427, -346_798_938, 843_314_837],
     );
-    shift_round(proof, x.shl(1).mul_hi(sum.shl(1)), 9)
+    shift_round(proof, sine, 9)
 }
 
 /// Cosine of binary angles in Q20.
@@ -47,20 +38,14 @@ pub fn atan2_turn<L: Lanes>(proof: L::Proof, y: L, x: L) -> L {
     let (width, height) = (x.abs(), y.abs());
     let steep = width.less(height);
     let (long, short) = (width.max(height), width.min(height));
-    let nowhere = long.equal(zero);
+    // The zero vector then has a ratio of zero.
     let long = long.max(one);
     let scale = long.leading_zeros();
-    let scaled = long.shl_each(scale);
-    let divisor = scaled.shr(16).add(scaled.shr(15).and(one));
-    let ratio = short
-        .shl_each(scale)
-        .div_unsigned(divisor)
-        .min(L::splat(proof, 65_536));
-    let x_q30 = ratio.shl(14);
-    let square = square_of_doubled(x_q30);
-    let sum = L::polynomial(
-        proof,
-        square,
+    // Upper halves, rounded to the nearest. They are not below 2^15, so no ratio is above 2^16.
+    let divisor = long.shl_each(scale).shr(15).add(one).shr(1);
+    let ratio = short.shl_each(scale).div_unsigned(divisor);
+    let flat = ratio.shl(14).odd_polynomial(
+        29,
         [
             -4_005_397,
             17_993_950,
@@ -70,12 +55,10 @@ pub fn atan2_turn<L: Lanes>(proof: L::Proof, y: L, x: L) -> L {
             341_774_852,
         ],
     );
-    let flat = x_q30.shl(1).mul_hi_unsigned(sum.shl(2));
     let octant = L::select(steep, L::splat(proof, QUARTER_TURN as i32).sub(flat), flat);
     let back = x.less(zero);
     let half = L::select(back, L::splat(proof, HALF_TURN as i32).sub(octant), octant);
-    let direction = L::select(y.less(zero), zero.sub(half), half);
-    L::select(nowhere, zero, direction)
+    L::select(y.less(zero), zero.sub(half), half)
 }
 
 /// The sizes of binary angles' turns either way, 0..=2^31 as unsigned values.

@@ -75,25 +75,11 @@ pub trait Lanes: Copy {
     fn mul(self, other: Self) -> Self;
     /// Upper half of the signed product.
     fn mul_hi(self, other: Self) -> Self;
-    /// Upper half of the unsigned product.
-    fn mul_hi_unsigned(self, other: Self) -> Self;
-    /// A polynomial by Horner's rule: the first coefficient, then each time times the square, divided by 2^30, rounded
-    /// down, plus the next. What is multiplied is below 2^29 in size.
-    #[inline(always)]
-    fn polynomial<const N: usize>(
-        proof: Self::Proof,
-        square: Self,
-        coefficients: [i32; N],
-    ) -> Self {
-        let mut sum = Self::splat(proof, coefficients[0]);
-        let mut next = 1;
-        while next < N {
-            let product = sum.shl(2).mul_hi(square);
-            sum = product.add(Self::splat(proof, coefficients[next]));
-            next += 1;
-        }
-        sum
-    }
+    /// A value from -2^30 to 2^30 times a polynomial of its square, which is divided by 2^30, rounded down: by Horner's
+    /// rule the first coefficient, then each time times the square, divided by 2^30, rounded down, plus the next. The
+    /// product is divided by two to the power of these bits, 1 to 31, rounded down. What is multiplied, and the outcome,
+    /// fit in 32 bits.
+    fn odd_polynomial<const N: usize>(self, bits: u32, coefficients: [i32; N]) -> Self;
     /// Shifted to the left by 0 to 31 bits.
     fn shl(self, bits: u32) -> Self;
     /// Shifted to the right by 0 to 31 bits, keeping the sign.

@@ -90,10 +90,15 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn mul_hi_unsigned(self, other: Self) -> Self {
-        self.zip(other, |one, other| {
-            crate::numeric::mul_hi_u32(one as u32, other as u32) as i32
-        })
+    fn odd_polynomial<const N: usize>(self, bits: u32, coefficients: [i32; N]) -> Self {
+        let product = |bits| move |one, other| ((i64::from(one) * i64::from(other)) >> bits) as i32;
+        let square = self.zip(self, product(30));
+        let mut sum = Self::splat((), coefficients[0]);
+        for &coefficient in &coefficients[1..] {
+            sum = sum.zip(square, product(30));
+            sum = sum.add(Self::splat((), coefficient));
+        }
+        sum.zip(self, product(bits))
     }
 
     #[inline(always)]

@@ -132,12 +132,6 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
             |x, y, _| numeric::mul_hi_i32(x, y),
         ),
         each(
-            "mul_hi_unsigned",
-            any,
-            |_, x, y, _| x.mul_hi_unsigned(y),
-            |x, y, _| numeric::mul_hi_u32(x as u32, y as u32) as i32,
-        ),
-        each(
             "mul_halves",
             // The number is in both halves.
             |[x, y], _| [(x << 16) | (x & 0xFFFF), y],
@@ -145,14 +139,16 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
             |x, y, _| i32::from(x as i16).wrapping_mul(i32::from(y as i16) + (y >> 16)),
         ),
         each(
-            "polynomial",
-            any,
-            |p, x, _, _| L::polynomial(p, x, POLYNOMIAL),
-            |x, _, _| {
-                let next = |sum: i32, coefficient| numeric::mul_hi_i32(sum << 2, x) + coefficient;
-                POLYNOMIAL[1..]
-                    .iter()
-                    .fold(POLYNOMIAL[0], |sum, &one| next(sum, one))
+            "odd_polynomial",
+            // To either end of what it takes.
+            |[x, y], _| [if x == i32::MAX { 1 << 30 } else { x >> 1 }, y],
+            |_, x, _, s| x.odd_polynomial(28 + s.bits % 4, POLYNOMIAL),
+            |x, _, s| {
+                let x = i64::from(x);
+                let square = (x * x) >> 30;
+                let next = |sum: i64, &one: &i32| ((sum * square) >> 30) + i64::from(one);
+                let sum = POLYNOMIAL.iter().fold(0, next);
+                ((sum * x) >> (28 + s.bits % 4)) as i32
             },
         ),
         each("min", any, |_, x, y, _| x.min(y), |x, y, _| x.min(y)),

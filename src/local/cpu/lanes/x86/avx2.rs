@@ -97,13 +97,14 @@ fn length(x: __m128i, y: __m128i) -> __m256d {
     })
 }
 
-/// The lower halves of two vectors' lanes of 64 bits: of the first in the even lanes, of the second in the odd ones.
+/// 32 bits from this one on of each lane of 64: of the first vector in the even lanes, of the second in the odd ones.
 #[inline(always)]
-fn in_turn(even: __m256i, odd: __m256i) -> Avx2 {
-    run!(Avx2(_mm256_blend_epi32::<0xAA>(
-        even,
-        _mm256_slli_epi64::<32>(odd)
-    )))
+fn in_turn(even: __m256i, odd: __m256i, bits: u32) -> Avx2 {
+    run!({
+        let even = _mm256_srlv_epi64(even, _mm256_set1_epi64x(i64::from(bits)));
+        let odd = _mm256_sllv_epi64(odd, _mm256_set1_epi64x(i64::from(32 - bits)));
+        Avx2(_mm256_blend_epi32::<0xAA>(even, odd))
+    })
 }
 
 #[inline(always)]
@@ -184,18 +185,10 @@ impl Lanes for Avx2 {
         ))
     }
 
-    #[inline(always)]
-    fn mul_hi_unsigned(self, other: Self) -> Self {
-        run!(upper_halves(
-            _mm256_mul_epu32(self.0, other.0),
-            _mm256_mul_epu32(odd(self), odd(other))
-        ))
-    }
-
     look_up_in_memory! {}
 
-    polynomial! {
-        _mm256_set1_epi32, _mm256_mul_epi32, _mm256_srli_epi64, _mm256_add_epi32, in_turn
+    odd_polynomial! {
+        _mm256_set1_epi32, _mm256_mul_epi32, _mm256_srli_epi64, _mm256_add_epi32
     }
 
     #[inline(always)]

@@ -68,36 +68,36 @@ fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
     )))
 }
 
-/// `floor(sqrt(x^2 + y^2))`. The squares and their sum are exact; a root from a reciprocal one and a step of Newton's is off
-/// by less than one, and its own square, exact as well, corrects it.
+/// `floor(sqrt(x^2 + y^2))` or one less, and whether it is one less. The squares and their sum are exact. Newton's step from
+/// a reciprocal root of 14 bits ends below the root, by less than one, and a little is taken off for the roundings.
 #[inline(always)]
-fn length(x: __m256i, y: __m256i) -> __m512d {
+fn length(x: __m256i, y: __m256i) -> (__m512d, __mmask8) {
     run!({
         let (x, y) = (_mm512_cvtepi32_pd(x), _mm512_cvtepi32_pd(y));
-        let squared = _mm512_fmadd_pd(x, x, _mm512_mul_pd(y, y));
-        let one = _mm512_set1_pd(1.0);
-        let positive = _mm512_max_pd(squared, one);
-        let guess = _mm512_rsqrt14_pd(positive);
-        let half = _mm512_mul_pd(positive, _mm512_set1_pd(0.5));
-        let error = _mm512_fnmadd_pd(_mm512_mul_pd(half, guess), guess, _mm512_set1_pd(1.5));
-        let root = _mm512_mul_pd(positive, _mm512_mul_pd(guess, error));
+        // Lost in any sum but that of zeros, which has no reciprocal.
+        let next_to_nothing = _mm512_set1_pd(1.0 / (1_u64 << 60) as f64);
+        let squared = _mm512_fmadd_pd(x, x, _mm512_fmadd_pd(y, y, next_to_nothing));
+        let guess = _mm512_rsqrt14_pd(squared);
+        let root = _mm512_mul_pd(squared, guess);
+        let three = _mm512_set1_pd(3.0 - 1.0 / (1_u64 << 38) as f64);
+        let twice = _mm512_fnmadd_pd(root, guess, three);
+        let root = _mm512_mul_pd(_mm512_mul_pd(root, _mm512_set1_pd(0.5)), twice);
         let root = _mm512_roundscale_pd::<TOWARDS_ZERO>(root);
-        let remainder = _mm512_fnmadd_pd(root, root, squared);
-        let much = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(remainder, _mm512_setzero_pd());
-        let little = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(remainder, _mm512_add_pd(root, root));
-        let root = _mm512_mask_sub_pd(root, much, root, one);
-        _mm512_mask_add_pd(root, little, root, one)
+        let next = _mm512_add_pd(root, _mm512_set1_pd(1.0));
+        let left = _mm512_fnmadd_pd(next, next, squared);
+        let is_next = _mm512_cmp_pd_mask::<_CMP_GE_OQ>(left, _mm512_setzero_pd());
+        (root, is_next)
     })
 }
 
-/// The lower halves of two vectors' lanes of 64 bits: of the first in the even lanes, of the second in the odd ones.
+/// 32 bits from this one on of each lane of 64: of the first vector in the even lanes, of the second in the odd ones.
 #[inline(always)]
-fn in_turn(even: __m512i, odd: __m512i) -> Avx512 {
-    run!(Avx512(_mm512_mask_blend_epi32(
-        0xAAAA,
-        even,
-        _mm512_slli_epi64::<32>(odd)
-    )))
+fn in_turn(even: __m512i, odd: __m512i, bits: u32) -> Avx512 {
+    run!({
+        let even = _mm512_srlv_epi64(even, _mm512_set1_epi64(i64::from(bits)));
+        let odd = _mm512_sllv_epi64(odd, _mm512_set1_epi64(i64::from(32 - bits)));
+        Avx512(_mm512_mask_blend_epi32(0xAAAA, even, odd))
+    })
 }
 
 #[inline(always)]
@@ -194,16 +194,8 @@ impl Lanes for Avx512 {
         ))
     }
 
-    #[inline(always)]
-    fn mul_hi_unsigned(self, other: Self) -> Self {
-        run!(upper_halves(
-            _mm512_mul_epu32(self.0, other.0),
-            _mm512_mul_epu32(odd(self), odd(other))
-        ))
-    }
-
-    polynomial! {
-        _mm512_set1_epi32, _mm512_mul_epi32, _mm512_srli_epi64, _mm512_add_epi32, in_turn
+    odd_polynomial! {
+        _mm512_set1_epi32, _mm512_mul_epi32, _mm512_srli_epi64, _mm512_add_epi32
     }
 
     #[inline(always)]
@@ -218,16 +210,16 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        // A float is off by less than one; the remainder corrects it.
+        // Rounded down twice, a float is below by less than one; the remainder corrects it.
         run!({
-            let floats = _mm512_div_ps(_mm512_cvtepu32_ps(self.0), _mm512_cvtepi32_ps(divisor.0));
+            let dividend = _mm512_cvt_roundepu32_ps::<TOWARDS_ZERO>(self.0);
+            let floats =
+                _mm512_div_round_ps::<TOWARDS_ZERO>(dividend, _mm512_cvtepi32_ps(divisor.0));
             let quotient = _mm512_cvttps_epi32(floats);
-            let one = _mm512_set1_epi32(1);
             let product = _mm512_mullo_epi32(quotient, divisor.0);
             let remainder = _mm512_sub_epi32(self.0, product);
-            let much = _mm512_cmplt_epi32_mask(remainder, _mm512_setzero_si512());
             let little = _mm512_cmpge_epi32_mask(remainder, divisor.0);
-            let quotient = _mm512_mask_sub_epi32(quotient, much, quotient, one);
+            let one = _mm512_set1_epi32(1);
             Self(_mm512_mask_add_epi32(quotient, little, quotient, one))
         })
     }
@@ -245,7 +237,13 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
         let ((x_low, x_high), (y_low, y_high)) = (halves(self.0), halves(other.0));
-        truncate(length(x_low, y_low), length(x_high, y_high))
+        let ((low, low_next), (high, high_next)) = (length(x_low, y_low), length(x_high, y_high));
+        let lengths = truncate(low, high);
+        run!({
+            let next = _mm512_kunpackb(u16::from(high_next), u16::from(low_next));
+            let one = _mm512_set1_epi32(1);
+            Self(_mm512_mask_add_epi32(lengths.0, next, lengths.0, one))
+        })
     }
 
     #[inline(always)]

@@ -30,21 +30,23 @@ macro_rules! shifts {
 }
 
 /// Polynomials with even lanes and odd ones by themselves until the end: products need no sorting in between.
-macro_rules! polynomial {
-    ($set:ident, $mul:ident, $shift:ident, $add:ident, $in_turn:ident) => {
+macro_rules! odd_polynomial {
+    ($set:ident, $mul:ident, $right:ident, $add:ident) => {
         #[inline(always)]
-        fn polynomial<const N: usize>(_: Proof, square: Self, coefficients: [i32; N]) -> Self {
-            let other = odd(square);
+        fn odd_polynomial<const N: usize>(self, bits: u32, coefficients: [i32; N]) -> Self {
+            let (x, other_x) = (self.0, odd(self));
             run!({
+                let square = $right::<30>($mul(x, x));
+                let other_square = $right::<30>($mul(other_x, other_x));
                 let (mut even, mut odds) = ($set(coefficients[0]), $set(coefficients[0]));
                 let mut next = 1;
                 while next < N {
                     let coefficient = $set(coefficients[next]);
-                    even = $add($shift::<30>($mul(even, square.0)), coefficient);
-                    odds = $add($shift::<30>($mul(odds, other)), coefficient);
+                    even = $add($right::<30>($mul(even, square)), coefficient);
+                    odds = $add($right::<30>($mul(odds, other_square)), coefficient);
                     next += 1;
                 }
-                $in_turn(even, odds)
+                in_turn($mul(even, x), $mul(odds, other_x), bits)
             })
         }
     };
