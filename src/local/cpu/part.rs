@@ -113,6 +113,9 @@ impl Part {
         for table in tables.iter_mut().take(turns.len()) {
             table.make_room::<L>(course, problem.discs.len());
         }
+        for table in tables.iter_mut().take(course.tile_rows) {
+            table.begin::<L>(proof, problem, course);
+        }
         for (turns, rows) in turns.chunks(course.tile_rows).zip(tiles) {
             let tables = &mut tables[..turns.len()];
             for (table, turn) in tables.iter_mut().zip(turns) {

@@ -112,26 +112,34 @@ impl Patches {
             columns: [0; 2],
             rows: [0; 2],
         };
-        for &group in groups {
-            let here = self.visited(list.number, group);
-            if !here.fit(LARGE) {
-                rest.push(group);
-                continue;
+        let mut groups = groups.iter();
+        loop {
+            let group = groups.next().copied();
+            let here = group.map(|group| (group, self.visited(list.number, group)));
+            if let Some((group, here)) = here {
+                if !here.fit(LARGE) {
+                    rest.push(group);
+                    continue;
+                }
+                let both = if self.run.as_slice().is_empty() {
+                    here
+                } else {
+                    all.with(here)
+                };
+                if both.fit(LARGE) {
+                    all = both;
+                    self.run.push(group);
+                    continue;
+                }
             }
-            let both = if self.run.as_slice().is_empty() {
-                here
-            } else {
-                all.with(here)
+            // What was gathered so far: the next does not fit in, or there is none.
+            self.finish_run::<L>(proof, (tile, pooled), list, all, least);
+            let Some((group, here)) = here else {
+                return;
             };
-            if both.fit(LARGE) {
-                all = both;
-            } else {
-                self.finish_run::<L>(proof, (tile, pooled), list, all, least);
-                all = here;
-            }
+            all = here;
             self.run.push(group);
         }
-        self.finish_run::<L>(proof, (tile, pooled), list, all, least);
     }
 
     #[inline(always)]

@@ -91,16 +91,20 @@ impl Sieve {
             all_inside &= stays_inside::<L>(proof, problem, course, table);
         }
         if !pooled.is_empty() && all_inside {
-            let discs = problem.discs.len();
-            self.spans.fill::<L>(proof, course, discs, tile.tables);
+            self.spans
+                .fill::<L>(proof, course, &problem.discs, tile.tables);
             let of_boxes = (&self.spans, pooled);
             self.bounds
                 .fill::<L>(proof, tile, of_boxes, &mut self.patches);
-            self.pick_first::<L>(proof, tile);
-            self.meet_picks::<L>(proof, tile, pooled);
-            self.weigh::<L>(proof, tile);
-            self.pick::<L>(proof, tile);
-            self.meet_picks::<L>(proof, tile, pooled);
+            for round in 0..2 {
+                if round == 0 {
+                    self.pick_first::<L>(proof, tile);
+                } else {
+                    self.weigh::<L>(proof, tile);
+                    self.pick::<L>(proof, tile);
+                }
+                self.meet_picks::<L>(proof, tile, pooled);
+            }
         } else {
             self.meet_all::<L>(proof, tile);
         }

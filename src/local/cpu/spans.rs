@@ -4,8 +4,8 @@ use super::arithmetic::shift_round;
 use super::course::Course;
 use super::lanes::{Lanes, MOST_LANES};
 use super::pooled::Boxes;
-use super::table::Table;
-use crate::local::inputs::Header;
+use super::table::{Table, is_central};
+use crate::local::inputs::{BodyDisc, Header};
 
 /// At most so many groups of steps, whole vectors.
 pub const GROUPS: usize = 2 * MOST_LANES;
@@ -46,14 +46,20 @@ impl Spans {
         &mut self,
         proof: L::Proof,
         course: &Course,
-        discs: usize,
+        discs: &[BodyDisc],
         tables: &[Table],
     ) {
         for list in [&mut self.least, &mut self.most] {
             list.resize(course.steps + course.group as usize, 0);
         }
-        self.columns.resize(2 + 2 * discs, Span::default());
+        self.columns.resize(2 + 2 * discs.len(), Span::default());
         for number in 0..self.columns.len() {
+            if number >= 2 && is_central(&discs[number / 2 - 1]) {
+                let place = column(&tables[0], course, number)[0];
+                self.columns[number].least.fill(place);
+                self.columns[number].most.fill(place);
+                continue;
+            }
             self.merge::<L>(proof, course, number, tables);
             self.group::<L>(proof, course, number);
         }

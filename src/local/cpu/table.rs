@@ -4,7 +4,7 @@ use super::arithmetic::{cos_q20, shift_round, sin_q20};
 use super::course::Course;
 use super::lanes::{Lanes, MOST_LANES};
 use crate::local::Prepared;
-use crate::local::inputs::{Header, Turn};
+use crate::local::inputs::{BodyDisc, Header, Turn};
 
 /// The table of one turn rate, by step.
 ///
@@ -56,8 +56,20 @@ impl Table {
     ) {
         self.turn_on::<L>(proof, &problem.header, turn);
         self.add_up::<L>(proof, &problem.header, course);
-        for number in 0..problem.discs.len() {
-            self.place_disc::<L>(proof, problem, course, number);
+        for (number, disc) in problem.discs.iter().enumerate() {
+            if !is_central(disc) {
+                self.place_disc::<L>(proof, problem, course, number);
+            }
+        }
+    }
+
+    /// Enters what is the same for all turn rates of a decision: discs around the robot's origin do not move as it turns.
+    #[inline(always)]
+    pub fn begin<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
+        for (number, disc) in problem.discs.iter().enumerate() {
+            if is_central(disc) {
+                self.place_disc::<L>(proof, problem, course, number);
+            }
         }
     }
 
@@ -196,6 +208,12 @@ impl Table {
             }
         }
     }
+}
+
+/// Whether a disc stays where it is as the robot turns.
+#[inline(always)]
+pub const fn is_central(disc: &BodyDisc) -> bool {
+    disc.x == 0 && disc.y == 0
 }
 
 /// Whether every disc of a row's samples stays on the field. Positions are monotonic in the speed, rounded as they are, so
