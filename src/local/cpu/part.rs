@@ -113,7 +113,7 @@ impl Part {
         for table in tables.iter_mut().take(turns.len()) {
             table.make_room::<L>(course, problem.discs.len());
         }
-        for table in tables.iter_mut().take(course.tile_rows) {
+        for table in tables.iter_mut().take(course.tile_rows.min(turns.len())) {
             table.begin::<L>(proof, problem, course);
         }
         for (turns, rows) in turns.chunks(course.tile_rows).zip(tiles) {
