@@ -132,7 +132,7 @@ impl Patches {
                     continue;
                 }
             }
-            // What was gathered so far: the next does not fit in, or there is none.
+            // The next does not fit in with those before, or there is none: called from one place, as it is large.
             self.finish_run::<L>(proof, (tile, pooled), list, all, least);
             let Some((group, here)) = here else {
                 return;

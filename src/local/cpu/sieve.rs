@@ -96,6 +96,7 @@ impl Sieve {
             let of_boxes = (&self.spans, pooled);
             self.bounds
                 .fill::<L>(proof, tile, of_boxes, &mut self.patches);
+            // In a loop, as what looks at the picks is large: in one copy it stays near the processor.
             for round in 0..2 {
                 if round == 0 {
                     self.pick_first::<L>(proof, tile);

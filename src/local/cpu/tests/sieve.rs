@@ -89,10 +89,14 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
             count: rng.random_range(20..=70),
         },
     };
-    let discs = (0..rng.random_range(1..=3)).map(|_| Disc {
-        x: rng.random_range(-0.4..0.4),
-        y: rng.random_range(-0.2..0.2),
-        radius: rng.random_range(0.02..0.3),
+    let discs = (0..rng.random_range(1..=3)).map(|_| {
+        // Often around the origin: such discs do not move as the robot turns.
+        let away = f64::from(rng.random_range(0..3_u8).min(1));
+        Disc {
+            x: away * rng.random_range(-0.4..0.4),
+            y: away * rng.random_range(-0.2..0.2),
+            radius: rng.random_range(0.02..0.3),
+        }
     });
     let footprint = Footprint::new(discs.collect()).expect("at least one disc with a radius");
     Problem {
