@@ -97,6 +97,15 @@ pub struct BodyDisc {
     pub radius: i32,
 }
 
+impl BodyDisc {
+    /// Whether it is around the robot's origin, so that it stays where it is as the robot turns.
+    #[must_use]
+    #[inline]
+    pub const fn is_central(&self) -> bool {
+        self.x == 0 && self.y == 0
+    }
+}
+
 /// A moving obstacle in the field's frame. TWIN of `MovingBody` in `shaders/layout.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

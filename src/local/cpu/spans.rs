@@ -4,7 +4,7 @@ use super::arithmetic::shift_round;
 use super::course::Course;
 use super::lanes::{Lanes, MOST_LANES};
 use super::pooled::Boxes;
-use super::table::{Table, is_central};
+use super::table::Table;
 use crate::local::inputs::{BodyDisc, Header};
 
 /// At most so many groups of steps, whole vectors.
@@ -54,7 +54,7 @@ impl Spans {
         }
         self.columns.resize(2 + 2 * discs.len(), Span::default());
         for number in 0..self.columns.len() {
-            if number >= 2 && is_central(&discs[number / 2 - 1]) {
+            if number >= 2 && discs[number / 2 - 1].is_central() {
                 let place = column(&tables[0], course, number)[0];
                 self.columns[number].least.fill(place);
                 self.columns[number].most.fill(place);

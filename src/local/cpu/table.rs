@@ -4,7 +4,7 @@ use super::arithmetic::{cos_q20, shift_round, sin_q20};
 use super::course::Course;
 use super::lanes::{Lanes, MOST_LANES};
 use crate::local::Prepared;
-use crate::local::inputs::{BodyDisc, Header, Turn};
+use crate::local::inputs::{Header, Turn};
 
 /// The table of one turn rate, by step.
 ///
@@ -56,18 +56,26 @@ impl Table {
     ) {
         self.turn_on::<L>(proof, &problem.header, turn);
         self.add_up::<L>(proof, &problem.header, course);
-        for (number, disc) in problem.discs.iter().enumerate() {
-            if !is_central(disc) {
-                self.place_disc::<L>(proof, problem, course, number);
-            }
-        }
+        self.place_discs::<L>(proof, problem, course, false);
     }
 
-    /// Enters what is the same for all turn rates of a decision: discs around the robot's origin do not move as it turns.
+    /// Enters what is the same for all turn rates of a decision: central discs do not move as the robot turns.
     #[inline(always)]
     pub fn begin<L: Lanes>(&mut self, proof: L::Proof, problem: &Prepared, course: &Course) {
+        self.place_discs::<L>(proof, problem, course, true);
+    }
+
+    /// Finds where the central discs are, or the others.
+    #[inline(always)]
+    fn place_discs<L: Lanes>(
+        &mut self,
+        proof: L::Proof,
+        problem: &Prepared,
+        course: &Course,
+        central: bool,
+    ) {
         for (number, disc) in problem.discs.iter().enumerate() {
-            if is_central(disc) {
+            if disc.is_central() == central {
                 self.place_disc::<L>(proof, problem, course, number);
             }
         }
@@ -208,12 +216,6 @@ impl Table {
             }
         }
     }
-}
-
-/// Whether a disc stays where it is as the robot turns.
-#[inline(always)]
-pub const fn is_central(disc: &BodyDisc) -> bool {
-    disc.x == 0 && disc.y == 0
 }
 
 /// Whether every disc of a row's samples stays on the field. Positions are monotonic in the speed, rounded as they are, so
