@@ -21,6 +21,7 @@
 //! | `recording` | what was decided, and is it decided so again? (feature `mcap`) |
 //! | [`node`] | what do other ROS 2 nodes hear of it? |
 //! | [`mod@bench`] | how fast, and is it right? |
+//! | [`experiment`] | how do worlds, settings and seeds compare? |
 //! | [`report`] | what does it look like? |
 //!
 //! [`geometry`], [`numeric`], [`digest`], [`documented`] and [`spelling`] stand above them all.
@@ -91,5 +92,7 @@ pub mod recording;
 pub mod node;
 
 pub mod bench;
+
+pub mod experiment;
 
 pub mod report;

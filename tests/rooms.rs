@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order in which data flows. A room may use those before it; the first five are before all.
-const ROOMS: [&str; 19] = [
+const ROOMS: [&str; 20] = [
     "digest",
     "documented",
     "geometry",
@@ -22,6 +22,7 @@ const ROOMS: [&str; 19] = [
     "recording",
     "node",
     "bench",
+    "experiment",
     "report",
     "cli",
 ];

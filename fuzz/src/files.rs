@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use inbye::bench::barn::{BarnRow, parse_cylinders, parse_list};
-use inbye::bench::campaign::Ledger;
-use inbye::bench::dynabarn::parse_world;
-use inbye::bench::sweep::{CellFile, Manifest};
+use inbye::experiment::barn::{BarnRow, parse_cylinders, parse_list};
+use inbye::experiment::campaign::Ledger;
+use inbye::experiment::dynabarn::parse_world;
+use inbye::experiment::sweep::{CellFile, Manifest};
 use inbye::digest::BitDigest;
 use inbye::geometry::Pose;
 use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UnknownPolicy};

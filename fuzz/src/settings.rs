@@ -3,8 +3,8 @@
 use std::sync::{Arc, OnceLock};
 
 use inbye::base::{BaseConfig, PlannedTrouble, Protocol, Trouble};
-use inbye::bench::barn::barn_config;
-use inbye::bench::sweep::SweepPlan;
+use inbye::experiment::barn::barn_config;
+use inbye::experiment::sweep::SweepPlan;
 use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Detail, Engine, Evaluation, Preference, Prepared};
 use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};

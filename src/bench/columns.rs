@@ -18,7 +18,7 @@ pub fn csv_text<R: Columns>(rows: &[R]) -> String {
 }
 
 /// The fields of a row as text, in the order of its columns; nothing for null.
-pub(super) fn fields<R: Columns>(row: &R) -> impl Iterator<Item = String> {
+pub(crate) fn fields<R: Columns>(row: &R) -> impl Iterator<Item = String> {
     // A row is a flat record, which JSON has no trouble with; were it not, its line would be empty fields.
     let record = serde_json::to_value(row).unwrap_or_default();
     R::COLUMNS.iter().map(move |&name| field(&record[name]))
@@ -42,7 +42,7 @@ pub(crate) fn csv_line(fields: impl IntoIterator<Item: AsRef<[u8]>>) -> String {
 }
 
 /// What is wrong with a row, by the name of the column.
-pub(super) fn said(error: &csv::Error, header: &StringRecord) -> String {
+pub(crate) fn said(error: &csv::Error, header: &StringRecord) -> String {
     match error.kind() {
         ErrorKind::Deserialize { err, .. } => {
             let column = err.field().and_then(|field| header.get(field as usize));

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use inbye::bench::missions::{MissionRow, Setup};
-use inbye::bench::{ABLATION_VARIANTS, AblationRow, ablation_rows};
+use inbye::experiment::missions::{MissionRow, Setup};
+use inbye::experiment::{ABLATION_VARIANTS, AblationRow, ablation_rows};
 use inbye::report::{AblationReport, ablation_files};
 use serde_json::json;
 

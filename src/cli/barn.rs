@@ -1,7 +1,7 @@
 //! `inbye bench barn`.
 
 use clap::Args;
-use inbye::bench::barn::{BarnRow, Summary, Task, barn_config, read_worlds};
+use inbye::experiment::barn::{BarnRow, Summary, Task, barn_config, read_worlds};
 use inbye::report::BenchReport;
 use serde_json::{Value, json};
 

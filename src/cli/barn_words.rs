@@ -1,8 +1,8 @@
 //! What `inbye bench barn` tells people.
 
-use inbye::bench::barn::{BarnRow, Outcome, PublishedMeans, Summary};
-use inbye::bench::campaign::Row;
-use inbye::bench::worlds::Verdict;
+use inbye::experiment::barn::{BarnRow, Outcome, PublishedMeans, Summary};
+use inbye::experiment::campaign::Row;
+use inbye::experiment::worlds::Verdict;
 
 use super::worlds::in_one_line;
 

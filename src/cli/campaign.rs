@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use inbye::bench::campaign::{Ledger, Row, run_cells};
+use inbye::experiment::campaign::{Ledger, Row, run_cells};
 
 use super::output;
 

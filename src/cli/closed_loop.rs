@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use inbye::bench::missions::{MissionRow, Rules, built_in_sites};
-use inbye::bench::{ClosedLoopRow, DensityPlan, closed_loop_rows, closed_loop_setups};
+use inbye::experiment::missions::{MissionRow, Rules, built_in_sites};
+use inbye::bench::DensityPlan;
+use inbye::experiment::{ClosedLoopRow, closed_loop_rows, closed_loop_setups};
 use inbye::sim::Config;
 
 use super::missions::{Driving, cells, one_core};

@@ -1,7 +1,7 @@
 //! `inbye bench dynabarn`.
 
 use clap::Args;
-use inbye::bench::dynabarn::{DynaBarnRow, Summary, Task, dynabarn_config, read_worlds};
+use inbye::experiment::dynabarn::{DynaBarnRow, Summary, Task, dynabarn_config, read_worlds};
 use inbye::report::BenchReport;
 use serde_json::{Value, json};
 

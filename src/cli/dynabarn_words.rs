@@ -1,8 +1,8 @@
 //! What `inbye bench dynabarn` tells people.
 
-use inbye::bench::campaign::Row;
-use inbye::bench::dynabarn::{Culprit, DynaBarnRow, Summary};
-use inbye::bench::worlds::Verdict;
+use inbye::experiment::campaign::Row;
+use inbye::experiment::dynabarn::{Culprit, DynaBarnRow, Summary};
+use inbye::experiment::worlds::Verdict;
 
 use super::worlds::in_one_line;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
-use inbye::bench::{LocalizationCase, LocalizationPlan, LocalizationRow};
+use inbye::experiment::{LocalizationCase, LocalizationPlan, LocalizationRow};
 use inbye::sim::{Lidar, Scene, roadway};
 use serde_json::json;
 

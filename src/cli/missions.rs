@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use inbye::bench::campaign::{Ledger, Row, settings_digest};
-use inbye::bench::missions::{
+use inbye::experiment::campaign::{Ledger, Row, settings_digest};
+use inbye::experiment::missions::{
     MissionKey, MissionRow, MissionSite, Rules, Setup, built_in_sites, drive,
 };
 use inbye::local::{CpuEngine, Engine};

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use inbye::bench::paper::drives::{Course, Drives, Traffic, drive_all, drive_table};
+use inbye::experiment::paper_drives::{Course, Drives, PaperTable, Traffic, drive_all, drive_table};
 use inbye::bench::paper::{
-    MINE_SEARCHES, SEARCHES, Search, Site, Table, TaskRuns, made_mine, measure, path_tables,
+    MINE_SEARCHES, SEARCHES, Search, Site, TaskRuns, made_mine, measure, path_tables,
 };
 use inbye::report::{PaperReport, paper_files};
 use inbye::sim::Config;
@@ -73,7 +73,11 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     bar.finish_and_clear();
     let courses = Course::all(&sites, &config)?;
     let drives = drives(arguments, &courses, &config)?;
-    let mut tables = path_tables(&roadways, &ways, &mine.title);
+    let (paths, steps) = path_tables(&roadways, &ways, &mine.title);
+    let paths = paths.into_iter().map(PaperTable::Paths);
+    let mut tables: Vec<PaperTable> = paths
+        .chain(steps.into_iter().map(PaperTable::Ablation))
+        .collect();
     let mut faults: Vec<String> = sites
         .iter()
         .zip(&roadways)
@@ -82,7 +86,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     faults.extend(ways.iter().flat_map(|task| task.faults(&mine)));
     for table in drives.iter().map(drive_table) {
         faults.extend(table.faults());
-        tables.push(Table::Drives(table));
+        tables.push(PaperTable::Drives(table));
     }
     if let Some(folder) = &arguments.report {
         let files = paper_files(&PaperReport {
@@ -136,7 +140,7 @@ fn mine(arguments: &PaperArguments, config: &Config) -> anyhow::Result<Site> {
     Site::mine(&name, map, WAYS, seed, config).with_context(|| file.display().to_string())
 }
 
-fn print(tables: &[Table]) {
+fn print(tables: &[PaperTable]) {
     for (index, table) in tables.iter().enumerate() {
         if index > 0 {
             output::line("");

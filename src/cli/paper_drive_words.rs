@@ -1,6 +1,6 @@
 //! What `inbye bench paper` tells people of its drives.
 
-use inbye::bench::paper::drives::{Deviation, DriveRun, DriveSummary, DriveTable, Spread};
+use inbye::experiment::paper_drives::{Deviation, DriveRun, DriveSummary, DriveTable, Spread};
 
 /// Heads the rows of [`run_row`].
 const RUN_HEADER: &str = "scene      seed  |dx| m  |dy| m  |dyaw| rad    paper's |dx| |dy| |dyaw|  time s  driven m  path m  gap m  to anybody m  \

@@ -1,9 +1,10 @@
 //! What `inbye bench paper` tells people.
 
 use inbye::bench::paper::{
-    AblationTable, Measure, PathRow, PathTable, PrintedRow, Reduced, Reduction, StepRow, Table,
-    label_of,
+    AblationTable, Measure, PathRow, PathTable, PrintedRow, Reduced, Reduction, StepRow, label_of,
 };
+
+use inbye::experiment::paper_drives::PaperTable as Table;
 
 use super::paper_drive_words;
 

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use inbye::bench::missions::{
+use inbye::experiment::missions::{
     Comparison, MissionRow, MissionSite, Rules, Setup, compare_digests, drive, spread_evenly,
 };
-use inbye::bench::{SOAK_SETUP, SoakSummary};
+use inbye::experiment::{SOAK_SETUP, SoakSummary};
 use inbye::local::{CpuEngine, Engine, Instructions, Preference, open};
 use inbye::report::{BenchReport, Reel, bench_files};
 use inbye::sim::Observer;

@@ -1,7 +1,7 @@
 //! What `inbye bench soak` tells people.
 
-use inbye::bench::missions::{Comparison, Ending, MissionRow, Tally};
-use inbye::bench::{Part, SoakSummary};
+use inbye::experiment::missions::{Comparison, Ending, MissionRow, Tally};
+use inbye::experiment::{Part, SoakSummary};
 
 pub(super) const HEADER: &str = "                              missions  reached  contacts: robot, other  given up  time up  \
     mean time s  mean gap m";

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
-use inbye::bench::sweep::{Cell, Grid, Manifest, Shard, SweepError, SweepPlan};
+use inbye::experiment::sweep::{Cell, Grid, Manifest, Shard, SweepError, SweepPlan};
 use serde_json::json;
 
 use super::arguments::whole;

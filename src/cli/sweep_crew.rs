@@ -4,8 +4,8 @@ use std::fs::{File, OpenOptions};
 use std::io;
 
 use anyhow::Context;
-use inbye::bench::campaign::run_cells;
-use inbye::bench::sweep::{Cell, CellFile, CellResult, open_engine, run_cell};
+use inbye::experiment::campaign::run_cells;
+use inbye::experiment::sweep::{Cell, CellFile, CellResult, open_engine, run_cell};
 use indicatif::ProgressBar;
 
 use super::clock::wall_clock;

@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{process, thread};
 
 use anyhow::{Context, bail};
-use inbye::bench::sweep::{CellFile, Manifest};
+use inbye::experiment::sweep::{CellFile, Manifest};
 use serde_json::json;
 
 use super::output;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use inbye::bench::sweep::{Manifest, Merged, SweepError, SweepGroup, groups, merge};
+use inbye::experiment::sweep::{Manifest, Merged, SweepError, SweepGroup, groups, merge};
 use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
@@ -113,7 +113,7 @@ fn table<R: Columns>(folder: &Path, name: &str, rows: &[R]) -> anyhow::Result<()
     };
     file("csv", csv_text(rows).as_bytes())?;
     #[cfg(feature = "parquet")]
-    file("parquet", &inbye::bench::sweep::parquet_bytes(rows)?)?;
+    file("parquet", &inbye::experiment::sweep::parquet_bytes(rows)?)?;
     Ok(())
 }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::Args;
-use inbye::bench::campaign::{Row, settings_digest};
-use inbye::bench::worlds::{RunKey, WorldTask, drive};
+use inbye::experiment::campaign::{Row, settings_digest};
+use inbye::experiment::worlds::{RunKey, WorldTask, drive};
 use inbye::report::{BenchReport, bench_files};
 use inbye::sim::Config;
 

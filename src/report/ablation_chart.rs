@@ -8,7 +8,7 @@ use super::figure::{Figure, Table, area_mark};
 use super::number::fixed;
 use super::panel::chart;
 use super::row_chart::{self, Place, Row, RowChart};
-use crate::bench::AblationRow;
+use crate::experiment::AblationRow;
 
 /// Ends of missions, from the axis on: class and meaning.
 const ENDS: [(&str, &str); 4] = [

@@ -7,7 +7,8 @@ use super::figure::files_beside;
 use super::own_picture::own_picture;
 use super::page::{Extras, document};
 use super::report_files::{ReportFile, json_text};
-use crate::bench::{AblationRow, csv_text};
+use crate::bench::csv_text;
+use crate::experiment::AblationRow;
 
 const OWN_STYLE: &str = concat!(include_str!("ablation.css"), include_str!("rows.css"));
 

@@ -9,7 +9,7 @@ use super::number::{coordinate, fixed, significant};
 use super::panel::{Panel, chart};
 use super::samples_axis::SAMPLES;
 use super::sampling_shape::SamplingShape;
-use crate::bench::ClosedLoopRow;
+use crate::experiment::ClosedLoopRow;
 
 const TITLE: &str = "Sampling density in closed loop";
 const HEIGHT: f64 = 360.0;

@@ -1,7 +1,8 @@
 //! The density charts as one picture, to be looked at without a page.
 
 use super::bench_page::{BenchReport, bench_svg};
-use crate::bench::{ClosedLoopRow, DensityRow, QualityRow};
+use crate::bench::{DensityRow, QualityRow};
+use crate::experiment::ClosedLoopRow;
 
 /// An SVG file: latency against samples; beside it regret, and success and time in closed loop, where there are such rows.
 /// It holds everything it needs. Without any row it says so.

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::curves::Plot;
 use super::panel::chart;
 use super::{paper_bars, paper_drives_chart};
-use crate::bench::paper::Table;
+use crate::experiment::paper_drives::PaperTable as Table;
 
 /// What their marks need beyond what every chart has.
 pub(super) const STYLE: &str = include_str!("paper_charts.css");

@@ -9,10 +9,9 @@ use super::number::fixed;
 use super::paper_drives_maps;
 use super::paper_page::PaperReport;
 use super::paper_tables::findings;
-use crate::bench::paper::Table as PaperTable;
-use crate::bench::paper::drives::{
+use crate::experiment::paper_drives::{
     ALL_SCENES, Deviation, DriveRun, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD,
-    Traffic,
+    PaperTable, Traffic,
 };
 
 const RUN_HEADS: [&str; 16] = [

@@ -8,7 +8,7 @@ use super::figure::line_mark;
 use super::number::{coordinate, significant};
 use super::panel::Panel;
 use super::paper_charts::STYLE;
-use crate::bench::paper::drives::{Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD};
+use crate::experiment::paper_drives::{Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD};
 
 const HEIGHT: f64 = 330.0;
 /// Deviations are drawn from this on, metres or radians: less is not seen, and a logarithmic scale has no zero.

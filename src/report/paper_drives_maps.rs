@@ -13,7 +13,7 @@ use super::number::{coordinate, fixed};
 use super::paper_maps::enlarged;
 use super::simplify::TOLERANCE;
 use super::viewport::{MAP_WIDTH, Viewport};
-use crate::bench::paper::drives::Course;
+use crate::experiment::paper_drives::Course;
 use crate::geometry::Point;
 use crate::robot::Footprint;
 use crate::sim::Trace;

@@ -1,7 +1,8 @@
 //! The axis that charts of sampling density share, so that one can be read beside another.
 
 use super::axis::Axis;
-use crate::bench::{ClosedLoopRow, DensityRow, QualityRow};
+use crate::bench::{DensityRow, QualityRow};
+use crate::experiment::ClosedLoopRow;
 
 /// What stands below it.
 pub(super) const SAMPLES: &str = "Samples of the dynamic window (logarithmic)";

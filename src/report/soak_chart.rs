@@ -9,7 +9,7 @@ use super::number::{fixed, significant};
 use super::panel::chart;
 use super::row_chart::{self, Place, Row, RowChart, spread_key};
 use super::soak_groups::{Group, groups};
-use crate::bench::missions::{Ending, MissionRow, Tally};
+use crate::experiment::missions::{Ending, MissionRow, Tally};
 
 /// Ends of missions that did not arrive, from the axis on: class, meaning and count.
 type Missed = (&'static str, &'static str, fn(&Tally) -> usize);

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::row_chart::Row;
-use crate::bench::missions::{Ending, MissionRow, People, Tally};
-use crate::bench::percentile;
+use crate::experiment::missions::{Ending, MissionRow, People, Tally};
+use crate::experiment::percentile;
 
 /// Some missions that have something in common.
 pub(super) struct Group<'a> {

@@ -8,7 +8,7 @@ use super::figure::{Figure, Table};
 use super::number::significant;
 use super::panel::{Panel, chart};
 use super::samples_axis::SAMPLES;
-use crate::bench::sweep::LatencyRow;
+use crate::experiment::sweep::LatencyRow;
 
 const TITLE: &str = "Latency of a tick";
 const HEIGHT: f64 = 300.0;

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::number::fixed;
-use crate::bench::barn::{self, BarnRow};
-use crate::bench::dynabarn::{self, Culprit, DynaBarnRow};
-use crate::bench::worlds::Verdict;
+use crate::experiment::barn::{self, BarnRow};
+use crate::experiment::dynabarn::{self, Culprit, DynaBarnRow};
+use crate::experiment::worlds::Verdict;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

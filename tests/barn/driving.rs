@@ -1,7 +1,7 @@
 //! Worlds made here, driven.
 
-use inbye::bench::barn::{BarnRow, Course, Cylinder, Task, barn_config};
-use inbye::bench::worlds::{Verdict, drive};
+use inbye::experiment::barn::{BarnRow, Course, Cylinder, Task, barn_config};
+use inbye::experiment::worlds::{Verdict, drive};
 use inbye::geometry::{Point, Pose};
 use inbye::sim::Config;
 

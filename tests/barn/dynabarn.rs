@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use inbye::bench::barn::barn_config;
-use inbye::bench::dynabarn::{Blame, Body, Hindsight, State, read_world, read_worlds};
+use inbye::experiment::barn::barn_config;
+use inbye::experiment::dynabarn::{Blame, Body, Hindsight, State, read_world, read_worlds};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::MovingDisc;
 use inbye::sim::Script;

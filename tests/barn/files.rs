@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use inbye::bench::barn::{Published, read_worlds};
+use inbye::experiment::barn::{Published, read_worlds};
 use tempfile::TempDir;
 
 use crate::Test;

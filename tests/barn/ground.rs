@@ -1,6 +1,6 @@
 //! Cylinders as cells: nothing that a cylinder covers is free, and no cell is solid that none covers.
 
-use inbye::bench::barn::{Course, Cylinder, TRUTH_RESOLUTION_M, empty_map, truth};
+use inbye::experiment::barn::{Course, Cylinder, TRUTH_RESOLUTION_M, empty_map, truth};
 use inbye::geometry::Point;
 use inbye::map::{Cell, ObstacleGrid};
 

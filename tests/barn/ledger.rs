@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use inbye::bench::Columns;
-use inbye::bench::barn::BarnRow;
-use inbye::bench::campaign::{CampaignError, Ledger, Row, run_cells, settings_digest};
-use inbye::bench::dynabarn::DynaBarnRow;
-use inbye::bench::missions::MissionRow;
+use inbye::experiment::barn::BarnRow;
+use inbye::experiment::campaign::{CampaignError, Ledger, Row, run_cells, settings_digest};
+use inbye::experiment::dynabarn::DynaBarnRow;
+use inbye::experiment::missions::MissionRow;
 use serde::{Deserialize, Serialize};
 
 use crate::Test;
@@ -235,7 +235,7 @@ fn breaks() {
 }
 
 fn digests() {
-    let digest = |speed: f64| settings_digest(&inbye::bench::barn::barn_config(speed));
+    let digest = |speed: f64| settings_digest(&inbye::experiment::barn::barn_config(speed));
     assert_eq!(digest(2.0), digest(2.0));
     assert_ne!(digest(2.0), digest(0.5));
     assert_eq!(digest(2.0).len(), 12);

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use inbye::bench::dynabarn::{
+use inbye::experiment::dynabarn::{
     Body, Culprit, DynaBarnRow, DynaBarnWorld, Summary, Task, dynabarn_config, read_worlds,
 };
-use inbye::bench::worlds::{Verdict, drive};
+use inbye::experiment::worlds::{Verdict, drive};
 use inbye::geometry::{Point, Pose};
 use inbye::sim::{Config, Script};
 use libtest_mimic::{Completion, Failed, Trial};

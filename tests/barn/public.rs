@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use inbye::bench::barn::{Task, barn_config, read_worlds};
-use inbye::bench::worlds::{Verdict, drive};
+use inbye::experiment::barn::{Task, barn_config, read_worlds};
+use inbye::experiment::worlds::{Verdict, drive};
 use libtest_mimic::{Completion, Failed, Trial};
 
 const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/barn");

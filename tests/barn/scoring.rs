@@ -1,7 +1,7 @@
 //! The score of a run, and of many.
 
-use inbye::bench::barn::{BarnRow, BarnWorld, Published, Summary, score};
-use inbye::bench::worlds::Verdict;
+use inbye::experiment::barn::{BarnRow, BarnWorld, Published, Summary, score};
+use inbye::experiment::worlds::Verdict;
 
 use crate::Test;
 

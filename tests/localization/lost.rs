@@ -1,6 +1,6 @@
 //! A robot that does not know where it is says so, stops, and goes on only when it is found.
 
-use inbye::bench::{LocalizationCase, LocalizationRow};
+use inbye::experiment::{LocalizationCase, LocalizationRow};
 use inbye::sim::roadway;
 
 use crate::tours::plan;

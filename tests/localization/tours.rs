@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use inbye::bench::{LocalizationCase, LocalizationPlan, LocalizationRow};
+use inbye::experiment::{LocalizationCase, LocalizationPlan, LocalizationRow};
 use inbye::sim::{Config, Lidar, Scene, crossing, roadway};
 
 /// 5 % slip, and a lidar as small ones are. Who is lost gives up soon.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use inbye::bench::{LocalizationCase, LocalizationPlan};
+use inbye::experiment::{LocalizationCase, LocalizationPlan};
 use inbye::geometry::{Point, Pose};
 use inbye::map::{LoadOptions, UnknownPolicy, load};
 use inbye::navigator::Goal;

@@ -1,7 +1,7 @@
 //! Tables 3 and 4: the printed rows, tables of hand-made drives, and real drives through the first scene.
 
 use inbye::bench::paper::Site;
-use inbye::bench::paper::drives::{
+use inbye::experiment::paper_drives::{
     Course, Deviation, DriveRun, DriveTable, Drives, Traffic, drive_all, drive_table,
     printed_table_3, printed_table_4,
 };

@@ -1,11 +1,11 @@
 //! The pages and pictures of benchmarks.
 
-use inbye::bench::barn::BarnRow;
-use inbye::bench::dynabarn::{Culprit, DynaBarnRow};
-use inbye::bench::missions::{Ending, MissionRow, People, Touch};
-use inbye::bench::sweep::{SweepGroup, WorldKind};
-use inbye::bench::worlds::Verdict;
-use inbye::bench::{AblationRow, ablation_rows};
+use inbye::experiment::barn::BarnRow;
+use inbye::experiment::dynabarn::{Culprit, DynaBarnRow};
+use inbye::experiment::missions::{Ending, MissionRow, People, Touch};
+use inbye::experiment::sweep::{SweepGroup, WorldKind};
+use inbye::experiment::worlds::Verdict;
+use inbye::experiment::{AblationRow, ablation_rows};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use roxmltree::Document;
 

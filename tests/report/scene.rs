@@ -1,6 +1,7 @@
 //! A made mission: a robot runs along pillars while others cross its way. Not a simulation, only data of the shape.
 
-use inbye::bench::{ClosedLoopRow, DensityRow, QualityRow, SkippedCell};
+use inbye::bench::{DensityRow, QualityRow, SkippedCell};
+use inbye::experiment::ClosedLoopRow;
 use inbye::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use inbye::map::{Cell, GridFrame, OccupancyGrid};
 use inbye::navigator::Mode;

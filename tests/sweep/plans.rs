@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use inbye::bench::sweep::SweepPlan;
+use inbye::experiment::sweep::SweepPlan;
 
 use crate::Test;
 use crate::place::{CELLS, PLAN, Place};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use inbye::bench::sweep::CellFile;
+use inbye::experiment::sweep::CellFile;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use rand::{RngExt, SeedableRng};

@@ -121,7 +121,7 @@ fn two_that_close_up_before_they_are_sure_to_move_are_not_lost_in_one() {
     for seed in 0..20 {
         let mut stage = Stage::open(seed);
         stage.errors = ODOMETRY;
-        stage.lidar = inbye::bench::barn::barn_config(2.0).lidar;
+        stage.lidar = inbye::experiment::barn::barn_config(2.0).lidar;
         stage.period_s = 0.05;
         let mut walkers = [
             disc(19.0, 19.0, 0.5, -1.19, 1.07),

@@ -1,11 +1,10 @@
 //! The paper's tables and figures, repeated beside its printed values: global paths, its variants and ours on the same ground,
-//! in the same run, and what each step earns; then the same scenes driven in closed loop ([`drives`]).
+//! in the same run, and what each step earns.
 //!
 //! Times are of searching, pruning and smoothing. The free cells are there before: all variants use the same.
 
 mod ablation;
 mod drawings;
-pub mod drives;
 mod error;
 mod findings;
 mod measure;
@@ -28,7 +27,7 @@ pub use printed::{PrintedRow, printed_table_1, printed_table_2};
 pub use reduction::{Measure, Reduced, Reduction, printed_reduction, targets};
 pub use search::{LITERAL_K, SMALL_K, Search, Stage};
 pub use site::{Site, Task};
-pub use tables::{AblationTable, PathTable, Table, path_tables};
+pub use tables::{AblationTable, PathTable, path_tables};
 pub use variants::{
     PathRow, StageMs, THETAS, TRADITIONAL, VARIANTS, Variant, label_of, path_rows, reductions,
 };

@@ -3,25 +3,12 @@
 use serde::Serialize;
 
 use super::ablation::{Breakdown, StepRow, breakdowns, step_rows};
-use super::drives::DriveTable;
 use super::findings::{acceptance, literal, origin, theta};
 use super::measure::TaskRuns;
 use super::printed::PrintedRow;
 use super::reduction::{Measure, Reduction, printed_reduction, targets};
 use super::variants::{PathRow, THETAS, VARIANTS, path_rows, reductions};
 use super::{printed_table_1, printed_table_2};
-
-/// A table of the records.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Table {
-    /// Paths of variants.
-    Paths(PathTable),
-    /// What each step earns.
-    Ablation(AblationTable),
-    /// Drives.
-    Drives(DriveTable),
-}
 
 /// Paths of variants, one row for each task and variant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -57,32 +44,10 @@ pub struct AblationTable {
     pub findings: Vec<String>,
 }
 
-impl Table {
-    /// One word, the same in every run.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Paths(table) => table.name,
-            Self::Ablation(table) => table.name,
-            Self::Drives(table) => table.name,
-        }
-    }
-
-    /// What follows, in sentences.
-    #[must_use]
-    pub fn findings(&self) -> &[String] {
-        match self {
-            Self::Paths(table) => &table.findings,
-            Self::Ablation(table) => &table.findings,
-            Self::Drives(table) => &table.findings,
-        }
-    }
-}
-
 /// All tables of global paths: Table 1 and fig. 5 and their steps from the roadways, Table 2 and its steps from the mine.
 #[must_use]
-pub fn path_tables(roadways: &[TaskRuns], mine: &[TaskRuns], mine_title: &str) -> Vec<Table> {
-    vec![
+pub fn path_tables(roadways: &[TaskRuns], mine: &[TaskRuns], mine_title: &str) -> (Vec<PathTable>, Vec<AblationTable>) {
+    let paths = vec![
         compared(
             "table_1",
             "Table 1, figs. 9 to 11: three roadway scenes".to_owned(),
@@ -96,13 +61,16 @@ pub fn path_tables(roadways: &[TaskRuns], mine: &[TaskRuns], mine_title: &str) -
             mine,
             printed_table_2(),
         ),
+    ];
+    let steps = vec![
         steps(
             "steps_roadways",
             "What each step earns: the three scenes",
             roadways,
         ),
         steps("steps_mine", "What each step earns: the mine", mine),
-    ]
+    ];
+    (paths, steps)
 }
 
 fn compared(
@@ -110,7 +78,7 @@ fn compared(
     title: String,
     measured: &[TaskRuns],
     paper: Vec<PrintedRow>,
-) -> Table {
+) -> PathTable {
     let rows = path_rows(measured, &VARIANTS);
     let reductions = reductions(&rows);
     let targets = targets(&paper);
@@ -119,7 +87,7 @@ fn compared(
         .filter(|reduction| reduction.variant != "literal")
         .map(|reduction| acceptance(reduction, &targets))
         .collect();
-    Table::Paths(PathTable {
+    PathTable {
         name,
         title,
         paper_reductions: vec![printed_reduction(&paper)],
@@ -127,13 +95,13 @@ fn compared(
         paper,
         reductions,
         findings,
-    })
+    }
 }
 
-fn figure_5(measured: &[TaskRuns]) -> Table {
+fn figure_5(measured: &[TaskRuns]) -> PathTable {
     let rows = path_rows(measured, &THETAS);
     let findings = vec![theta(&rows)];
-    Table::Paths(PathTable {
+    PathTable {
         name: "figure_5",
         title: "Fig. 5: the angle of the distance model".to_owned(),
         rows,
@@ -141,10 +109,10 @@ fn figure_5(measured: &[TaskRuns]) -> Table {
         reductions: Vec::new(),
         paper_reductions: Vec::new(),
         findings,
-    })
+    }
 }
 
-fn steps(name: &'static str, title: &str, measured: &[TaskRuns]) -> Table {
+fn steps(name: &'static str, title: &str, measured: &[TaskRuns]) -> AblationTable {
     let rows = step_rows(measured);
     let breakdowns = breakdowns(&rows);
     // All are in the records; these answer where the paper's reductions come from, and where ours of time does.
@@ -158,11 +126,11 @@ fn steps(name: &'static str, title: &str, measured: &[TaskRuns]) -> Table {
         .map(origin)
         .chain(literal(&rows))
         .collect();
-    Table::Ablation(AblationTable {
+    AblationTable {
         name,
         title: title.to_owned(),
         rows,
         breakdowns,
         findings,
-    })
+    }
 }

@@ -1,0 +1,154 @@
+//! What each part of the navigator buys: the same missions with one part more each time.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::bench::Columns;
+use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
+use crate::navigator::Abilities;
+use crate::sim::Config;
+
+/// The navigator with some of its parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AblationVariant {
+    /// One word.
+    pub name: &'static str,
+    /// One line.
+    pub title: &'static str,
+    /// What is switched on.
+    pub abilities: Abilities,
+}
+
+const NOTHING: Abilities = Abilities {
+    global_path: false,
+    progress: false,
+    tracking: false,
+    replanning: false,
+    caution: false,
+    recovery: false,
+};
+
+const fn variant(name: &'static str, title: &'static str, abilities: Abilities) -> AblationVariant {
+    AblationVariant {
+        name,
+        title,
+        abilities,
+    }
+}
+
+/// From the dynamic window alone to the whole navigator; each has one part more than the one before.
+pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
+    let astar = Abilities {
+        global_path: true,
+        ..NOTHING
+    };
+    let progress = Abilities {
+        progress: true,
+        ..astar
+    };
+    let tracking = Abilities {
+        tracking: true,
+        ..progress
+    };
+    let replanning = Abilities {
+        replanning: true,
+        ..tracking
+    };
+    let caution = Abilities {
+        caution: true,
+        ..replanning
+    };
+    let recovery = Abilities {
+        recovery: true,
+        ..caution
+    };
+    [
+        variant("dwa", "DWA alone, the goal its target", NOTHING),
+        variant("astar_dwa", "A* and DWA as printed", astar),
+        variant("progress", "+ progress along the path", progress),
+        variant("tracking", "+ moving obstacles tracked", tracking),
+        variant("replanning", "+ paths planned anew", replanning),
+        variant("caution", "+ caution towards people", caution),
+        variant("recovery", "+ recovery: all", recovery),
+    ]
+};
+
+impl AblationVariant {
+    /// A configuration with only these parts.
+    #[must_use]
+    pub fn setup(&self, config: &Config) -> Setup {
+        let mut config = config.clone();
+        config.navigator.abilities = self.abilities;
+        Setup {
+            name: self.name.to_owned(),
+            config,
+        }
+    }
+}
+
+/// What a variant did with the missions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AblationRow {
+    /// The variant's word.
+    pub variant: String,
+    /// Its line.
+    pub title: String,
+    /// What came of its missions; the mean time is that of its own successes.
+    #[serde(flatten)]
+    pub tally: Tally,
+    /// Missions that all variants with any success reached.
+    pub shared: usize,
+    /// This one's mean time over these, seconds; none where there are none, or it has no success.
+    pub mean_shared_time_s: Option<f64>,
+}
+
+impl Columns for AblationRow {
+    const COLUMNS: &[&str] = &[
+        "variant",
+        "title",
+        "missions",
+        "reached",
+        "reached_share",
+        "contacts_robot",
+        "contacts_other",
+        "failed",
+        "timeouts",
+        "unexplained",
+        "mean_time_s",
+        "mean_clearance_m",
+        "shared",
+        "mean_shared_time_s",
+    ];
+}
+
+/// The table of an ablation, in the order of the variants.
+#[must_use]
+pub fn ablation_rows(rows: &[&MissionRow]) -> Vec<AblationRow> {
+    let of_variant = |variant: &AblationVariant| -> Vec<&MissionRow> {
+        let own = rows.iter().copied();
+        own.filter(|row| row.setup == variant.name).collect()
+    };
+    let all: Vec<_> = ABLATION_VARIANTS
+        .iter()
+        .map(|variant| {
+            let rows = of_variant(variant);
+            (variant, times_s(&rows), rows)
+        })
+        .collect();
+    let shared = shared(all.iter().map(|(_, times_s, _)| times_s));
+    let row =
+        |(variant, times_s, rows): &(&AblationVariant, BTreeMap<Which, f64>, Vec<_>)| AblationRow {
+            variant: variant.name.to_owned(),
+            title: variant.title.to_owned(),
+            tally: Tally::of(rows),
+            shared: shared.len(),
+            mean_shared_time_s: mean(
+                shared
+                    .iter()
+                    .filter_map(|which| times_s.get(which))
+                    .copied(),
+            ),
+        };
+    all.iter().map(row).collect()
+}

@@ -1,0 +1,208 @@
+//! A world of scripted cylinders, read from JSON.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::DynaBarnError;
+use crate::experiment::worlds::keep_asked;
+use crate::geometry::{Point, Pose};
+use crate::map::MovingDisc;
+use crate::sim::Script;
+
+/// A cylinder that plays its script over and over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Its radius, metres, above zero.
+    pub radius_m: f64,
+    /// Where it is when, over and over; from its last place it jumps to the first.
+    pub script: Script,
+}
+
+/// A world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DynaBarnWorld {
+    /// Its number in the benchmark.
+    pub number: u32,
+    /// Where the robot starts.
+    pub start: Pose,
+    /// Where it shall go.
+    pub goal: Point,
+    /// What moves.
+    pub bodies: Vec<Body>,
+}
+
+/// The file.
+#[derive(Deserialize)]
+struct WorldFile {
+    world: u32,
+    start_x_y_yaw: [f64; 3],
+    goal_x_y: [f64; 2],
+    obstacles: Vec<BodyFile>,
+}
+
+#[derive(Deserialize)]
+struct BodyFile {
+    radius_m: f64,
+    loop_s: f64,
+    keyframes_t_x_y: Vec<[f64; 3]>,
+}
+
+/// The worlds of a folder, `world_*.json`, in the order of their numbers: all, or those asked for.
+///
+/// # Errors
+/// When the folder cannot be read, holds no world or not one that is asked for, or one of them is refused.
+pub fn read_worlds(
+    folder: &Path,
+    only: Option<&[u32]>,
+) -> Result<Vec<DynaBarnWorld>, DynaBarnError> {
+    let unreadable = |error: std::io::Error| DynaBarnError::Unreadable {
+        file: folder.to_owned(),
+        reason: error.to_string(),
+    };
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_json = path.extension().is_some_and(|ending| ending == "json");
+        if name.starts_with("world_") && is_json {
+            files.push(path);
+        }
+    }
+    if files.is_empty() {
+        let folder = folder.to_owned();
+        return Err(DynaBarnError::NoWorld { folder });
+    }
+    let worlds = files.iter().map(|file| read_world(file));
+    let mut worlds = worlds.collect::<Result<Vec<_>, _>>()?;
+    worlds.sort_by_key(|world| world.number);
+    keep_asked(&mut worlds, |world| world.number, only, folder)?;
+    Ok(worlds)
+}
+
+/// Reads a world.
+///
+/// # Errors
+/// When the file cannot be read, is no world, or holds a number out of range; the message names the file and the place.
+pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
+    let text = fs::read_to_string(file).map_err(|error| DynaBarnError::Unreadable {
+        file: file.to_owned(),
+        reason: error.to_string(),
+    })?;
+    parse_world(&text, file)
+}
+
+/// A world from the text of its file.
+///
+/// # Errors
+/// When it is no world, or holds a number out of range; the message names the file and the place.
+pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
+    let read: WorldFile = serde_json::from_str(text).map_err(|error| DynaBarnError::NotAWorld {
+        file: file.to_owned(),
+        reason: error.to_string(),
+    })?;
+    let check = Check { file };
+    for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
+        check.near(format!("start {name}"), value)?;
+    }
+    for (name, value) in ["x", "y"].iter().zip(read.goal_x_y) {
+        check.near(format!("goal {name}"), value)?;
+    }
+    let bodies = read.obstacles.into_iter().enumerate();
+    Ok(DynaBarnWorld {
+        number: read.world,
+        start: read.start_x_y_yaw.into(),
+        goal: read.goal_x_y.into(),
+        bodies: bodies
+            .map(|(index, body)| check.body(index, body))
+            .collect::<Result<_, _>>()?,
+    })
+}
+
+/// Refuses numbers of a file.
+struct Check<'a> {
+    file: &'a Path,
+}
+
+impl Check<'_> {
+    fn body(&self, index: usize, body: BodyFile) -> Result<Body, DynaBarnError> {
+        let of = |what: &str| format!("obstacle {index}: {what}");
+        let above_zero = "above zero and at most 1000";
+        let fits = |value: f64| value > 0.0 && value <= 1000.0;
+        let BodyFile {
+            radius_m,
+            loop_s,
+            keyframes_t_x_y,
+        } = body;
+        self.number(of("radius_m"), radius_m, fits(radius_m), above_zero)?;
+        let count = keyframes_t_x_y.len();
+        self.number(
+            of("number of keyframes"),
+            count as f64,
+            count > 0,
+            "at least one",
+        )?;
+        let mut latest_s = -1.0;
+        for (key, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
+            let of = |what: &str| format!("obstacle {index}: keyframe {key}: {what}");
+            let ascends = time_s >= 0.0 && time_s > latest_s;
+            let expected = "at least zero and after the one before";
+            self.number(of("time"), time_s, ascends, expected)?;
+            self.near(of("x"), x)?;
+            self.near(of("y"), y)?;
+            latest_s = time_s;
+        }
+        let lasts = fits(loop_s) && loop_s >= latest_s;
+        let expected = "above zero, at most 1000 and not before the last keyframe";
+        self.number(of("loop_s"), loop_s, lasts, expected)?;
+        let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
+        let keys: Vec<_> = keyframes_t_x_y.into_iter().map(key).collect();
+        let script =
+            Script::new(&keys, Some(loop_s)).map_err(|error| DynaBarnError::NotAWorld {
+                file: self.file.to_owned(),
+                reason: format!("obstacle {index}: {error}"),
+            })?;
+        Ok(Body {
+            radius_m,
+            script: script.on_a_spline(),
+        })
+    }
+
+    fn near(&self, place: String, value: f64) -> Result<(), DynaBarnError> {
+        self.number(place, value, value.abs() <= 1000.0, "-1000 to 1000")
+    }
+
+    fn number(
+        &self,
+        place: String,
+        value: f64,
+        fits: bool,
+        expected: &'static str,
+    ) -> Result<(), DynaBarnError> {
+        if fits {
+            return Ok(());
+        }
+        Err(DynaBarnError::BadNumber {
+            file: self.file.to_owned(),
+            place,
+            value,
+            expected,
+        })
+    }
+}
+
+impl Body {
+    /// Where the cylinder is at a time, seconds, at least zero, and how fast.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> MovingDisc {
+        let (place, velocity) = self.script.at(time_s);
+        MovingDisc {
+            x: place.x,
+            y: place.y,
+            radius: self.radius_m,
+            vx: velocity.x,
+            vy: velocity.y,
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! A cell driven.
+
+use std::sync::Arc;
+
+use super::ground::Ground;
+use super::{Cell, CellFile, CellLatency, Outcome};
+use crate::bench::Latencies;
+use crate::experiment::barn;
+use crate::experiment::dynabarn;
+use crate::experiment::missions::{self, Ending, MissionSite, Setup, Touch, verdict};
+use crate::experiment::worlds::drive_on;
+use crate::geometry::Pose;
+use crate::local::{Engine, EngineError, Preference, open_to_drive};
+use crate::map::OccupancyGrid;
+use crate::navigator::Goal;
+use crate::sim::{Config, Mission, MissionError, MissionResult, Observer, Walkers, run_mission};
+
+/// Opens the engine of a cell.
+///
+/// # Errors
+/// When this machine does not have it: that is no result of the cell, and another machine may have it.
+pub fn open_engine(cell: &Cell) -> Result<Box<dyn Engine>, EngineError> {
+    // The plan's check knows the words.
+    let preference: Preference = cell.label.engine.parse().unwrap_or_default();
+    let is_gpu = matches!(preference, Preference::Gpu(_));
+    Ok(open_to_drive(&preference, cell.threads, is_gpu)?.engine)
+}
+
+/// Drives a cell on its engine. `clock`, in seconds, times the ticks of a latency cell on a machine of this name; other cells
+/// see no clock. What cannot be driven is a result too.
+pub fn run_cell(
+    cell: &Cell,
+    engine: Box<dyn Engine>,
+    clock: &mut dyn FnMut() -> f64,
+    machine: &str,
+) -> CellFile {
+    let ran_on = engine.name();
+    let mut no_clock = || 0.0;
+    let is_timed = cell.label.latency;
+    let clock = if is_timed { clock } else { &mut no_clock };
+    let (outcome, result) =
+        driven(cell, engine, clock).unwrap_or_else(|reason| (Outcome::error(reason), None));
+    let times = result.filter(|_| is_timed).and_then(|result| {
+        let mut times = Latencies::default();
+        for &seconds in &result.decision_s {
+            // A clock that ran backwards would give no time.
+            let _ = times.record(seconds);
+        }
+        times.summary()
+    });
+    let latency = times.map(|times| CellLatency::new(times, cell.threads, ran_on, machine));
+    CellFile {
+        key: cell.key.clone(),
+        inputs: cell.inputs.clone(),
+        outcome,
+        latency,
+    }
+}
+
+type Driven = (Outcome, Option<MissionResult>);
+
+/// What came of it, or in words why it could not be begun.
+fn driven(
+    cell: &Cell,
+    engine: Box<dyn Engine>,
+    clock: &mut dyn FnMut() -> f64,
+) -> Result<Driven, String> {
+    let (config, seed) = (&cell.config, cell.label.seed);
+    match cell.ground.as_ref() {
+        Ground::Barn(world) => {
+            let task = barn::Task::barn(world, seed);
+            let driven = drive_on(&task, config, engine, clock);
+            let (row, result) = driven.map_err(|error| error.to_string())?;
+            Ok((Outcome::barn(row, result.as_ref()), result))
+        }
+        Ground::DynaBarn(world) => {
+            let task = dynabarn::Task { world, seed };
+            let driven = drive_on(&task, config, engine, clock);
+            let (row, result) = driven.map_err(|error| error.to_string())?;
+            Ok((Outcome::dynabarn(row, result.as_ref()), result))
+        }
+        Ground::Route {
+            map,
+            start,
+            goal,
+            people,
+            time_limit_s,
+        } => {
+            let mission = route(map, *start, *goal, *people, seed, config).map(|mission| Mission {
+                time_limit_s: *time_limit_s,
+                ..mission
+            });
+            let driven = mission.and_then(|mission| {
+                let mut observer = Observer {
+                    clock,
+                    witness: &mut |_| {},
+                };
+                let result = run_mission(&mission, config, engine, &mut observer)?;
+                Ok((mission, result))
+            });
+            match driven {
+                Ok((mission, result)) => {
+                    let verdict = verdict(&mission, config, &result);
+                    let (ending, touch) = (verdict.ending, verdict.touch);
+                    let outcome = Outcome::mission(ending, touch, verdict.reason, Some(&result));
+                    Ok((outcome, Some(result)))
+                }
+                Err(MissionError::Fault(fault)) => {
+                    let reason = Some(fault.to_string());
+                    let outcome = Outcome::mission(Ending::Failed, Touch::None, reason, None);
+                    Ok((outcome, None))
+                }
+                Err(MissionError::Sim(error)) => Err(error.to_string()),
+            }
+        }
+        Ground::Mission { map, rules } => {
+            let site = MissionSite::new(&cell.label.world, OccupancyGrid::clone(map), config);
+            let setup = Setup {
+                name: String::new(),
+                config: config.clone(),
+            };
+            let mut observer = Observer {
+                clock,
+                witness: &mut |_| {},
+            };
+            let driven = missions::drive(&site, seed, rules, &setup, engine, &mut observer);
+            let (row, _, result) = driven.map_err(|error| error.to_string())?;
+            let outcome = Outcome::mission(row.result, row.contact, row.reason, result.as_ref());
+            Ok((outcome, result))
+        }
+    }
+}
+
+/// The mission of a route, with people spread along the way that the robot will plan.
+fn route(
+    map: &Arc<OccupancyGrid>,
+    start: Pose,
+    goal: Goal,
+    people: usize,
+    seed: u64,
+    config: &Config,
+) -> Result<Mission, MissionError> {
+    let ends = (start.position(), goal.position);
+    Ok(Mission {
+        walkers: Walkers::on_the_way(people, seed, map, config, ends)?,
+        seed,
+        ..Mission::new(Arc::clone(map), start, goal)
+    })
+}
