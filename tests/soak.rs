@@ -3,7 +3,9 @@
 use inbye::experiment::missions::{
     Ending, MissionRow, MissionSite, People, Rules, Setup, Touch, compare_digests, drive,
 };
-use inbye::experiment::{ABLATION_VARIANTS, SoakSummary, ablation_rows, closed_loop_rows, closed_loop_setups};
+use inbye::experiment::{
+    ABLATION_VARIANTS, SoakSummary, ablation_rows, closed_loop_rows, closed_loop_setups,
+};
 use inbye::global::Searcher;
 use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared};
 use inbye::map::FreeSpace;

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use inbye::digest::BitDigest;
 use inbye::experiment::barn::{BarnRow, parse_cylinders, parse_list};
 use inbye::experiment::campaign::Ledger;
 use inbye::experiment::dynabarn::parse_world;
 use inbye::experiment::sweep::{CellFile, Manifest};
-use inbye::digest::BitDigest;
 use inbye::geometry::Pose;
 use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use inbye::sim::{Config, Walkers};

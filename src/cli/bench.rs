@@ -1,7 +1,9 @@
 //! `inbye bench`.
 
 use anyhow::bail;
-use inbye::bench::{Density, DensityPlan, QualityPlan, QualityRow, crossovers, measure_density, measure_quality};
+use inbye::bench::{
+    Density, DensityPlan, QualityPlan, QualityRow, crossovers, measure_density, measure_quality,
+};
 use inbye::local::{CpuEngine, Engine};
 use inbye::report::{BenchReport, bench_files, density_svg};
 use serde_json::json;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use inbye::experiment::missions::{MissionRow, Rules, built_in_sites};
 use inbye::bench::DensityPlan;
+use inbye::experiment::missions::{MissionRow, Rules, built_in_sites};
 use inbye::experiment::{ClosedLoopRow, closed_loop_rows, closed_loop_setups};
 use inbye::sim::Config;
 

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
+use inbye::bench::{DensityRow, QualityRow};
 use inbye::experiment::barn::BarnRow;
 use inbye::experiment::dynabarn::DynaBarnRow;
 use inbye::experiment::missions::MissionRow;
 use inbye::experiment::records::{Record, Rows, read_record};
 use inbye::experiment::sweep::SweepGroup;
-use inbye::bench::{DensityRow, QualityRow};
 use inbye::experiment::{AblationRow, ClosedLoopRow};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::{Value, json};

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use inbye::experiment::paper_drives::{Course, Drives, PaperTable, Traffic, drive_all, drive_table};
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, TaskRuns, made_mine, measure, path_tables,
+};
+use inbye::experiment::paper_drives::{
+    Course, Drives, PaperTable, Traffic, drive_all, drive_table,
 };
 use inbye::report::{PaperReport, paper_files};
 use inbye::sim::Config;

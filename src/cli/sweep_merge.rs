@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use inbye::experiment::sweep::{Manifest, Merged, SweepError, SweepGroup, groups, merge};
 use inbye::bench::{Columns, csv_text};
+use inbye::experiment::sweep::{Manifest, Merged, SweepError, SweepGroup, groups, merge};
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 

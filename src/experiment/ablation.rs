@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::bench::Columns;
 use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
+use crate::bench::Columns;
 use crate::navigator::Abilities;
 use crate::sim::Config;
 

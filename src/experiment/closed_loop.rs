@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::bench::Columns;
 use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
-use crate::bench::grid_counts;
 use super::soak::percentile;
+use crate::bench::Columns;
+use crate::bench::grid_counts;
 use crate::sim::Config;
 
 /// What a sampling did with the missions.

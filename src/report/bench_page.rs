@@ -13,11 +13,11 @@ use super::{
     ablation_chart, closed_loop_chart, density_chart, quality_chart, row_chart, soak_chart,
     sweep_chart, sweep_latency_chart, worlds_chart,
 };
+use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 use crate::experiment::barn::BarnRow;
 use crate::experiment::dynabarn::DynaBarnRow;
 use crate::experiment::missions::MissionRow;
 use crate::experiment::sweep::{LatencyRow, SweepGroup};
-use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 use crate::experiment::{AblationRow, ClosedLoopRow};
 
 /// Files of the first chart.

@@ -13,8 +13,8 @@ use super::paper_drives;
 use super::paper_maps::{overview, side_by_side};
 use super::paper_tables::{findings, path_table, reduction_table, step_table};
 use super::report_files::{ReportFile, json_text};
-use crate::experiment::paper_drives::{Course, Drives, PaperTable as Table};
 use crate::bench::paper::{AblationTable, PathTable, Site, TaskRuns};
+use crate::experiment::paper_drives::{Course, Drives, PaperTable as Table};
 use crate::robot::Footprint;
 
 const OWN_STYLE: &str = concat!(

@@ -46,7 +46,11 @@ pub struct AblationTable {
 
 /// All tables of global paths: Table 1 and fig. 5 and their steps from the roadways, Table 2 and its steps from the mine.
 #[must_use]
-pub fn path_tables(roadways: &[TaskRuns], mine: &[TaskRuns], mine_title: &str) -> (Vec<PathTable>, Vec<AblationTable>) {
+pub fn path_tables(
+    roadways: &[TaskRuns],
+    mine: &[TaskRuns],
+    mine_title: &str,
+) -> (Vec<PathTable>, Vec<AblationTable>) {
     let paths = vec![
         compared(
             "table_1",

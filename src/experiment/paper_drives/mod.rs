@@ -18,6 +18,7 @@ pub use printed::{PrintedDeviations, printed_table_3, printed_table_4};
 pub use run::{Drive, DriveRun, MET_WITHIN_M};
 pub use series::{Drives, drive_all};
 pub use table::{
-    ALL_SCENES, Acceptance, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable, drive_table,
+    ALL_SCENES, Acceptance, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
+    drive_table,
 };
 pub use traffic::Traffic;

@@ -7,10 +7,10 @@ use csv::{Position, ReaderBuilder, StringRecord};
 use serde::de::DeserializeOwned;
 
 use super::{Record, RecordError, Rows};
-use crate::experiment::campaign::SETTINGS;
-use crate::bench::columns::said;
-use crate::experiment::missions::MissionRow;
 use crate::bench::DensityRow;
+use crate::bench::columns::said;
+use crate::experiment::campaign::SETTINGS;
+use crate::experiment::missions::MissionRow;
 use crate::experiment::{ABLATION_VARIANTS, SOAK_SETUP, ablation_rows, closed_loop_of_record};
 
 /// The record that a CSV file holds, whatever further columns it has; those that older records lack may be missing. The

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::digest::BitDigest;
 use crate::experiment::barn::{BarnWorld, Course};
 use crate::experiment::dynabarn::DynaBarnWorld;
 use crate::experiment::missions::Rules;
-use crate::digest::BitDigest;
 use crate::geometry::Pose;
 use crate::map::OccupancyGrid;
 use crate::navigator::Goal;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::ground::Ground;
 use super::{SweepError, SweepPlan, SweepWorlds, WorldKind};
-use crate::experiment::missions::Rules;
 use crate::bench::paper::made_mine;
+use crate::experiment::missions::Rules;
 use crate::experiment::{barn, dynabarn};
 use crate::geometry::{Point, Pose};
 use crate::map::{LoadOptions, OccupancyGrid, load};
