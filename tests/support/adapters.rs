@@ -12,7 +12,7 @@ use std::sync::Arc;
 use inbye::local::gpu::{Adapter, adapters};
 use libtest_mimic::{Completion, Failed, Trial};
 
-use crate::requirements::{VARIABLE, required};
+use super::requirements::{VARIABLE, required};
 
 /// A test of one adapter.
 pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;

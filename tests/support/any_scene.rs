@@ -14,9 +14,9 @@ use proptest::collection::vec;
 use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
 
-use crate::closeness::{Worst, compare};
-use crate::naive::Fault;
-use crate::scenes::Scene;
+use super::closeness::{Worst, compare};
+use super::naive::Fault;
+use super::scenes::Scene;
 
 /// Side of the field, cells.
 const SIDE: i32 = 160;

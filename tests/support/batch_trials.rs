@@ -9,7 +9,7 @@ use inbye::local::{
 };
 use libtest_mimic::Failed;
 
-use crate::extremes::{extremes, field, footprint, plain};
+use super::extremes::{extremes, field, footprint, plain};
 
 /// Random problems; every third robot is where the one before it is, in the same world.
 fn problems(seed: u64, count: u64) -> Result<Vec<Prepared>, Failed> {

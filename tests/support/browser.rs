@@ -6,17 +6,14 @@ use inbye::local::gpu::shaders::source;
 use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, LossKind, Prepared};
 use libtest_mimic::{Failed, Trial};
 
-use crate::batch_trials::random_batches;
-use crate::cpu_trials::{agree, golden};
-use crate::kernel::{every_difference, source as kernel_source};
-use crate::operations::{OPERATIONS, Outcome};
+use super::batch_trials::random_batches;
+use super::cpu_trials::{agree, golden};
+use super::kernel::{every_difference, source as kernel_source};
+use super::operations::{OPERATIONS, Outcome};
 
-#[path = "browser/chromium.rs"]
 mod chromium;
-#[path = "browser/plan.rs"]
 mod plan;
-#[path = "browser/program.rs"]
-mod program;
+pub mod program;
 
 use chromium::Browser;
 use plan::Plan;

@@ -7,8 +7,8 @@ use inbye::local::{
     CpuEngine, Detail, Engine, Evaluation, Prepared, Problem, Reason, SampleRecord, rollout,
 };
 
-use crate::naive::{Fault, Lean, Meeting, Oracle, Terms, Trajectory};
-use crate::scenes::Scene;
+use super::naive::{Fault, Lean, Meeting, Oracle, Terms, Trajectory};
+use super::scenes::Scene;
 
 /// Rounding of positions and clearances, metres.
 pub const LENGTH_M: f64 = 1e-3;

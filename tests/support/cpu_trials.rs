@@ -9,7 +9,7 @@ use libtest_mimic::{Failed, Trial};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::operations::{OPERATIONS, cases, differences};
+use super::operations::{OPERATIONS, cases, differences};
 
 pub fn trials() -> Vec<Trial> {
     vec![

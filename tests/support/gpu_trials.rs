@@ -9,12 +9,12 @@ use inbye::local::{
 use inbye::map::MovingDisc;
 use libtest_mimic::Failed;
 
-use crate::adapters::GpuTest;
-use crate::batch_trials;
-use crate::cpu_trials::{agree, golden};
-use crate::extremes::{extremes, field, footprint, plain};
-use crate::kernel::{Kernel, every_difference};
-use crate::loss_trials;
+use super::adapters::GpuTest;
+use super::batch_trials;
+use super::cpu_trials::{agree, golden};
+use super::extremes::{extremes, field, footprint, plain};
+use super::kernel::{Kernel, every_difference};
+use super::loss_trials;
 
 pub const TRIALS: [(&str, GpuTest); 16] = [
     ("operations_return_the_bits_of_rust", operations),

@@ -5,7 +5,7 @@ use libtest_mimic::Failed;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use crate::operations::{Arguments, OPERATIONS, Operation, Outcome, cases, differences};
+use super::operations::{Arguments, OPERATIONS, Operation, Outcome, cases, differences};
 
 /// Numbers of the bindings: cases in, outcomes out.
 pub const BINDINGS: [u32; 2] = [20, 21];

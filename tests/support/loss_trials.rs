@@ -18,8 +18,8 @@ use libtest_mimic::Failed;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::extremes::plain;
-use crate::gpu_trials::window;
+use super::extremes::plain;
+use super::gpu_trials::window;
 
 /// A problem that keeps an adapter busy for longer than a millisecond, by much.
 fn heavy(adapter: &Adapter) -> Result<Prepared, Failed> {

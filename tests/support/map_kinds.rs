@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::hand_png::png;
+use super::hand_png::png;
 
 /// A kind of image file, or the text map without one.
 pub struct Kind {

@@ -9,7 +9,7 @@ use inbye::local::{
 };
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 
-use crate::extremes::{extremes, field, footprint, plain};
+use super::extremes::{extremes, field, footprint, plain};
 
 /// Evaluates a problem that must be accepted. Overflow is a panic here: release builds check for it.
 fn accepted(what: &str, problem: &Problem) -> Evaluation {

@@ -9,8 +9,8 @@ use inbye::local::gpu::shaders::ENTRY_POINTS;
 use libtest_mimic::Failed;
 use serde::Serialize;
 
-use crate::kernel;
-use crate::operations::{Arguments, Operation, Outcome};
+use super::super::kernel;
+use super::super::operations::{Arguments, Operation, Outcome};
 
 /// All of it, as `page.js` reads it.
 #[derive(Serialize)]

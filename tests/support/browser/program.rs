@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 
 use libtest_mimic::{Completion, Failed, Trial};
 
-use crate::requirements::required;
+use super::super::requirements::required;
 
 /// Names a Chromium other than those below.
 const VARIABLE: &str = "INBYE_CHROMIUM";

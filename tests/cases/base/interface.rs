@@ -1,0 +1,365 @@
+//! The wire to a base: WHEELTEC frames as bytes, and a serial line over a pair of pseudo-terminals.
+
+use inbye::base::BaseError;
+use inbye::base::wheeltec::{COMMAND_LENGTH, Command, Decoder, FEEDBACK_LENGTH, Report};
+use inbye::geometry::Twist;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// 0.5 m/s, -0.1 rad/s; computed by hand from the protocol.
+const GOLDEN_COMMAND: [u8; COMMAND_LENGTH] = [
+    0x7B, 0x00, 0x00, 0x01, 0xF4, 0x00, 0x00, 0xFF, 0x9C, 0xED, 0x7D,
+];
+
+/// The stop command, whose check byte is the head's.
+const GOLDEN_STOP: [u8; COMMAND_LENGTH] = [
+    0x7B, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x7B, 0x7D,
+];
+
+/// 0.5 m/s, -0.1 rad/s, 16384 counts of vertical acceleration, -375 of yaw rate, 24 V.
+const GOLDEN_FEEDBACK: [u8; FEEDBACK_LENGTH] = [
+    0x7B, 0x00, 0x01, 0xF4, 0x00, 0x00, 0xFF, 0x9C, 0x00, 0x00, 0x00, 0x00, 0x40, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0xFE, 0x89, 0x5D, 0xC0, 0x47, 0x7D,
+];
+
+fn encode(linear: f64, angular: f64) -> [u8; COMMAND_LENGTH] {
+    let twist = Twist::new(linear, angular);
+    Command { twist }.encode().expect("finite rates")
+}
+
+fn decode(bytes: &[u8]) -> Vec<Report> {
+    let mut decoder = Decoder::default();
+    decoder.push(bytes);
+    decoder.collect()
+}
+
+/// Reports whose numbers are full of the head and tail bytes.
+fn random_report(rng: &mut Pcg64Mcg) -> Report {
+    let mut number = |scale: f64| match rng.random_range(0..4) {
+        0 => f64::from(0x7B7D) / scale,
+        1 => f64::from(0x7D7B) / scale,
+        2 => 0.0,
+        _ => f64::from(rng.random_range(-32_768..=32_767)) / scale,
+    };
+    Report {
+        motors_disabled: false,
+        twist: Twist::new(number(1000.0), number(1000.0)),
+        lateral: number(1000.0),
+        battery_v: number(1000.0).abs(),
+        ..Report::default()
+    }
+}
+
+#[test]
+fn commands_equal_the_golden_frames() {
+    assert_eq!(encode(0.5, -0.1), GOLDEN_COMMAND);
+    assert_eq!(encode(0.0, 0.0), GOLDEN_STOP);
+}
+
+#[test]
+fn commands_round_halves_away_from_zero_and_saturate() {
+    let fields = |linear, angular| {
+        let bytes = encode(linear, angular);
+        (
+            i16::from_be_bytes([bytes[3], bytes[4]]),
+            i16::from_be_bytes([bytes[7], bytes[8]]),
+        )
+    };
+    assert_eq!(fields(0.0005, -0.0005), (1, -1));
+    assert_eq!(fields(0.0025, -0.0025), (3, -3));
+    assert_eq!(fields(0.000_49, -0.000_49), (0, 0));
+    assert_eq!(fields(33.0, -33.0), (32_767, -32_768));
+    assert_eq!(fields(f64::MAX, f64::MIN), (32_767, -32_768));
+}
+
+#[test]
+fn commands_that_are_not_finite_are_refused() {
+    for (linear, angular) in [
+        (f64::NAN, 0.0),
+        (0.0, f64::INFINITY),
+        (f64::NEG_INFINITY, 0.0),
+    ] {
+        let command = Command {
+            twist: Twist::new(linear, angular),
+        };
+        let refusal = command.encode().unwrap_err();
+        assert!(matches!(refusal, BaseError::NotFinite { .. }), "{refusal}");
+    }
+}
+
+#[test]
+fn feedback_decodes_the_golden_frame() {
+    let reports = decode(&GOLDEN_FEEDBACK);
+    assert_eq!(reports.len(), 1);
+    let report = reports[0];
+    assert!(!report.motors_disabled);
+    assert_eq!(report.twist, Twist::new(0.5, -0.1));
+    assert!(report.lateral.abs() < 1e-12);
+    assert!((report.acceleration[2] - 16_384.0 / 1671.84).abs() < 1e-12);
+    assert!((report.gyro[2] + 375.0 * 0.000_266_44).abs() < 1e-12);
+    assert!((report.battery_v - 24.0).abs() < 1e-12);
+    assert_eq!(report.encode(), GOLDEN_FEEDBACK);
+}
+
+#[test]
+fn a_base_reads_the_commands_a_host_writes() {
+    let mut decoder = Decoder::<Command>::default();
+    decoder.push(&GOLDEN_STOP);
+    decoder.push(&GOLDEN_COMMAND);
+    let twists: Vec<Twist> = decoder.by_ref().map(|command| command.twist).collect();
+    assert_eq!(twists, [Twist::STOP, Twist::new(0.5, -0.1)]);
+    assert_eq!(decoder.dropped_bytes(), 0);
+}
+
+#[test]
+fn a_frame_may_be_split_at_every_byte() {
+    for split in 0..=FEEDBACK_LENGTH {
+        let mut decoder = Decoder::<Report>::default();
+        decoder.push(&GOLDEN_FEEDBACK[..split]);
+        assert_eq!(
+            decoder.next().is_some(),
+            split == FEEDBACK_LENGTH,
+            "split {split}"
+        );
+        decoder.push(&GOLDEN_FEEDBACK[split..]);
+        assert_eq!(
+            decoder.next().is_some(),
+            split < FEEDBACK_LENGTH,
+            "split {split}"
+        );
+        assert_eq!(decoder.dropped_bytes(), 0);
+    }
+}
+
+#[test]
+fn marks_inside_frames_do_not_confuse_a_clean_stream_in_random_pieces() {
+    let mut rng = Pcg64Mcg::seed_from_u64(11);
+    for _ in 0..200 {
+        let sent: Vec<Report> = (0..10).map(|_| random_report(&mut rng)).collect();
+        let stream: Vec<u8> = sent.iter().flat_map(Report::encode).collect();
+        let mut decoder = Decoder::<Report>::default();
+        let mut received = Vec::new();
+        let mut rest = &stream[..];
+        while !rest.is_empty() {
+            let (piece, after) = rest.split_at(rng.random_range(1..=rest.len().min(40)));
+            decoder.push(piece);
+            received.extend(decoder.by_ref());
+            rest = after;
+        }
+        let bytes =
+            |reports: &[Report]| reports.iter().flat_map(Report::encode).collect::<Vec<_>>();
+        assert_eq!(bytes(&received), stream);
+        assert_eq!(decoder.dropped_bytes(), 0);
+    }
+}
+
+#[test]
+fn every_damaged_byte_costs_its_own_frame_and_not_the_next() {
+    for at in 0..FEEDBACK_LENGTH {
+        for flip in [0x01, 0x80, 0xFF] {
+            let mut damaged = GOLDEN_FEEDBACK;
+            damaged[at] ^= flip;
+            let mut decoder = Decoder::<Report>::default();
+            decoder.push(&damaged);
+            decoder.push(&GOLDEN_FEEDBACK);
+            let reports: Vec<Report> = decoder.by_ref().collect();
+            assert_eq!(
+                reports,
+                decode(&GOLDEN_FEEDBACK),
+                "byte {at} flipped by {flip:02X}"
+            );
+            assert_eq!(decoder.dropped_bytes(), FEEDBACK_LENGTH as u64);
+        }
+    }
+}
+
+#[test]
+fn a_cut_frame_and_noise_are_dropped_and_counted() {
+    for cut in 1..FEEDBACK_LENGTH {
+        let mut decoder = Decoder::<Report>::default();
+        decoder.push(&[0x00, 0x7D, 0x55]);
+        decoder.push(&GOLDEN_FEEDBACK[..cut]);
+        decoder.push(&GOLDEN_FEEDBACK);
+        assert_eq!(decoder.by_ref().count(), 1, "cut after {cut}");
+        assert_eq!(decoder.dropped_bytes(), 3 + cut as u64);
+    }
+}
+
+#[cfg(all(unix, feature = "serial"))]
+mod serial {
+    use std::io::{Read, Write};
+    use std::time::Duration;
+
+    use inbye::base::wheeltec::{Command, Decoder, Report, WheeltecSession};
+    use inbye::base::{Base, BaseError, BaseSettings, Feedback, SerialBase, SerialSettings};
+    use inbye::geometry::Twist;
+    use serialport::{SerialPort, TTYPort};
+
+    use super::{GOLDEN_COMMAND, GOLDEN_FEEDBACK, GOLDEN_STOP};
+
+    /// Bounds so generous that a busy machine does not trip them.
+    const PATIENT: SerialSettings = SerialSettings {
+        send_within: Duration::from_secs(20),
+        ask_within: Duration::from_secs(20),
+        feedback_within: Duration::from_secs(60),
+    };
+
+    type Wheeltec = SerialBase<WheeltecSession>;
+
+    fn session() -> WheeltecSession {
+        WheeltecSession::new(BaseSettings::default()).expect("valid settings")
+    }
+
+    fn connect(settings: SerialSettings) -> (TTYPort, Wheeltec) {
+        let (mut peer, port) = TTYPort::pair().expect("pseudo-terminals");
+        peer.set_timeout(Duration::from_secs(20))
+            .expect("a timeout");
+        (
+            peer,
+            SerialBase::on(Box::new(port), "pty", session(), settings),
+        )
+    }
+
+    /// The first answer that is not "nothing yet": bytes take a moment through the terminal.
+    fn await_feedback(base: &mut Wheeltec) -> Result<Feedback, BaseError> {
+        loop {
+            match base.feedback() {
+                Err(BaseError::NoFeedbackYet { .. }) => {}
+                answer => return answer,
+            }
+        }
+    }
+
+    #[test]
+    fn command_bytes_arrive() {
+        let (mut peer, mut base) = connect(PATIENT);
+        base.send(&Twist::new(0.5, -0.1)).unwrap();
+        base.send(&Twist::STOP).unwrap();
+        let mut bytes = [0; 22];
+        peer.read_exact(&mut bytes).unwrap();
+        assert_eq!(bytes, [GOLDEN_COMMAND, GOLDEN_STOP].concat()[..]);
+    }
+
+    #[test]
+    fn a_command_that_is_not_finite_is_refused_and_nothing_is_sent() {
+        let (mut peer, mut base) = connect(PATIENT);
+        let refusal = base.send(&Twist::new(f64::NAN, 0.0)).unwrap_err();
+        assert!(matches!(refusal, BaseError::NotFinite { .. }), "{refusal}");
+        base.send(&Twist::STOP).unwrap();
+        let mut bytes = [0; 11];
+        peer.read_exact(&mut bytes).unwrap();
+        assert_eq!(bytes, GOLDEN_STOP);
+    }
+
+    #[test]
+    fn feedback_in_pieces_is_decoded_and_the_newest_kept() {
+        let (mut peer, mut base) = connect(PATIENT);
+        assert!(matches!(
+            base.feedback(),
+            Err(BaseError::NoFeedbackYet { .. })
+        ));
+        peer.write_all(&GOLDEN_FEEDBACK[..10]).unwrap();
+        assert!(matches!(
+            base.feedback(),
+            Err(BaseError::NoFeedbackYet { .. })
+        ));
+        peer.write_all(&GOLDEN_FEEDBACK[10..]).unwrap();
+        let feedback = await_feedback(&mut base).unwrap();
+        let golden = Feedback {
+            twist: Twist::new(0.5, -0.1),
+            emergency_stop: false,
+            battery_v: Some(24.0),
+            yaw_rate: Some(-375.0 * 0.000_266_44),
+            ..Feedback::default()
+        };
+        assert_eq!(feedback, golden);
+        assert_eq!(base.feedback(), Ok(golden), "until a newer one comes");
+
+        let stopped = Report {
+            motors_disabled: true,
+            ..Report::default()
+        };
+        peer.write_all(&stopped.encode()).unwrap();
+        let newer = std::iter::repeat_with(|| base.feedback().unwrap())
+            .find(|feedback| *feedback != golden)
+            .unwrap();
+        assert!(newer.emergency_stop);
+        assert_eq!(base.counters().dropped_bytes, 0);
+    }
+
+    #[test]
+    fn silence_beyond_the_bound_is_an_error_even_after_feedback() {
+        let (mut peer, mut base) = connect(SerialSettings {
+            feedback_within: Duration::from_millis(200),
+            ..PATIENT
+        });
+        peer.write_all(&GOLDEN_FEEDBACK).unwrap();
+        // The bound may pass before the first answer on a busy machine; silence must be told in either case.
+        let told = std::iter::repeat_with(|| base.feedback())
+            .find(|answer| matches!(answer, Err(BaseError::TimedOut { bound_ms: 200, .. })));
+        assert!(told.is_some());
+    }
+
+    #[test]
+    fn a_dropped_peer_is_an_error_and_no_hang() {
+        let (peer, mut base) = connect(PATIENT);
+        drop(peer);
+        let gone = BaseError::Unplugged {
+            port: "pty".to_owned(),
+        };
+        assert_eq!(base.send(&Twist::STOP), Err(gone.clone()));
+        assert_eq!(base.feedback(), Err(gone));
+    }
+
+    #[test]
+    fn a_peer_that_never_reads_does_not_block_beyond_the_bound() {
+        let (mut peer, mut base) = connect(SerialSettings {
+            send_within: Duration::from_millis(50),
+            ..PATIENT
+        });
+        // The terminal holds a few thousand commands; that it fills up at all is what ends this loop.
+        let refusal = (0..100_000)
+            .find_map(|_| base.send(&Twist::new(0.5, -0.1)).err())
+            .expect("the line never filled up");
+        assert!(
+            matches!(refusal, BaseError::TimedOut { bound_ms: 50, .. }),
+            "{refusal}"
+        );
+        // Once the peer reads again the line recovers, and what it reads are whole commands but for the one cut off.
+        let mut decoder = Decoder::<Command>::default();
+        let mut bytes = [0; 4096];
+        peer.set_timeout(Duration::from_millis(100)).unwrap();
+        while let Ok(count) = peer.read(&mut bytes) {
+            decoder.push(&bytes[..count]);
+        }
+        assert!(
+            decoder
+                .by_ref()
+                .all(|command| command.twist == Twist::new(0.5, -0.1))
+        );
+        base.send(&Twist::STOP).unwrap();
+        peer.set_timeout(Duration::from_secs(20)).unwrap();
+        let last = loop {
+            let count = peer.read(&mut bytes).unwrap();
+            decoder.push(&bytes[..count]);
+            if let Some(command) = decoder.next() {
+                break command;
+            }
+        };
+        assert_eq!(last.twist, Twist::STOP);
+        assert!(decoder.dropped_bytes() < 11, "{}", decoder.dropped_bytes());
+    }
+
+    #[test]
+    fn a_port_that_is_not_there_is_named() {
+        let error = SerialBase::open("no-such-port", session(), SerialSettings::default())
+            .err()
+            .unwrap();
+        assert!(
+            error
+                .to_string()
+                .starts_with("no-such-port: cannot be opened"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,497 @@
+//! The LD19's packets: as its manual has them, in damaged streams, and put together to turns.
+
+use std::cell::Cell;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use inbye::base::ld19::{
+    Decoder, LidarKeeper, LidarSettings, LidarTrouble, PACKET_LENGTH, POINTS, Packet, Point,
+    Revolutions,
+};
+use inbye::base::{BaseConfig, BaseError};
+use inbye::geometry::{Point as Place, Pose, Twist};
+use inbye::localization::{PoseTrack, View};
+use inbye::map::{GridFrame, ObstacleGrid, Sweep};
+use inbye::sim::{Lidar, TurningLidar, World};
+use proptest::collection::vec;
+use proptest::prelude::{Strategy, any, prop_assert_eq};
+
+use super::goldens::bytes;
+use super::streams::{Language, holds_everywhere};
+use super::sure::for_all;
+
+/// The packet of the manual's section on the protocol.
+const OF_THE_MANUAL: &str = "54 2C 68 08 AB 7E E0 00 E4 DC 00 E2 D9 00 E5 D5 00 E3 D3 00 E4 D0 00 E9 CD 00 E4 CA 00 E2 C7 00 E9 \
+    C5 00 E5 C2 00 E5 C0 00 E5 BE 82 3A 1A 50";
+
+fn packets(stream: &[u8]) -> Vec<Packet> {
+    let mut decoder = Decoder::default();
+    decoder.push(stream);
+    decoder.collect()
+}
+
+#[test]
+fn the_packet_of_the_manual_is_read_as_the_manual_says_and_written_again() {
+    let line = bytes(OF_THE_MANUAL);
+    let found = packets(&line);
+    let [packet] = found.as_slice() else {
+        panic!("{found:?}")
+    };
+    assert_eq!(packet.speed_deg_s, 2152);
+    assert_eq!((packet.first, packet.last), (32_427, 33_470));
+    assert_eq!(packet.time_ms, 6714);
+    let distances = packet.points.map(|point| point.distance_mm);
+    assert_eq!(
+        distances,
+        [224, 220, 217, 213, 211, 208, 205, 202, 199, 197, 194, 192]
+    );
+    assert_eq!(
+        (packet.points[0].intensity, packet.points[11].intensity),
+        (228, 229)
+    );
+    assert_eq!(packet.encode().as_slice(), line);
+}
+
+struct Ld19;
+
+impl Language for Ld19 {
+    type Item = Packet;
+    fn encode(item: &Packet) -> Vec<u8> {
+        item.encode().to_vec()
+    }
+    fn decode(pieces: &[&[u8]]) -> Vec<Packet> {
+        let mut decoder = Decoder::default();
+        let mut found = Vec::new();
+        for piece in pieces {
+            decoder.push(piece);
+            found.extend(decoder.by_ref());
+        }
+        found
+    }
+}
+
+/// Packets without the marks of a head in their points, so that damage makes no window over two of them.
+fn packet() -> impl Strategy<Value = Packet> {
+    let point = (0..84_u16, 0..84_u8).prop_map(|(high, intensity)| Point {
+        distance_mm: high << 8 | 0x11,
+        intensity,
+    });
+    (
+        vec(point, POINTS),
+        0..36_000_u16,
+        0..9_000_u16,
+        0..30_000_u16,
+    )
+        .prop_map(|(points, first, span, time_ms)| Packet {
+            speed_deg_s: 3600,
+            first,
+            points: points.try_into().expect("twelve"),
+            last: (first + span) % 36_000,
+            time_ms,
+        })
+}
+
+#[test]
+fn packets_survive_every_stream() {
+    holds_everywhere::<Ld19>(packet());
+}
+
+/// A CRC of 8 bits sees every wrong bit and every burst of up to 8 bits; of the rest one in 256 is believed, and not more.
+#[test]
+fn no_packet_with_a_wrong_bit_or_burst_is_believed() {
+    let line = bytes(OF_THE_MANUAL);
+    let flipped = |first: usize, burst: u8| {
+        let mut line = line.clone();
+        for bit in 0..8 {
+            if burst >> bit & 1 != 0 && first + bit < 8 * line.len() {
+                // In the order in which the check takes them: the highest bit of a byte first.
+                line[(first + bit) / 8] ^= 0x80 >> ((first + bit) % 8);
+            }
+        }
+        line
+    };
+    for first in 0..8 * PACKET_LENGTH {
+        for burst in (1..=u8::MAX).step_by(2) {
+            assert_eq!(
+                packets(&flipped(first, burst)),
+                [],
+                "{burst:08b} from bit {first}"
+            );
+        }
+    }
+    let believed = Cell::new(0);
+    for_all(
+        20_000,
+        (packet(), any::<u64>(), 6..41_usize),
+        |(packet, bits, at)| {
+            let mut line = packet.encode();
+            for (byte, wrong) in line[at..].iter_mut().zip(bits.to_le_bytes()) {
+                *byte ^= wrong;
+            }
+            let found = packets(&line);
+            let is_wrong = !found.is_empty() && found != [packet];
+            believed.set(believed.get() + u32::from(is_wrong));
+            Ok(())
+        },
+    );
+    assert!(
+        (20..160).contains(&believed.get()),
+        "{} of 20,000, not one in 256",
+        believed.get()
+    );
+}
+
+#[test]
+fn a_head_that_is_none_costs_no_packet_behind_it() {
+    let good = bytes(OF_THE_MANUAL);
+    for noise in [
+        "54",
+        "54 2C",
+        "54 54 2C 00",
+        "2C 54",
+        "54 2C 68 08 AB 7E E0",
+    ] {
+        let noise = bytes(noise);
+        let stream = [noise.clone(), good.clone(), good.clone()].concat();
+        let mut decoder = Decoder::default();
+        let mut found = 0;
+        for byte in &stream {
+            decoder.push(&[*byte]);
+            found += decoder.by_ref().count();
+        }
+        assert_eq!((found, decoder.dropped_bytes()), (2, noise.len() as u64));
+    }
+}
+
+/// Angles that are none, and packets too wide for twelve points, are not believed though their check is right.
+#[test]
+fn impossible_angles_are_refused() {
+    let good = packets(&bytes(OF_THE_MANUAL))[0];
+    for (first, last) in [(36_000, 100), (100, 36_001), (0, 9_001), (100, 99)] {
+        let packet = Packet {
+            first,
+            last,
+            ..good
+        };
+        assert_eq!(packets(&packet.encode()), [], "{first} to {last}");
+    }
+    let through_the_front = Packet {
+        first: 35_800,
+        last: 500,
+        ..good
+    };
+    assert_eq!(packets(&through_the_front.encode()), [through_the_front]);
+}
+
+/// Packets of a lidar that turns at 10 Hz and measures the same distance everywhere but at one angle, 0.01 degrees clockwise.
+fn turning(seconds: f64, post: u16) -> Vec<Packet> {
+    let number = (seconds * 4500.0 / 12.0) as u32;
+    let angle = |point: u32| ((point * 80) % 36_000) as u16;
+    let packet = |number: u32| Packet {
+        speed_deg_s: 3600,
+        first: angle(12 * number),
+        last: angle(12 * number + 11),
+        points: core::array::from_fn(|index| Point {
+            distance_mm: if angle(12 * number + index as u32) == post {
+                1000
+            } else {
+                5000
+            },
+            intensity: 200,
+        }),
+        time_ms: (f64::from(12 * number + 11) / 4.5 % 30_000.0) as u16,
+    };
+    (0..number).map(packet).collect()
+}
+
+/// The turns made of packets, each of which comes late by so much, seconds.
+fn turns(settings: LidarSettings, packets: &[Packet], late: impl Fn(usize) -> f64) -> Vec<Sweep> {
+    let mut revolutions = Revolutions::new(settings);
+    let mut now_s = 0.0_f64;
+    let mut all = Vec::new();
+    for (number, packet) in packets.iter().enumerate() {
+        let measured_s = 7.0 + (12 * number + 11) as f64 / 4500.0;
+        now_s = now_s.max(measured_s + late(number));
+        all.extend(revolutions.take(packet, now_s));
+    }
+    all
+}
+
+fn post(sweep: &Sweep) -> (f64, f64) {
+    let mut near = sweep.beams.iter().filter(|beam| beam.range < 2.0);
+    let beam = near.next().expect("the post is seen");
+    assert!(near.next().is_none());
+    (beam.angle, beam.range)
+}
+
+#[test]
+fn a_turn_runs_clockwise_on_the_line_and_counter_clockwise_here() {
+    // A quarter clockwise from the front is to the right.
+    let sweeps = turns(LidarSettings::default(), &turning(0.55, 9_040), |_| 0.0);
+    assert_eq!(sweeps.len(), 5);
+    for sweep in &sweeps {
+        let (angle, range) = post(sweep);
+        assert!(
+            (angle + FRAC_PI_2).abs() < 0.008 && (range - 1.0).abs() < 1e-9,
+            "{angle}"
+        );
+        assert_eq!(sweep.beams.len(), 450);
+        assert!(sweep.is_sound());
+        let times = sweep
+            .beams
+            .windows(2)
+            .map(|pair| pair[1].time_s - pair[0].time_s);
+        assert!(times.clone().all(|step_s| (0.0..0.002).contains(&step_s)));
+        assert!((times.sum::<f64>() - 449.0 / 4500.0).abs() < 2e-3);
+    }
+    let mounted = |settings| post(&turns(settings, &turning(0.3, 9_040), |_| 0.0)[0]);
+    let plain = LidarSettings::default();
+    let (angle, _) = mounted(LidarSettings {
+        upside_down: true,
+        ..plain
+    });
+    assert!((angle - FRAC_PI_2).abs() < 0.008, "{angle}");
+    let (angle, range) = mounted(LidarSettings {
+        mount_x_m: 0.2,
+        mount_yaw_rad: FRAC_PI_2,
+        ..plain
+    });
+    assert!(
+        angle.abs() < 0.008 && (range - 1.2).abs() < 1e-4,
+        "{angle} {range}"
+    );
+}
+
+/// Bytes come in bursts, late by what lies in buffers: the times of the points do not jump about by that.
+#[test]
+fn late_bytes_do_not_move_the_times_of_points() {
+    let late = |number: usize| 0.001 + 0.016 * ((number * 7919) % 16) as f64 / 16.0;
+    for (number, sweep) in turns(LidarSettings::default(), &turning(40.0, 0), late)
+        .iter()
+        .enumerate()
+        .skip(5)
+    {
+        // Turns end with the last point before the front.
+        let end_s = sweep.end_s().expect("beams");
+        let truth_s = 7.0 + (450 * (number + 1) - 1) as f64 / 4500.0;
+        assert!(
+            (end_s - truth_s).abs() < 0.004,
+            "turn {number}: {end_s} {truth_s}"
+        );
+    }
+}
+
+#[test]
+fn lost_packets_cost_their_points_and_a_gap_costs_the_turn() {
+    let all = turning(1.0, 0);
+    let without = |lost: core::ops::Range<usize>| -> Vec<Packet> {
+        let kept = all
+            .iter()
+            .enumerate()
+            .filter(|(number, _)| !lost.contains(number));
+        kept.map(|(_, packet)| *packet).collect()
+    };
+    let plain = LidarSettings::default();
+    let whole = turns(plain, &all, |_| 0.0).len();
+    let few = turns(plain, &without(100..103), |_| 0.0);
+    assert_eq!(few.len(), whole);
+    assert!(few.iter().any(|sweep| sweep.beams.len() == 450 - 36));
+    let gap = turns(plain, &without(100..160), |_| 0.0);
+    assert!(gap.len() < whole && gap.iter().all(Sweep::is_sound));
+    // No distance, and one within the robot, are no measurement.
+    let mut blind = all;
+    for packet in &mut blind {
+        packet.points[3].distance_mm = 0;
+        packet.points[4].distance_mm = 99;
+        packet.points[5].distance_mm = 12_001;
+    }
+    let sweeps = turns(plain, &blind, |_| 0.0);
+    let measured = sweeps[1].beams.iter().filter(|beam| beam.range.is_finite());
+    assert!((336..=339).contains(&measured.count()));
+}
+
+/// Any packets at any times: turns are sound, and no longer than half a second.
+#[test]
+fn any_packets_make_sound_turns() {
+    let packets = vec((packet(), 0..7200_u16, 0.0..0.1_f64), 0..200);
+    for_all(200, packets, |packets| {
+        let mut revolutions = Revolutions::new(LidarSettings::default());
+        let mut now_s = 0.0;
+        for (packet, speed_deg_s, pause_s) in packets {
+            now_s += pause_s;
+            let packet = Packet {
+                speed_deg_s,
+                ..packet
+            };
+            if let Some(sweep) = revolutions.take(&packet, now_s) {
+                prop_assert_eq!(sweep.is_sound(), true);
+                let times = || sweep.beams.iter().map(|beam| beam.time_s);
+                prop_assert_eq!(times().is_sorted(), true);
+                let (first_s, last_s) = (times().next(), times().next_back());
+                prop_assert_eq!(
+                    last_s
+                        .zip(first_s)
+                        .is_some_and(|(last, first)| last - first < 0.5),
+                    true
+                );
+            }
+        }
+        Ok(())
+    });
+}
+
+/// A robot that drives a curve in a room: its emulated lidar's bytes, through all of it, end on the room's walls.
+#[test]
+fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
+    let frame = GridFrame::new(80, 60, 0.1, Pose::default()).expect("a frame");
+    let open = |index| {
+        let cell = frame.cell_at(index);
+        (10..70).contains(&cell.column) && (10..50).contains(&cell.row)
+    };
+    let world = World::new(ObstacleGrid::new(
+        frame,
+        (0..frame.len()).map(|index| !open(index)).collect(),
+    ));
+    let quiet = Lidar {
+        range_sigma_m: 0.0,
+        dropout: 0.0,
+        ..Lidar::default()
+    };
+    let mut lidar = TurningLidar::new(quiet, world, 1).expect("good settings");
+    let (start, twist) = (Pose::new(2.5, 2.0, 0.3), Twist::new(0.8, 0.7));
+    let (mut decoder, mut revolutions) = (
+        Decoder::default(),
+        Revolutions::new(LidarSettings::default()),
+    );
+    let (mut track, mut looks) = (PoseTrack::new(), 0);
+    for tick in 0..400 {
+        let now_s = 0.005 * f64::from(tick);
+        let pose = start.after(&twist, now_s);
+        let mut line = Vec::new();
+        lidar.step(now_s, &pose, &mut line);
+        track.record(now_s, &pose);
+        decoder.push(&line);
+        for packet in decoder.by_ref() {
+            let Some(sweep) = revolutions.take(&packet, now_s) else {
+                continue;
+            };
+            let mut view = View::default();
+            view.take(&sweep, &track);
+            looks += 1;
+            assert!(view.hits.len() > 440);
+            for hit in &view.hits {
+                let Place { coords: at, .. } = pose.transform(&hit.end);
+                let off_x = (at.x - 1.0).abs().min((at.x - 7.0).abs());
+                let off_y = (at.y - 1.0).abs().min((at.y - 5.0).abs());
+                // Times are in whole milliseconds, in which it moves and turns a millimetre or so.
+                assert!(off_x.min(off_y) < 0.015, "{at} at {now_s}");
+            }
+        }
+    }
+    assert_eq!((looks, decoder.dropped_bytes()), (19, 0));
+}
+
+/// A line in memory: what was put in is read; a reader that was closed has no more.
+#[derive(Clone, Default)]
+struct Line(Arc<Mutex<(Vec<u8>, bool)>>);
+
+impl std::io::Read for Line {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        let mut line = self.0.lock().expect("nobody panicked");
+        if line.1 {
+            return Ok(0);
+        }
+        if line.0.is_empty() {
+            drop(line);
+            std::thread::sleep(Duration::from_millis(2));
+            return Err(std::io::ErrorKind::TimedOut.into());
+        }
+        let count = line.0.len().min(bytes.len());
+        bytes[..count].copy_from_slice(&line.0[..count]);
+        line.0.drain(..count);
+        Ok(count)
+    }
+}
+
+/// Waits, for longer than any machine needs, until the keeper's status is as wanted.
+fn await_status(
+    keeper: &LidarKeeper,
+    what: &str,
+    wanted: impl Fn(&inbye::base::ld19::LidarStatus) -> bool,
+) {
+    let began = Instant::now();
+    while !wanted(&keeper.status()) {
+        assert!(
+            began.elapsed() < Duration::from_secs(20),
+            "{what}: {:?}",
+            keeper.status()
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_keeper_says_what_is_wrong_and_goes_on_when_it_is_mended() {
+    let line = Line::default();
+    let opened = line.clone();
+    let open = Box::new(
+        move || -> Result<Box<dyn std::io::Read + Send>, BaseError> {
+            if opened.0.lock().expect("nobody panicked").1 {
+                return Err(BaseError::Unplugged {
+                    port: "a line".to_owned(),
+                });
+            }
+            Ok(Box::new(opened.clone()))
+        },
+    );
+    let keeper = LidarKeeper::start(open, LidarSettings::default()).expect("open");
+    let say = |bytes: &[u8]| line.0.lock().expect("nobody panicked").0.extend(bytes);
+    let stream =
+        |packets: &[Packet]| -> Vec<u8> { packets.iter().flat_map(Packet::encode).collect() };
+    let silent = |status: &inbye::base::ld19::LidarStatus| {
+        matches!(status.trouble, Some(LidarTrouble::Silent { .. }))
+    };
+    await_status(&keeper, "nothing yet", silent);
+    say(&stream(&turning(0.5, 0)));
+    await_status(&keeper, "turns", |status| {
+        status.turns == 4 && status.sweep.is_some()
+    });
+    await_status(&keeper, "silent", silent);
+    say(&[0x55; 5000]);
+    await_status(&keeper, "strange", |status| {
+        status.trouble == Some(LidarTrouble::Strange)
+    });
+    let standing = Packet {
+        speed_deg_s: 0,
+        ..turning(0.1, 0)[0]
+    };
+    say(&standing.encode());
+    await_status(&keeper, "stands", |status| {
+        status.trouble == Some(LidarTrouble::Stands)
+    });
+    line.0.lock().expect("nobody panicked").1 = true;
+    let gone = |status: &inbye::base::ld19::LidarStatus| matches!(&status.trouble, Some(why @ LidarTrouble::Unplugged { .. }) if why.to_string().contains("plug it in"));
+    await_status(&keeper, "gone", gone);
+    line.0.lock().expect("nobody panicked").1 = false;
+    await_status(&keeper, "open again", |status| status.opened == 2);
+    say(&stream(&turning(0.5, 0)));
+    await_status(&keeper, "turns again", |status| status.turns == 8);
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let bad = LidarSettings {
+        mount_yaw_rad: 4.0,
+        ..LidarSettings::default()
+    };
+    let config = BaseConfig {
+        lidar: bad,
+        ..BaseConfig::default()
+    };
+    let refusal = config.validate().expect_err("out of range").to_string();
+    assert_eq!(
+        refusal,
+        "[lidar] mount_yaw_rad is 4: it must be -3.2 to 3.2"
+    );
+}

@@ -1,0 +1,158 @@
+//! `inbye base emulate`, `send` and `monitor`.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use super::processes::{Emulated, Process};
+
+const PROTOCOLS: [&str; 4] = ["native", "wheeltec", "roboclaw", "arduino"];
+
+fn number(object: &Value, name: &str) -> f64 {
+    object[name]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{name} in {object}"))
+}
+
+#[test]
+fn a_motion_is_sent_in_every_protocol() {
+    for protocol in PROTOCOLS {
+        let base = Emulated::start(protocol, "");
+        let ended = base.host("base send --linear 0.4 --for 1.5").wait();
+        assert_eq!(ended.status.code(), Some(0), "{protocol}: {ended:?}");
+        let sent = ended.object();
+        assert_eq!(sent["stopped"], Value::Null, "{sent}");
+        assert_eq!(sent["interrupted"], json!(false), "{sent}");
+        let summary = base.end();
+        // 0.4 m/s for 1.5 s; ramps up and down are alike. Wide bounds: a busy machine delays the first and the last command.
+        let way_m = number(&summary, "distance_m");
+        assert!((0.3..1.2).contains(&way_m), "{protocol}: {summary}");
+        let off_m = (number(&sent, "travelled_m") - way_m).abs();
+        assert!(off_m < 0.1, "{protocol}: {sent} {summary}");
+        assert_eq!(summary["linear"], json!(0.0), "{protocol}: {summary}");
+        assert_eq!(summary["watchdog_stops"], json!(0), "{protocol}: {summary}");
+        assert!(number(&summary, "zeros_at_end") >= 3.0, "{summary}");
+    }
+}
+
+#[test]
+fn a_stuck_track_stops_the_base_and_says_so() {
+    for protocol in PROTOCOLS {
+        let base = Emulated::start(protocol, "--fault stuck-right");
+        let ended = base.host("base send --linear 0.4 --for 60").wait();
+        assert_eq!(ended.status.code(), Some(1), "{protocol}: {ended:?}");
+        let sent = ended.object();
+        let why = sent["stopped"].as_str().expect("words");
+        assert!(why.starts_with("the right track stands"), "{why}");
+        assert!(number(&base.end(), "zeros_at_end") >= 3.0);
+    }
+}
+
+#[test]
+fn a_latched_stop_is_ended_only_by_an_explicit_release() {
+    let base = Emulated::start("native", "--fault button@0..1.5");
+    let ended = base.host("base send --linear 0.3 --for 60").wait();
+    let sent = ended.object();
+    let why = sent["stopped"].as_str().expect("words");
+    assert!(why.contains("emergency stop"), "{why}");
+    // The button is out by then, and the base keeps its stop.
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let ended = base.host("base send --linear 0.3 --for 0.5").wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    let ended = base
+        .host("base send --linear 0.3 --for 0.5 --release")
+        .wait();
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    assert!(number(&base.end(), "distance_m") > 0.02);
+}
+
+#[test]
+fn silence_of_the_base_is_told_and_it_is_left_standing() {
+    let base = Emulated::start("native", "--fault silence@1.5");
+    let ended = base.host("base send --linear 0.3 --for 4").wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    let sent = ended.object();
+    assert!(number(&sent["counters"], "line_failures") >= 1.0, "{sent}");
+    let summary = base.end();
+    assert_eq!(summary["linear"], json!(0.0), "{summary}");
+    assert!(number(&summary, "zeros_at_end") >= 3.0, "{summary}");
+}
+
+#[test]
+fn a_base_that_falls_silent_for_a_while_is_driven_again() {
+    let base = Emulated::start("native", "--fault silence@1.5..3");
+    let ended = base.host("base send --linear 0.3 --for 8").wait();
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    let sent = ended.object();
+    assert!(number(&sent["counters"], "opened") >= 2.0, "{sent}");
+    base.end();
+}
+
+#[test]
+fn the_monitor_tells_and_does_not_move_the_base() {
+    for protocol in PROTOCOLS {
+        let base = Emulated::start(protocol, "");
+        let ended = base.host("base monitor --for 0.5").wait();
+        assert_eq!(ended.status.code(), Some(0), "{protocol}: {ended:?}");
+        let mut lines = 0;
+        for line in ended.stdout.lines() {
+            let row: Value = serde_json::from_str(line).expect("each line is JSON");
+            assert_eq!(row["feedback"]["linear"], json!(0.0), "{row}");
+            // The first report may be of before the first command.
+            let faults = row["feedback"]["faults"].as_str().expect("words");
+            let idle = ["none", "stopped for want of commands"];
+            assert!(idle.contains(&faults), "{row}");
+            lines += 1;
+        }
+        assert!(lines >= 1, "{ended:?}");
+        assert_eq!(number(&base.end(), "distance_m"), 0.0);
+    }
+}
+
+#[test]
+fn what_means_nothing_is_refused_in_one_line() {
+    let folder = tempfile::tempdir().expect("a place for temporary files");
+    let file = folder.path().join("base.toml");
+    fs::write(&file, "[base]\ntrack_width_m = -1.0\n").expect("written");
+    let file = file.display().to_string();
+    for (arguments, words) in [
+        (
+            "base send --port no-such-port".to_owned(),
+            "no-such-port: cannot be opened",
+        ),
+        ("base send".to_owned(), "--port"),
+        ("base send --port x --linear nan".to_owned(), "-100 to 100"),
+        (
+            "base send --port x --protocol can".to_owned(),
+            "`can` is no protocol: it is one of native, ",
+        ),
+        (
+            "base emulate --fault stuck".to_owned(),
+            "`stuck` is no fault",
+        ),
+        ("base emulate --for 0".to_owned(), "above zero"),
+        (
+            format!("base emulate --base-config {file}"),
+            "track_width_m is -1",
+        ),
+        (
+            "base emulate --base-config gone.toml".to_owned(),
+            "--base-config gone.toml: cannot be read",
+        ),
+    ] {
+        let ended = Process::start(&arguments).wait();
+        assert_eq!(ended.status.code(), Some(2), "{arguments}: {ended:?}");
+        assert_eq!(ended.stderr.lines().count(), 1, "{arguments}: {ended:?}");
+        assert!(ended.stderr.contains(words), "{arguments}: {ended:?}");
+    }
+}
+
+#[test]
+fn a_base_that_speaks_another_language_is_told() {
+    let base = Emulated::start("wheeltec", "");
+    let mut other = base.on_line("base send");
+    other = other.replace("wheeltec", "roboclaw");
+    let ended = Process::start(&other).wait();
+    assert_eq!(ended.status.code(), Some(2), "{ended:?}");
+    assert!(ended.stderr.contains("no answer within 3 s"), "{ended:?}");
+}

@@ -1,0 +1,150 @@
+//! `inbye drive --port`: a mission in a simulated world by a base in another process.
+
+use std::fs;
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use super::processes::{Emulated, Process};
+
+/// A room of 7.2 by 4.4 m at 0.2 m a cell, with a block in the way.
+fn room() -> TempDir {
+    let folder = tempfile::tempdir().expect("a place for temporary files");
+    let wall = "#".repeat(36) + "\n";
+    let open = format!("#{}#\n", ".".repeat(34));
+    let block = format!("#{}###{}#\n", ".".repeat(15), ".".repeat(16));
+    let rows = [
+        wall.clone(),
+        open.repeat(9),
+        block.repeat(4),
+        open.repeat(7),
+        wall,
+    ];
+    fs::write(folder.path().join("room.txt"), rows.concat()).expect("written");
+    folder
+}
+
+fn drive(room: &TempDir, more: &str) -> String {
+    format!(
+        "drive --map {} --resolution 0.2 --start 1.2,2,0 --goal 6,2 --engine cpu --threads 1 {more}",
+        room.path().join("room.txt").display()
+    )
+}
+
+fn number(object: &Value, name: &str) -> f64 {
+    object[name]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{name} in {object}"))
+}
+
+#[track_caller]
+fn completes(protocol: &'static str) {
+    let room = room();
+    let base = Emulated::start(protocol, "");
+    let ended = base.host(&drive(&room, "--time-limit 120")).wait();
+    assert_eq!(ended.status.code(), Some(0), "{protocol}: {ended:?}");
+    let (driven, summary) = (ended.object(), base.end());
+    assert_eq!(driven["reached"], json!(true), "{driven}");
+    assert_eq!(driven["collided"], json!(false), "{driven}");
+    assert_eq!(driven["base"]["stopped"], Value::Null, "{driven}");
+    // What the mission took for the robot's way is the way of the machine in the other process.
+    let (believed_m, way_m) = (
+        number(&driven, "travelled_m"),
+        number(&summary, "distance_m"),
+    );
+    assert!(way_m > 4.5, "{summary}");
+    assert_eq!(summary["linear"], json!(0.0), "{summary}");
+    assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
+    assert!(
+        (believed_m - way_m).abs() < 0.03 * way_m + 0.05,
+        "{driven} {summary}"
+    );
+    // So is the place it came to, of where it started.
+    let pose = summary["pose"].as_array().expect("a pose");
+    let x_m = 1.2 + pose[0].as_f64().expect("a number");
+    let y_m = 2.0 + pose[1].as_f64().expect("a number");
+    assert!(
+        libm::hypot(x_m - 6.0, y_m - 2.0) < 0.5,
+        "{driven} {summary}"
+    );
+}
+
+#[test]
+fn a_mission_in_real_time_is_recorded_and_decided_again() {
+    let room = room();
+    let path = |name: &str| format!("{}", room.path().join(name).display());
+    let settings = "[navigator]\nwait_for_plans = false\ndeadline_s = 0.05\n";
+    fs::write(path("robot.toml"), settings).expect("written");
+    let (settings, file) = (path("robot.toml"), path("run.mcap"));
+    let base = Emulated::start("native", "");
+    let more = format!("--time-limit 6 --config {settings} --record {file}");
+    let driven = base.host(&drive(&room, &more)).wait().object();
+    base.end();
+    assert_eq!(driven["recording"]["stopped"], Value::Null, "{driven}");
+    let replayed = Process::start(&format!("replay {file} --engine cpu --threads 1 --json")).wait();
+    assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
+    let replay = replayed.object();
+    assert_eq!(replay["ticks"], driven["ticks"], "{replay}");
+    assert_eq!(replay["complete"], json!(true), "{replay}");
+}
+
+#[test]
+fn a_mission_is_completed_over_our_own_frames() {
+    completes("native");
+}
+
+#[test]
+fn a_mission_is_completed_over_wheeltecs_frames() {
+    completes("wheeltec");
+}
+
+#[test]
+fn a_mission_is_completed_over_a_roboclaw() {
+    completes("roboclaw");
+}
+
+#[test]
+fn a_mission_is_completed_over_an_arduino() {
+    completes("arduino");
+}
+
+#[test]
+fn a_base_that_is_stuck_ends_its_mission_and_says_why() {
+    let room = room();
+    let base = Emulated::start("native", "--fault stuck-left@4");
+    let folder = room.path().join("out");
+    let report = format!("--report {}", folder.display());
+    let ended = base.host(&drive(&room, &report)).wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    let driven = ended.object();
+    assert_eq!(driven["reached"], json!(false), "{driven}");
+    let why = driven["base"]["stopped"].as_str().expect("words");
+    assert!(why.contains("left track"), "{why}");
+    // The report has it at its tick, which is the last.
+    let page = fs::read_to_string(folder.join("index.html")).expect("a page");
+    assert!(page.contains("driven by a base on a serial line in real time"));
+    let last = driven["ticks"].as_u64().expect("ticks") - 1;
+    let listed = format!("<button type=\"button\" data-frame=\"{last}\"><b>");
+    let (_, listed) = page.split_once(&listed).expect("a fault is listed");
+    assert!(
+        listed.contains(&format!("</b> base: {why}</button>")),
+        "{why}"
+    );
+    assert!(number(&base.end(), "zeros_at_end") >= 3.0);
+}
+
+#[test]
+fn a_signal_ends_a_mission_and_stops_the_base() {
+    let room = room();
+    let base = Emulated::start("native", "");
+    let mut host = base.host(&drive(&room, ""));
+    host.await_note("engine: ");
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    host.signal("INT");
+    let ended = host.wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    assert_eq!(ended.object()["base"]["interrupted"], json!(true));
+    let summary = base.end();
+    assert!(number(&summary, "zeros_at_end") >= 3.0, "{summary}");
+    assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
+}

@@ -1,0 +1,254 @@
+//! `inbye drive`.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use super::program::{Workplace, assert_fields};
+
+/// A room of 12 by 5.2 m at 0.2 m a cell, with a pillar in the way.
+fn room() -> Workplace {
+    let place = Workplace::new();
+    let row = |pillar: &str| format!("#{:.<58}#\n", format!("{:.<27}{pillar}", ""));
+    let wall = "#".repeat(60) + "\n";
+    let rows = [
+        wall.clone(),
+        row("").repeat(10),
+        row("###").repeat(4),
+        row("").repeat(10),
+        wall,
+    ];
+    place.write("room.txt", rows.concat());
+    place
+}
+
+const DRIVE: &str =
+    "drive --map room.txt --resolution 0.2 --start 1.5,2.5 --goal 10.5,2.5 --engine cpu";
+
+#[track_caller]
+fn digest(object: &Value) -> &str {
+    let digest = object["trace_digest"].as_str().expect("a digest is text");
+    assert_eq!(digest.len(), 64, "{digest}");
+    digest
+}
+
+#[test]
+fn the_robot_arrives_and_the_object_has_every_field() {
+    let place = room();
+    let (status, object) = place.json(DRIVE);
+    assert_eq!(status, 0);
+    assert_fields(
+        &object,
+        "reached bool, collided bool, time_s real, travelled_m real, min_clearance_m real, \
+         final_error.x_m real, final_error.y_m real, final_error.yaw_rad null, engine text, \
+         latency_ms.p50 real, latency_ms.p99 real, latency_ms.max real, ticks whole, trace_digest text, \
+         gpu_losses null, gpu_reopened null, gpu_incidents null, cpu_ticks null, deadline null",
+    );
+    assert_eq!(
+        (&object["reached"], &object["collided"]),
+        (&json!(true), &json!(false))
+    );
+    let number = |name: &str| object[name].as_f64().unwrap();
+    // Nine metres at no more than 1 m/s, less the tolerance of 0.25 m at the goal.
+    assert!(
+        number("travelled_m") > 8.7 && number("travelled_m") < 12.0,
+        "{object}"
+    );
+    assert!(
+        number("time_s") > 8.7 && number("min_clearance_m") > 0.0,
+        "{object}"
+    );
+    let error = |axis: &str| object["final_error"][axis].as_f64().unwrap();
+    assert!(libm::hypot(error("x_m"), error("y_m")) <= 0.25, "{object}");
+    let periods = number("time_s") / 0.1;
+    assert!((number("ticks") - 1.0 - periods).abs() < 1e-6, "{object}");
+    assert!(
+        object["engine"].as_str().unwrap().starts_with("CPU"),
+        "{object}"
+    );
+}
+
+#[test]
+fn the_same_run_has_the_same_digest_on_any_number_of_threads() {
+    let place = room();
+    let run = |more: &str| {
+        place
+            .json(&format!("{DRIVE} --obstacles 1 --time-limit 8 {more}"))
+            .1
+    };
+    let first = run("--seed 5");
+    assert_eq!(digest(&first), digest(&run("--seed 5")));
+    assert_eq!(digest(&first), digest(&run("--seed 5 --threads 1")));
+    assert_eq!(digest(&first), digest(&run("--seed 5 --threads 2")));
+    assert_ne!(digest(&first), digest(&run("--seed 6")));
+}
+
+#[test]
+fn a_goal_with_a_yaw_is_parked_at() {
+    let arguments = DRIVE.replace("10.5,2.5", "4.5,2.5,-1.5");
+    let (status, object) = room().json(&arguments);
+    assert_eq!(status, 0);
+    let off = object["final_error"]["yaw_rad"]
+        .as_f64()
+        .expect("a yaw was asked for");
+    assert!(off.abs() <= 0.1, "{object}");
+}
+
+#[test]
+fn a_report_and_a_record_are_written() {
+    let place = room();
+    let run = place.run(&format!("{DRIVE} --report out/page --record trace.jsonl"));
+    assert_eq!(run.status, 0, "{run:?}");
+    assert!(run.stdout.contains("reached the goal"), "{run:?}");
+    let page = fs::read_to_string(place.path("out/page/index.html")).expect("the report is there");
+    assert!(page.contains("<svg") && page.contains("room.txt"));
+    let record = fs::read_to_string(place.path("trace.jsonl")).expect("the record is there");
+    let (_, object) = place.json(DRIVE);
+    assert_eq!(
+        record.lines().count() as u64,
+        object["ticks"].as_u64().unwrap()
+    );
+    for line in record.lines() {
+        let tick: Value = serde_json::from_str(line).expect("each line is JSON");
+        assert_fields(&tick, "time_s real, pose list, gap_m real, mode text");
+    }
+}
+
+#[test]
+fn people_read_how_it_ended() {
+    let place = room();
+    let run = place.run(&format!("{DRIVE} --time-limit 2"));
+    assert_eq!(run.status, 1, "{run:?}");
+    assert!(
+        run.stdout.starts_with("did not reach the goal: "),
+        "{run:?}"
+    );
+    assert_eq!(
+        run.engine_note
+            .as_deref()
+            .map(|note| note.contains("asked for")),
+        Some(true)
+    );
+    let auto = place.run(&DRIVE.replace("--engine cpu", "--engine auto --time-limit 0.1"));
+    assert!(auto.engine_note.is_some(), "{auto:?}");
+}
+
+#[test]
+fn the_cpu_drives_the_same_way_where_there_is_no_gpu_and_that_is_counted() {
+    let place = room();
+    let cpu = place.json(DRIVE).1;
+    let auto = place.json(&DRIVE.replace("--engine cpu", "")).1;
+    assert_eq!(digest(&auto), digest(&cpu));
+    if cfg!(feature = "gpu") {
+        assert_eq!(auto["gpu_losses"], json!({ "absent": 1 }));
+        assert_eq!(auto["gpu_reopened"], json!(0));
+        assert_eq!(auto["gpu_incidents"][0]["decision"], json!(0));
+        assert!(auto["cpu_ticks"].as_u64() > Some(50), "{auto}");
+    }
+    for engine in ["", "--engine cpu"] {
+        let required = format!("{} --require-gpu", DRIVE.replace("--engine cpu", engine));
+        let refusal = place.refusal(&required);
+        assert!(refusal.contains("a GPU is required"), "{refusal}");
+    }
+}
+
+#[test]
+fn a_deadline_that_is_never_missed_changes_nothing_and_one_always_missed_keeps_it_standing() {
+    let place = room();
+    let free = place.json(DRIVE).1;
+    let kept = place.json(&format!("{DRIVE} --deadline 1e6")).1;
+    assert_eq!(digest(&kept), digest(&free));
+    assert_fields(
+        &kept,
+        "deadline.deadline_s real, deadline.decisions whole, deadline.misses whole, \
+         deadline.lowest.vx_samples whole, deadline.last.vtheta_samples whole",
+    );
+    assert_eq!(kept["deadline"]["misses"], json!(0));
+    let missed = format!("{DRIVE} --deadline 1e-6 --time-limit 3");
+    let (status, object) = place.json(&missed);
+    assert_eq!(status, 1);
+    assert_eq!(object["travelled_m"], json!(0.0));
+    let deadline = &object["deadline"];
+    assert_eq!(deadline["misses"], deadline["decisions"]);
+    assert_eq!(deadline["lowest"]["vtheta_samples"], json!(8));
+    let words = place.run(&missed).stdout;
+    assert!(words.contains("30 of 30 decisions took longer"), "{words}");
+    let refusal = place.refusal(&format!("{DRIVE} --deadline 0"));
+    assert!(refusal.contains("--deadline"), "{refusal}");
+}
+
+#[test]
+fn a_walled_off_goal_is_an_answer() {
+    let place = room();
+    let open = fs::read_to_string(place.path("room.txt")).unwrap();
+    let cut = |row: &str| [&row[..40], "#", &row[41..], "\n"].concat();
+    place.write(
+        "room.txt",
+        open.lines().map(cut).collect::<Vec<_>>().concat(),
+    );
+    let (status, object) = place.json(DRIVE);
+    assert_eq!(status, 1);
+    assert_eq!(
+        (&object["reached"], &object["found"]),
+        (&json!(false), &json!(false))
+    );
+    assert_eq!(object["error"], "NO_VALID_PATH");
+    let run = place.run(DRIVE);
+    assert_eq!((run.status, run.stdout.lines().count()), (1, 1), "{run:?}");
+    assert!(
+        run.stdout.starts_with("NO_VALID_PATH: no way from "),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn people_in_the_way_come_by_number_or_from_a_file() {
+    let place = room();
+    place.write(
+        "far.json",
+        r#"[{"x": 11.4, "y": 4.5, "radius": 0.2, "speed": 0.0}]"#,
+    );
+    place.write(
+        "far.toml",
+        "[[obstacles]]\nx = 11.4\ny = 4.5\nradius = 0.2\nspeed = 0.0\n",
+    );
+    let (status, from_json) = place.json(&format!("{DRIVE} --obstacles far.json"));
+    let (_, from_toml) = place.json(&format!("{DRIVE} --obstacles far.toml"));
+    assert_eq!(status, 0, "{from_json}");
+    assert_eq!(digest(&from_json), digest(&from_toml));
+    assert_ne!(digest(&from_json), digest(&place.json(DRIVE).1));
+    let crowd = place
+        .json(&format!("{DRIVE} --time-limit 1 --obstacles 2"))
+        .1;
+    assert_ne!(
+        digest(&crowd),
+        digest(&place.json(&format!("{DRIVE} --time-limit 1")).1)
+    );
+}
+
+#[test]
+fn something_that_stands_in_the_robot_is_touched_at_once() {
+    let place = room();
+    place.write(
+        "in.json",
+        r#"[{"x": 1.5, "y": 2.5, "radius": 0.3, "speed": 0.0}]"#,
+    );
+    let (status, object) = place.json(&format!("{DRIVE} --obstacles in.json"));
+    assert_eq!(
+        (status, &object["collided"], &object["reached"]),
+        (1, &json!(true), &json!(false))
+    );
+    assert_eq!(object["travelled_m"], 0.0);
+}
+
+#[test]
+fn a_configuration_changes_the_robot() {
+    let place = room();
+    place.write(
+        "slow.toml",
+        "[robot.limits]\nmin_vel_x = 0.0\nmax_vel_x = 0.4\n",
+    );
+    let (_, slow) = place.json(&format!("{DRIVE} --config slow.toml"));
+    assert_eq!(slow["reached"], true);
+    assert!(slow["time_s"].as_f64().unwrap() > 8.7 / 0.4, "{slow}");
+}

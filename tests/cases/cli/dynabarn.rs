@@ -1,0 +1,122 @@
+//! `inbye bench dynabarn`.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use super::program::{Workplace, assert_fields};
+
+/// A cylinder that crosses a way of six metres, and one beside it.
+const FOUR: &str = r#"{"world": 4, "start_x_y_yaw": [3, 0, 3.14], "goal_x_y": [-3, 0], "obstacles": [
+    {"name": "a", "radius_m": 0.5, "loop_s": 9, "keyframes_t_x_y": [[0, 0, -2], [4.5, 0, 2], [9, 0, -2]]},
+    {"name": "b", "radius_m": 0.5, "loop_s": 9, "keyframes_t_x_y": [[0, 1, 3]]}]}"#;
+/// One that nobody can evade.
+const SIX: &str = r#"{"world": 6, "start_x_y_yaw": [3, 0, 3.14], "goal_x_y": [-3, 0], "obstacles": [
+    {"name": "a", "radius_m": 6, "loop_s": 2, "keyframes_t_x_y": [[0, 16, 0], [2, -20, 0]]}]}"#;
+
+const BENCH: &str = "bench dynabarn --worlds dynabarn";
+
+pub fn write_worlds(place: &Workplace) {
+    place.write("dynabarn/world_04.json", FOUR);
+    place.write("dynabarn/world_06.json", SIX);
+}
+
+fn place() -> Workplace {
+    let place = Workplace::new();
+    write_worlds(&place);
+    place
+}
+
+#[test]
+fn worlds_that_move_are_driven() {
+    let place = place();
+    let (status, object) = place.json(&format!("{BENCH} --threads 2 --record runs.csv"));
+    assert_eq!(status, 0);
+    assert_fields(
+        &object,
+        "worlds whole, runs whole, succeeded whole, success real, success_attributed real, collided whole, \
+         by_robot whole, avoidable whole, other whole, timeout whole, failed whole, mean_time_s real, simulator text, \
+         rows list, rows[].world whole, rows[].seed whole, rows[].result text, rows[].blame text, rows[].time_s real, \
+         rows[].travelled_m real, rows[].min_clearance_m real, rows[].plans whole, rows[].fault null, \
+         rows[].decision_p50_ms real, rows[].decision_p99_ms real",
+    );
+    let ends = |row: &Value| (row["result"].clone(), row["blame"].clone());
+    let rows = object["rows"].as_array().expect("rows");
+    assert_eq!(
+        rows.iter().map(ends).collect::<Vec<_>>(),
+        [
+            (json!("succeeded"), json!("-")),
+            (json!("collided"), json!("other"))
+        ],
+        "{object}"
+    );
+    // The contact counts in the one share and not in the other.
+    assert_eq!(object["success"], json!(0.5));
+    assert_eq!(object["success_attributed"], json!(1.0));
+
+    // What is in the file is not driven again.
+    let record = fs::read_to_string(place.path("runs.csv")).expect("a record");
+    assert!(record.contains("\n4,0,succeeded,-,"), "{record}");
+    let run = place.run(&format!("{BENCH} --record runs.csv"));
+    assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
+    for words in [
+        "not Gazebo",
+        "on a spline through their keyframes",
+        "world 6, seed 0: was run into after",
+    ] {
+        assert!(run.stdout.contains(words), "{run:?}");
+    }
+    let again = fs::read_to_string(place.path("runs.csv")).expect("a record");
+    assert_eq!(again, record);
+}
+
+#[test]
+fn a_run_is_drawn_and_told() {
+    let place = place();
+    let (status, row) = place.json(&format!(
+        "{BENCH} --trace 4,1 --svg run.svg --ticks run.jsonl"
+    ));
+    assert_eq!(status, 0);
+    assert_eq!((&row["world"], &row["seed"]), (&json!(4), &json!(1)));
+    let picture = fs::read_to_string(place.path("run.svg")).expect("a picture");
+    assert!(picture.contains("DynaBARN world 4, seed 1"), "{picture}");
+    let ticks = fs::read_to_string(place.path("run.jsonl")).expect("ticks");
+    let last: Value = serde_json::from_str(ticks.lines().last().unwrap()).expect("JSON");
+    assert_eq!(last["time_s"], row["time_s"]);
+    assert_eq!(last["moving"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn what_cannot_be_driven_is_refused() {
+    let place = place();
+    place.write("typo.toml", "[navigator]\nlookahed_m = 1.0\n");
+    place.write("fast.toml", "[robot.limits]\nmax_vel_x = 1.5\n");
+    place.write("none/world.txt", "");
+    assert_eq!(
+        place
+            .run(&format!("{BENCH} --only 6 --record runs.csv"))
+            .status,
+        0
+    );
+    let table = "
+ -> --worlds; --help
+--worlds gone -> gone: cannot be read
+--worlds none -> none: holds no world_NN.json
+--worlds dynabarn --only 5 -> world 5 is not among the 2; 4, 6
+--worlds dynabarn --config typo.toml -> typo.toml; lookahed_m
+--worlds dynabarn --config fast.toml --record runs.csv -> runs.csv: line 2 was run with other settings
+--worlds dynabarn --trace 5,0 -> world 5 is not among
+--worlds dynabarn --trace 4,0 --svg run.png -> --svg run.png; .svg
+--worlds dynabarn --ticks run.jsonl -> --trace
+";
+    for line in table.lines().filter(|line| !line.is_empty()) {
+        let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
+        let refusal = place.refusal(&format!("bench dynabarn {arguments}"));
+        for word in words.split("; ") {
+            assert!(
+                refusal.contains(word),
+                "{arguments}: no {word:?} in: {refusal}"
+            );
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Help, and the examples in it.
+
+use super::program::Workplace;
+
+/// An emulated base needs a pseudo-terminal.
+const HAS_TERMINALS: bool = cfg!(all(unix, feature = "serial"));
+
+/// Every command that the help of another lists, the program itself first.
+pub fn commands(place: &Workplace) -> Vec<String> {
+    let mut known = vec![String::new()];
+    let mut looked_at = 0;
+    while looked_at < known.len() {
+        let above = known[looked_at].clone();
+        let help = place.run(&format!("{above} --help")).stdout;
+        let listed = help.split_once("Commands:\n").map_or("", |(_, list)| list);
+        for line in listed.lines().take_while(|line| !line.is_empty()) {
+            // What goes on from the line before stands further to the right.
+            let Some(rest) = line
+                .strip_prefix("  ")
+                .filter(|rest| !rest.starts_with(' '))
+            else {
+                continue;
+            };
+            let name = rest
+                .split_whitespace()
+                .next()
+                .expect("a command has a name");
+            if name != "help" {
+                known.push(format!("{above} {name}").trim_start().to_owned());
+            }
+        }
+        looked_at += 1;
+    }
+    known
+}
+
+/// The examples in a command's help: commands without the program's name.
+fn examples(place: &Workplace, command: &str) -> Vec<String> {
+    let run = place.run(&format!("{command} --help"));
+    assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
+    let (_, after) = run
+        .stdout
+        .split_once("Example:\n")
+        .expect("every help has an example");
+    after
+        .lines()
+        .map_while(|line| line.strip_prefix("  inbye"))
+        .map(|line| line.trim().to_owned())
+        .collect()
+}
+
+#[test]
+fn every_example_works() {
+    let place = Workplace::new();
+    let help = place.run("evaluate --help").stdout;
+    let (_, after) = help
+        .split_once("problem.json:\n")
+        .expect("the file is documented");
+    let (problem, _) = after.split_once("\nRows run").expect("the example ends");
+    place.write("problem.json", problem);
+    for map in ["mine.map", "maps/mine.map"] {
+        place.write(map, "type octile\nheight 1\nwidth 3\nmap\n...\n");
+        place.write(
+            &format!("{map}.scen"),
+            "version 1\n0 mine.map 3 1 0 0 2 0 2\n",
+        );
+    }
+    place.write("nav2_params.yaml", super::config::NAV2);
+    place.write("mine.toml", "[local]\nvx_samples = 8\n");
+    place.write(
+        "sweep.toml",
+        "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n",
+    );
+    super::barn::write_worlds(&place);
+    super::dynabarn::write_worlds(&place);
+    super::records::write_records(&place);
+    let commands = commands(&place);
+    assert!(commands.len() > 20, "{commands:?}");
+    let mut tried = 0;
+    for command in &commands {
+        let examples = examples(&place, command);
+        assert!(!examples.is_empty(), "{command}");
+        // The main job takes its time, and has a test of its own.
+        for example in examples
+            .iter()
+            .filter(|example| !example.contains("main job"))
+            .filter(|example| HAS_TERMINALS || !example.contains("base emulate"))
+            // It would talk to the whole network, to whatever is on the first serial port, or serve until it is ended.
+            .filter(|example| !example.starts_with("node") && !example.contains("--port"))
+        {
+            let run = place.run(example);
+            assert_eq!(run.status, 0, "{example}: {run:?}");
+            // What could not be taken over is listed.
+            let lists = example.contains("import-nav2") && !example.contains("--json");
+            if !lists {
+                let notes = usize::from(example.contains("--report"));
+                assert_eq!(run.errors.len(), notes, "{example}: {run:?}");
+            }
+            tried += 1;
+        }
+    }
+    // Not so many: the main job, node, playground, base send and base monitor.
+    assert!(tried >= commands.len() - 5 - 2 * usize::from(!HAS_TERMINALS));
+}
+
+#[test]
+fn help_and_version_are_results() {
+    let place = Workplace::new();
+    for arguments in ["--help", "--version", "plan -h", "help drive"] {
+        let run = place.run(arguments);
+        assert_eq!(
+            (run.status, run.errors.len()),
+            (0, 0),
+            "{arguments}: {run:?}"
+        );
+        assert!(run.stdout.contains("inbye"), "{arguments}: {run:?}");
+    }
+}

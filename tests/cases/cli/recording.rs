@@ -1,0 +1,175 @@
+//! `inbye drive --record FILE.mcap` and `inbye replay`.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use super::program::{Workplace, assert_fields};
+use crate::support::mcap_copy::{altered, chunk_ends};
+
+const DRIVE: &str = "drive --map room.txt --resolution 0.2 --start 1.5,2.5 --goal 10.5,2.5 --obstacles 1 --seed 5 \
+    --time-limit 20 --engine cpu";
+
+fn room() -> Workplace {
+    let place = Workplace::new();
+    let (wall, row) = ("#".repeat(60) + "\n", format!("#{:.<58}#\n", ""));
+    place.write("room.txt", [wall.clone(), row.repeat(24), wall].concat());
+    place
+}
+
+/// A drive recorded as `run.mcap`: what was said of it.
+fn recorded(place: &Workplace) -> Value {
+    let (status, object) = place.json(&format!("{DRIVE} --record run.mcap"));
+    assert_eq!(status, 0, "{object}");
+    object
+}
+
+#[test]
+fn a_recorded_drive_is_decided_again_with_the_same_bits() {
+    let place = room();
+    let drive = recorded(&place);
+    assert_fields(
+        &drive,
+        "recording.file text, recording.messages whole, recording.bytes whole, recording.stopped null",
+    );
+    let size = fs::metadata(place.path("run.mcap"))
+        .expect("it is there")
+        .len();
+    assert_eq!(drive["recording"]["bytes"], json!(size));
+    let (_, alone) = place.json(DRIVE);
+    assert_eq!(alone["trace_digest"], drive["trace_digest"]);
+    assert_eq!(alone["recording"], Value::Null);
+    for engine in ["--engine cpu --threads 1", "--engine cpu --threads 2", ""] {
+        let (status, replay) = place.json(&format!("replay run.mcap {engine}"));
+        assert_eq!(status, 0, "{replay}");
+        assert_fields(
+            &replay,
+            "engine text, recorded_engine text, first_difference null",
+        );
+        assert_eq!(replay["ticks"], drive["ticks"]);
+        assert_eq!(replay["recorded_engine"], drive["engine"]);
+        assert_eq!(
+            (&replay["agree"], &replay["complete"]),
+            (&json!(true), &json!(true))
+        );
+    }
+    let run = place.run("replay run.mcap --engine cpu");
+    assert!(
+        run.stdout.starts_with("the same bits in all of "),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn one_flipped_bit_is_told_with_its_tick_and_field() {
+    let place = room();
+    recorded(&place);
+    let file = fs::read(place.path("run.mcap")).expect("it is there");
+    // The last bit of the speed that was commanded, behind 360 ranges.
+    let copy = altered(&file, "/inbye/tick", 11, |message| {
+        message[108 + 8 * 360] ^= 1;
+    });
+    place.write("other.mcap", copy);
+    let (status, replay) = place.json("replay other.mcap --engine cpu");
+    assert_eq!(status, 1, "{replay}");
+    assert_eq!(replay["agree"], json!(false));
+    let difference = &replay["first_difference"];
+    assert_fields(
+        difference,
+        "time_s real, recorded real, replayed real, recorded_hex text, replayed_hex text",
+    );
+    assert_eq!(
+        (&difference["tick"], &difference["field"]),
+        (&json!(11), &json!("command_linear"))
+    );
+    assert_ne!(difference["recorded_hex"], difference["replayed_hex"]);
+    let run = place.run("replay other.mcap --engine cpu");
+    assert_eq!(run.status, 1);
+    assert!(
+        run.stdout.starts_with("DIFFERS first at tick 11 of ") && run.stdout.contains("0x3f"),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn a_cut_recording_is_replayed_as_far_as_it_goes() {
+    let place = room();
+    let drive = recorded(&place);
+    let file = fs::read(place.path("run.mcap")).expect("it is there");
+    let ends = chunk_ends(&file);
+    place.write("cut.mcap", &file[..ends[2] + 1000]);
+    let (status, replay) = place.json("replay cut.mcap --engine cpu");
+    assert_eq!(status, 0, "{replay}");
+    assert_eq!(
+        (&replay["agree"], &replay["complete"]),
+        (&json!(true), &json!(false))
+    );
+    assert!(
+        replay["ticks"].as_u64() > Some(20) && replay["ticks"].as_u64() < drive["ticks"].as_u64()
+    );
+    let run = place.run("replay cut.mcap --engine cpu");
+    assert!(
+        run.stdout
+            .contains("the recording is cut: it ends with tick "),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn what_is_no_recording_is_refused_in_one_line() {
+    let place = room();
+    recorded(&place);
+    let file = fs::read(place.path("run.mcap")).expect("it is there");
+    let ends = chunk_ends(&file);
+    place.write("head.mcap", &file[..ends[0]]);
+    place.write("empty.mcap", "");
+    let mut damaged = file.clone();
+    damaged[ends[2] - 5000] ^= 1;
+    place.write("damaged.mcap", damaged);
+    let newer = altered(&file, "drive.toml", 0, |text| {
+        let told = text.windows(10).position(|bytes| bytes == b"format = 2");
+        text[told.expect("the format is told") + 9] = b'3';
+    });
+    place.write("newer.mcap", newer);
+    for (name, said) in [
+        ("gone.mcap", "name a recording"),
+        ("room.txt", "no MCAP file"),
+        ("empty.mcap", "no recording of"),
+        ("head.mcap", "no tick"),
+        ("damaged.mcap", "damaged after"),
+        ("newer.mcap", "format 3"),
+    ] {
+        let line = place.refusal(&format!("replay {name} --engine cpu"));
+        assert!(line.contains(name) && line.contains(said), "{name}: {line}");
+    }
+    let line = place.refusal("replay run.mcap --engine warp");
+    assert!(line.contains("warp"), "{line}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_stops_the_recording_and_not_the_drive() {
+    let place = room();
+    let alone = place.json(DRIVE).1;
+    for name in ["full.mcap", "full.jsonl"] {
+        std::os::unix::fs::symlink("/dev/full", place.path(name)).expect("a new name");
+        let run = place.run(&format!("{DRIVE} --record {name} --json"));
+        let object: Value = serde_json::from_str(&run.stdout).expect("the drive has a result");
+        assert_eq!(
+            (run.status, &object["reached"]),
+            (1, &json!(true)),
+            "{run:?}"
+        );
+        assert_eq!(object["trace_digest"], alone["trace_digest"]);
+        let recording = &object["recording"];
+        assert_eq!(recording["file"], json!(name));
+        let why = recording["stopped"].as_str().expect("a reason");
+        assert!(why.contains("No space left on device"), "{why}");
+        assert_eq!(run.errors.len(), 1, "{run:?}");
+        assert!(
+            run.errors[0].starts_with("warning: the recording stopped: ")
+                && run.errors[0].contains(name),
+            "{run:?}"
+        );
+    }
+}

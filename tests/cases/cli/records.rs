@@ -1,0 +1,273 @@
+//! `inbye bench draw`, and the pages of benchmarks.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use roxmltree::Document;
+use serde_json::{Value, json};
+
+use super::program::Workplace;
+
+const RECORDS: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/benches/records/two-shared-xeon-cores"
+);
+
+/// A few rows of each kind; the oldest latencies have neither names nor misses.
+pub fn write_records(place: &Workplace) {
+    place.write(
+        "latency.csv",
+        "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s\n\
+         cpu,\"\",1,256,40,0.06,0.07,0.09,0.14,5000,160000000.5\n\
+         cpu,\"\",1,1024,40,0.24,0.4,0.44,0.5,5000,170000000.5\n\
+         gpu,\"llvmpipe (LLVM 15.0.6, 256 bits)\",0,256,40,0.8,0.9,0.93,1.5,673,12650237\n",
+    );
+    place.write(
+        "barn.csv",
+        "world,seed,result,time_s,travelled_m,min_clearance_m,optimal_time_s,score,fault,decision_p50_ms,decision_p99_ms,settings\n\
+         3,0,succeeded,8.0,9.3,0.1,5.0,0.5,,0.6,6.4,890bd778721e\n\
+         3,1,succeeded,20.0,9.3,0.1,5.0,0.25,,0.6,6.4,890bd778721e\n\
+         12,0,failed,60.0,9.3,,5.0,0.0,\"NO_VALID_CONTROL: nothing, at all\",,,890bd778721e\n",
+    );
+    place.write(
+        "dynabarn.csv",
+        "world,seed,result,blame,time_s,travelled_m,min_clearance_m,plans,fault,decision_p50_ms,decision_p99_ms,settings\n\
+         0,0,succeeded,-,10.9,19.0,2.7,1,,0.2,1.3,1bb999642f21\n\
+         2,0,collided,avoidable,6.0,9.0,-0.01,1,,0.2,1.3,1bb999642f21\n",
+    );
+}
+
+fn place() -> Workplace {
+    let place = Workplace::new();
+    write_records(&place);
+    place
+}
+
+#[test]
+fn records_are_drawn_again() {
+    let place = place();
+    let (status, object) = place.json("bench draw latency.csv barn.csv dynabarn.csv --svg all.svg");
+    assert_eq!(status, 0);
+    assert_eq!(
+        object["records"],
+        json!([
+            { "file": "latency.csv", "what": "latencies", "settings": [] },
+            { "file": "barn.csv", "what": "BARN runs", "settings": ["890bd778721e"] },
+            { "file": "dynabarn.csv", "what": "DynaBARN runs", "settings": ["1bb999642f21"] },
+        ])
+    );
+    let picture = fs::read_to_string(place.path("all.svg")).expect("a picture");
+    Document::parse(&picture).expect("sound markup");
+    for drawn in [
+        "CPU, 1 thread",
+        "llvmpipe (LLVM 15.0.6, 256 bits)",
+        "world 3: 2 of 2 runs arrived, in 8.0 to 20.0 s",
+        "world 12: 0 of 1 runs arrived",
+        "contact: run into, avoidable",
+    ] {
+        assert!(picture.contains(drawn), "{drawn}");
+    }
+}
+
+/// The rows of a drawn record are those of the record, and a page says where they are from.
+#[test]
+fn a_page_has_its_rows_beside_it() {
+    let place = place();
+    let run = place.run("bench draw latency.csv barn.csv --report out/deep");
+    assert_eq!(run.status, 0, "{run:?}");
+    assert_eq!(run.errors, ["report: out/deep/index.html"]);
+    assert_eq!(
+        names(&place, "out/deep"),
+        [
+            "barn.csv",
+            "barn.json",
+            "barn.svg",
+            "index.html",
+            "latency.csv",
+            "latency.json",
+            "latency.svg"
+        ]
+    );
+    let read = |name: &str| fs::read_to_string(place.path(name)).expect("a file of the report");
+    let page = read("out/deep/index.html");
+    for said in [
+        "inbye bench draw latency.csv barn.csv --report out/deep",
+        "latency.csv (latencies)",
+        "settings 890bd778721e",
+        "href=\"barn.json\"",
+        "success 0.500, 0 collided, score 0.1875 of 0.5",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    let rows: Value = serde_json::from_str(&read("out/deep/barn.json")).expect("JSON");
+    assert_eq!(rows[1]["score"], json!(0.25));
+    assert_eq!(rows[2]["fault"], json!("NO_VALID_CONTROL: nothing, at all"));
+    // What is written is read again, and gives the same picture.
+    let again = place.run("bench draw out/deep/barn.csv --svg again.svg");
+    assert_eq!(again.status, 0, "{again:?}");
+    assert_eq!(read("again.svg"), read("out/deep/barn.svg"));
+}
+
+/// The committed soak: what its file says of ends is what the chart says, by map, and every mission that did not arrive is
+/// told with its reason.
+#[test]
+fn a_soak_is_drawn_by_map_and_by_people() {
+    let place = Workplace::new();
+    let record = format!("{RECORDS}/soak-2026-11-21.csv");
+    let run = place.run(&format!("bench draw {record} --report out"));
+    assert_eq!(run.status, 0, "{run:?}");
+    assert_eq!(
+        names(&place, "out"),
+        ["index.html", "soak.csv", "soak.json", "soak.svg"]
+    );
+    let read = |name: &str| fs::read_to_string(place.path(&format!("out/{name}"))).expect("a file");
+    let (page, picture) = (read("index.html"), read("soak.svg"));
+    let rows: Vec<Value> = serde_json::from_str(&read("soak.json")).expect("a list");
+    assert_eq!(rows.len(), 1000);
+    let document = Document::parse(&picture).expect("sound markup");
+    let titles = document
+        .descendants()
+        .filter(|node| node.has_tag_name("title"));
+    let told: BTreeSet<&str> = titles.filter_map(|node| node.text()).collect();
+    let counted = |label: &str, is: &dyn Fn(&Value) -> bool| {
+        let of: Vec<&Value> = rows.iter().filter(|row| is(row)).collect();
+        let arrived = of.iter().filter(|row| row["result"] == "reached").count();
+        let line = format!("{label}: {arrived} of {} arrived", of.len());
+        assert!(told.contains(&line[..]), "{line} in {told:?}");
+    };
+    counted("all missions", &|_| true);
+    counted("people who mind nobody", &|row| row["people"] == "heedless");
+    let maps: BTreeSet<&str> = rows.iter().filter_map(|row| row["map"].as_str()).collect();
+    assert_eq!(maps.len(), 8);
+    for map in maps {
+        counted(map, &|row| row["map"] == map);
+    }
+    // One of each kind that occurs in the legend; no contact was the robot's.
+    assert!(picture.contains("contact by somebody else's motion") && picture.contains("time up"));
+    assert!(!picture.contains("<rect class=\"end-robot\""));
+    for row in rows.iter().filter(|row| row["result"] != "reached") {
+        let reason = row["reason"].as_str().expect("a sentence");
+        assert!(page.contains(&format!("<td>{reason}</td>")), "{reason}");
+    }
+    // What is written is read again, and gives the same picture.
+    let again = place.run("bench draw out/soak.csv --svg out/again.svg");
+    assert_eq!(again.status, 0, "{again:?}");
+    assert_eq!(read("again.svg"), picture);
+}
+
+fn names(place: &Workplace, folder: &str) -> Vec<String> {
+    let entries = fs::read_dir(place.path(folder)).expect("a folder");
+    let names: BTreeSet<String> = entries
+        .map(|entry| entry.expect("an entry").file_name())
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    names.into_iter().collect()
+}
+
+#[test]
+fn benchmarks_write_pages() {
+    let place = Workplace::new();
+    super::barn::write_worlds(&place);
+    super::dynabarn::write_worlds(&place);
+    for (command, chart) in [
+        ("barn --worlds barn --seeds 2", "barn"),
+        ("dynabarn --worlds dynabarn", "dynabarn"),
+        (
+            "density --max-samples 1024 --seconds 0.01 --ticks 2 --missions 0",
+            "quality",
+        ),
+    ] {
+        let run = place.run(&format!("bench {command} --report {chart}"));
+        assert_eq!(run.status, 0, "{run:?}");
+        assert_eq!(run.errors, [format!("report: {chart}/index.html")]);
+        let read = |ending: &str| {
+            let file = place.path(&format!("{chart}/{chart}.{ending}"));
+            fs::read_to_string(file).expect("beside the page")
+        };
+        Document::parse(&read("svg")).expect("sound markup");
+        let rows: Vec<Value> = serde_json::from_str(&read("json")).expect("a list");
+        assert_eq!(read("csv").lines().count(), 1 + rows.len());
+        let page = fs::read_to_string(place.path(&format!("{chart}/index.html"))).expect("a page");
+        assert!(
+            page.contains(&format!("inbye bench {command}")),
+            "{command}"
+        );
+        assert!(page.contains("Measured on: "), "{command}");
+    }
+}
+
+#[test]
+fn what_is_no_record_is_refused() {
+    let place = place();
+    let latency = fs::read_to_string(place.path("latency.csv")).expect("it is there");
+    place.write("typo.csv", latency.replace(",0.24,", ",much,"));
+    place.write("short.csv", latency.replace(",0.24,", ","));
+    place.write("bare.csv", latency.lines().next().expect("a header"));
+    place.write("other.csv", "map,queries,search\nmine,3,astar\n");
+    place.write("none.csv", "");
+    // A soak and another sampling in one file.
+    let soak = fs::read_to_string(format!("{RECORDS}/soak-2026-11-21.csv")).expect("committed");
+    place.write(
+        "mixed.csv",
+        soak.replacen("\nsoak,100by100_15,9,", "\n16x64,100by100_15,9,", 1),
+    );
+    let table = "
+latency.csv -> --svg FILE.svg or --report DIR
+ --svg a.svg -> RECORD.csv
+gone.csv --svg a.svg -> gone.csv: cannot be read; name a CSV
+typo.csv --svg a.svg -> typo.csv: line 3: p50_ms: invalid float
+short.csv --svg a.svg -> short.csv: line 3: 10 fields; expected 11
+bare.csv --svg a.svg -> bare.csv: holds no row
+other.csv --svg a.svg -> other.csv: line 1 has not the columns
+none.csv --svg a.svg -> none.csv: line 1 has not the columns
+mine.png --svg a.svg -> mine.png: line 1
+mixed.csv --svg a.svg -> mixed.csv: its missions were driven with; no sampling such as 16x64
+latency.csv latency.csv --svg a.svg -> latency.csv: a second record of latencies
+latency.csv --svg a.png -> --svg a.png; .svg
+latency.csv --report mine.png -> --report mine.png; another name
+";
+    for line in table.lines().filter(|line| !line.is_empty()) {
+        let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
+        let refusal = place.refusal(&format!("bench draw {arguments}"));
+        for word in words.split("; ") {
+            assert!(
+                refusal.contains(word),
+                "{arguments}: no {word:?} in: {refusal}"
+            );
+        }
+    }
+}
+
+/// The README's pictures are what its commands make of the committed records, to the byte.
+#[test]
+fn the_pictures_of_the_readme_are_those_of_its_commands() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = fs::read_to_string(root.join("README.md")).expect("a README");
+    let commands: Vec<&str> = readme
+        .lines()
+        .filter_map(|line| line.strip_prefix("$ inbye bench draw "))
+        .filter(|arguments| arguments.contains("benches/pictures"))
+        .collect();
+    let pictures = fs::read_dir(root.join("benches/pictures")).expect("a folder");
+    assert_eq!(commands.len(), pictures.count());
+    let place = Workplace::new();
+    for command in commands {
+        let words: Vec<&str> = command.split_whitespace().collect();
+        let [record, "--svg", picture] = words[..] else {
+            panic!("a record and a picture: {command}");
+        };
+        let shown = format!("]({picture})");
+        assert!(readme.contains(&shown), "{picture} is not shown");
+        let record = root.join(record);
+        let record = record.to_str().expect("a path that is text");
+        let run = place.run_words(&["bench", "draw", record, "--svg", "again.svg"]);
+        assert_eq!(run.status, 0, "{run:?}");
+        let again = fs::read_to_string(place.path("again.svg")).expect("a picture");
+        let committed = fs::read_to_string(root.join(picture)).expect("a committed picture");
+        assert!(
+            again == committed,
+            "draw it again: inbye bench draw {command}"
+        );
+    }
+}

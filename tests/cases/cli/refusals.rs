@@ -1,0 +1,381 @@
+//! Input that cannot be used: one line that names the file or flag, the place and the mend; exit status 2.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use super::program::Workplace;
+
+/// A place with bad files of every kind.
+fn place() -> Workplace {
+    let place = Workplace::new();
+    let yaml = fs::read_to_string(place.path("mine.yaml")).expect("the map is there");
+    let png = fs::read(place.path("mine.png")).expect("its image is there");
+    place.write("cut.png", &png[..png.len() / 2]);
+    for (name, from, to) in [
+        ("no_image.yaml", "image: mine.png", "image: gone.png"),
+        ("cut.yaml", "image: mine.png", "image: cut.png"),
+        ("wrong_key.yaml", "resolution", "resolutoin"),
+        ("origin.yaml", "[0.0, 0.0, 0.0]", "[0.0, 0.0]"),
+        ("zero.yaml", "resolution: 0.25", "resolution: 0"),
+        ("nan.yaml", "resolution: 0.25", "resolution: .nan"),
+    ] {
+        place.write(name, yaml.replace(from, to));
+    }
+    place.write("solid.txt", "####\n####\n####\n");
+    place.write("binary.toml", b"\xff\xfe");
+    place.write("list.json", r#"{"x": 1}"#);
+    place.write(
+        "radius.json",
+        r#"[{"x": 1.0, "y": 1.0, "radius": 0.0, "speed": 1.0}]"#,
+    );
+    place.write(
+        "away.json",
+        r#"[{"x": -9.0, "y": 1.0, "radius": 0.3, "speed": 1.0}]"#,
+    );
+    place.write(
+        "key.toml",
+        "[[obstacles]]\nx = 1.0\ny = 1.0\nradius = 0.3\nsped = 1.0\n",
+    );
+    place
+}
+
+/// Runs each line of a table, `ARGUMENTS -> WORD; WORD`, and looks for the words in the one line of the answer.
+#[track_caller]
+fn assert_table(place: &Workplace, prefix: &str, table: &str) {
+    for line in table.lines().filter(|line| !line.is_empty()) {
+        let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
+        let refusal = place.refusal(&format!("{prefix} {arguments}"));
+        for word in words.split("; ") {
+            assert!(
+                refusal.contains(word),
+                "{arguments}: no {word:?} in: {refusal}"
+            );
+        }
+    }
+}
+
+#[test]
+fn maps_that_mean_nothing() {
+    let table = "
+--map gone.yaml -> gone.yaml; cannot be read; check the path
+--map . -> cannot be read
+--map mine.png -> mine.png; YAML
+--map no_image.yaml -> no_image.yaml: line 1; gone.png; check the path
+--map cut.yaml -> cut.yaml: line 1; cut.png; export it again
+--map wrong_key.yaml -> wrong_key.yaml: line 2; `resolutoin`; `resolution`
+--map origin.yaml -> origin.yaml: line 3; `origin`
+--map zero.yaml -> zero.yaml: line 2; `resolution`; above zero
+--map nan.yaml -> nan.yaml: line 2; `resolution`; finite
+--map solid.txt -> solid.txt; START_O
+";
+    let place = place();
+    for command in ["plan", "drive"] {
+        assert_table(
+            &place,
+            &format!("{command} --start 10,5 --goal 80,40"),
+            table,
+        );
+    }
+    let refusal = place.refusal("plan --map solid.txt --start 1,1 --goal 2,2");
+    assert!(
+        refusal.contains("START_OCCUPIED") && refusal.contains("no free point"),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn ends_off_the_map_or_in_a_wall() {
+    let table = "
+--start -1,5 --goal 80,40 -> mine.yaml: START_OUTSIDE_MAP; (100.00, 60.00)
+--start 10,5 --goal 80,4000 -> mine.yaml: GOAL_OUTSIDE_MAP; (100.00, 60.00)
+--start 50,5 --goal 80,40 -> mine.yaml: START_OCCUPIED; in an obstacle; nearest free point
+--start 10,5 --goal 50,40 -> mine.yaml: GOAL_OCCUPIED; in an obstacle; nearest free point
+--start 10,5 --goal 50.7,40 -> mine.yaml: GOAL_OCCUPIED; m from an obstacle; nearest free point
+";
+    let place = place();
+    for command in ["plan", "drive", "drive --obstacles 1"] {
+        assert_table(&place, &format!("{command} --map mine.yaml"), table);
+    }
+    let row = format!("#{}#\n", ".".repeat(11));
+    let wall = "#".repeat(13) + "\n";
+    place.write("cabin.txt", [wall.clone(), row.repeat(11), wall].concat());
+    let crowded =
+        "drive --map cabin.txt --resolution 0.2 --start 1.3,1.3 --goal 1.3,1.4 --obstacles 9";
+    assert!(place.refusal(crowded).contains("of 9 moving obstacles"));
+    let far = "plan --map mine.yaml --start 10,5 --goal 80,40 --radius 90";
+    assert!(place.refusal(far).contains("smaller radius"));
+}
+
+#[test]
+fn flags_that_mean_nothing() {
+    let place = place();
+    let table = "
+--start 1,nan -> --start; write X,Y
+--start 1,2,3,4 -> --start; write X,Y
+--start 1,,2 -> --start; write X,Y
+--start 1e300,1 -> --start; write X,Y
+--start one,two -> --start; write X,Y
+--goal inf,1 -> --goal; write X,Y
+--start 1,1 -> --goal; --help
+--gaol 1,1 -> --gaol; --goal
+--resolution 0 -> --resolution; above zero
+--resolution nan -> --resolution; above zero
+--resolution -1 -> --resolution; above zero
+--unknown maybe -> --unknown; blocked; free
+--radius nan -> --radius; 0 to
+--radius -2 -> --radius; 0 to
+";
+    assert_table(&place, "plan --map mine.yaml", table);
+    let table = "
+--engine nonsense -> --engine; auto, cpu, gpu
+--engine gpu: -> --engine; gpu:ADAPTER
+--threads 0 -> --threads; 1 to 1024
+--threads 99999 -> --threads; 1 to 1024
+--threads two -> --threads; 1 to 1024
+--seed -1 -> --seed; whole number
+--time-limit nan -> --time-limit; above zero
+--time-limit 0 -> --time-limit; above zero
+--obstacles -1 -> --obstacles; 0 to 1024; name of a JSON
+--obstacles 1.5 -> --obstacles; 0 to 1024
+--obstacles gone.json -> gone.json; check the name
+--obstacles list.json -> list.json; expected a sequence; \"radius\"
+--obstacles radius.json -> radius.json: obstacle 0; radius is 0; above zero
+--obstacles away.json -> away.json: obstacle 0; outside the map
+--obstacles key.toml -> key.toml; `sped`; `speed`; line 5
+--obstacles 5000 -> --obstacles; 0 to 1024
+--record gone/trace.jsonl -> --record gone/trace.jsonl; folder that exists
+--protocol native -> --port
+--base-config base.toml -> --port
+--report mine.png -> --report mine.png; another name
+";
+    assert_table(
+        &place,
+        "drive --map mine.yaml --start 10,5 --goal 80,40",
+        table,
+    );
+    let table = "
+nonsense -> nonsense; --help
+--report away devices -> --report; after the command
+--report mine.png -> --report mine.png; another name
+plan -> --map; --start; --goal
+evaluate -> --problem
+bench -> command; bench
+verify --cases 0 -> --cases; 1 to
+verify --seed x -> --seed; whole number
+bench density --steps 0 -> --steps; 1 to 1023
+bench density --steps 2000 -> --steps; 1 to 1023
+bench density --seconds nan -> --seconds; above zero
+bench density --max-samples 99999999 -> --max-samples; 1 to 4194304
+bench density --min-samples 9 --max-samples 4 -> --min-samples 9; --max-samples 4; lower
+bench density --record rows.txt -> --record rows.txt; .csv or .json
+bench density --record gone/rows.csv -> --record gone/rows.csv; folder that exists
+bench density --record rows -> --record rows; .csv or .json
+bench density --record-quality rows.svg -> --record-quality rows.svg; .csv or .json
+bench density --record-quality gone/rows.csv -> --record-quality gone/rows.csv; folder that exists
+plan --map mine.yaml --start 10,5 --goal 80,40 --svg plan.png -> --svg plan.png; .svg
+plan --map mine.yaml --start 10,5 --goal 80,40 --png plan -> --png plan; .png
+plan --map mine.yaml --start 10,5 --goal 80,40 --svg gone/plan.svg -> --svg gone/plan.svg; folder that exists
+plan --map mine.yaml --start 10,5 --goal 80,40 --png gone/plan.png -> --png gone/plan.png; folder that exists
+bench density --chart density.png -> --chart density.png; .svg
+bench density --chart gone/density.svg -> --chart gone/density.svg; folder that exists
+bench density --ticks 101 -> --ticks; 0 to 100
+bench density --ticks -1 -> --ticks; 0 to 100
+bench density --seconds 0 -> --seconds; above zero
+";
+    assert_table(&place, "", table);
+}
+
+#[test]
+fn configurations_that_mean_nothing() {
+    let place = place();
+    let drive = "drive --map mine.yaml --start 10,5 --goal 80,40 --config";
+    for file in ["gone.toml", "binary.toml", "."] {
+        let refusal = place.refusal(&format!("{drive} {file}"));
+        assert!(
+            refusal.contains(&format!("--config {file}: cannot be read")),
+            "{refusal}"
+        );
+    }
+    let table = "
+[robot.limits]|max_vel = 1.0 -> line 2; unknown field `max_vel`; did you mean `max_vel_x`?
+max_vel_x = 1.0 -> line 1; `max_vel_x` belongs in [robot.limits]
+[locl] -> line 1; did you mean `local`?
+unknown = 'fre' -> line 1; did you mean `free`?
+colour = 1 -> unknown field `colour`; `robot`; `local`
+[local]|vx_samples = 'many' -> line 2, `vx_samples = 'many'`; expected a whole number
+[local]|vx_samples = -3 -> line 2, `vx_samples = -3`; expected a whole number
+[local]|sim_time_s = true -> line 2; expected a number
+[local]|weights = 5 -> line 2; expected a table
+[local -> line 1
+[local]|vx_samples = 0 -> [local] vx_samples is 0; at least 1
+[local]|sim_time_s = nan -> [local] sim_time_s; above zero
+[local]|sim_time_s = 999.0 -> [local]; steps; sim_time_s; 1 to 1023
+[local]|vx_samples = 9999|vtheta_samples = 9999 -> [local]; vx_samples; 1 to 4194304
+[local.weights]|heading = -1.0 -> [local] weight heading is -1; 0 to 1e6
+[local]|max_clearance_m = 500.0 -> mine.yaml; clearance cap; at most
+[robot.limits]|max_vel_x = inf -> [robot.limits] max_vel_x is inf; finite
+[robot.limits]|decel_lim_x = 1.0 -> [robot.limits] decel_lim_x is 1; below zero
+[robot]|footprint = [] -> line 2; at least one
+[robot]|footprint = [{x = 0, y = 0, radius = -1}] -> line 2; radius above zero
+[robot]|track_width_m = 0.0 -> [robot] track_width_m is 0; above zero
+[global]|spline_degree = 0 -> [global] spline_degree is 0; 1 to 9
+[global.heuristic.normalized]|k = nan -> [global] heuristic.normalized.k; 0 to 1e6
+[navigator]|lookahead_m = nan -> [navigator] lookahead_m; above zero
+[navigator]|safety_margin_m = -1.0 -> [navigator] safety_margin_m is -1; 0 to
+[navigator]|passing_margin_m = nan -> [navigator] passing_margin_m; 0 to
+[navigator]|passing_speed = 0.0 -> [navigator] passing_speed is 0; above zero
+[navigator]|key_node_spacing_m = 0.0 -> [navigator] key_node_spacing_m is 0; 0.01 to
+[navigator]|turn_in_place_until = 3.0 -> [navigator] turn_in_place_until is 3; at most turn_in_place_from
+[lidar]|beams = 0 -> [lidar] beams is 0; 1 to
+[dynamics]|motor_lag_s = -1.0 -> [dynamics] motor_lag_s is -1; at least zero
+[walkers]|slowest = 0.9|fastest = 0.2 -> [walkers] fastest is 0.2; at least slowest
+";
+    for line in table.lines().filter(|line| !line.is_empty()) {
+        let (text, words) = line.split_once(" -> ").expect("a line has an arrow");
+        place.write("bad.toml", text.replace('|', "\n"));
+        let refusal = place.refusal(&format!("{drive} bad.toml"));
+        assert!(refusal.contains("bad.toml"), "{text}: {refusal}");
+        for word in words.split("; ") {
+            assert!(refusal.contains(word), "{text}: no {word:?} in: {refusal}");
+        }
+    }
+}
+
+/// A sound problem, in which one thing at a time is made wrong.
+fn problem() -> Value {
+    json!({
+        "map": {"resolution_m": 0.5, "origin": [0.0, 0.0], "rows": ["................"]},
+        "robot": {"pose": [0.25, 0.25, 0.0], "footprint": [{"x": 0.0, "y": 0.0, "radius": 0.1}]},
+        "limits": {"max_vel_x": 1.0},
+        "obstacles": [{"x": 3.0, "y": 0.0, "radius": 0.1}],
+        "target": [1.0, 0.0],
+        "weights": {"path": 0.1},
+        "sim_time_s": 1.0
+    })
+}
+
+#[test]
+fn problems_that_mean_nothing() {
+    let place = place();
+    place.write("problem.json", problem().to_string());
+    assert_eq!(
+        place.json("evaluate --problem problem.json").0,
+        0,
+        "the problem is sound before it is spoilt"
+    );
+    let table = r#"
+/vx_samples 0 -> vx_samples is 0; at least 1
+/vtheta_samples 0 -> vtheta_samples is 0; at least 1
+/vx_samples -1 -> line 1; "vx_samples":-1; expected a whole number
+/vx_samples 1.5 -> "vx_samples":1.5; expected a whole number
+/vx_samples "many" -> "vx_samples":"many"; expected a whole number
+/vx_samples 4000000000 -> vx_samples; 1 to 4194304
+/control_period_s 0 -> control_period_s is 0 s; above zero
+/control_period_s 1e300 -> control_period_s is 1e300 s; at most 1000
+/sim_time_s -1 -> sim_time_s is -1 s; above zero
+/sim_time_s 500 -> sim_time_s; steps; 1 to 1023
+/sim_step_s 0 -> sim_step_s is 0 s; above zero
+/max_clearance_m 0 -> max_clearance_m is 0 m; above zero
+/max_clearance_m 900 -> clearance cap; at most
+/outside "wall" -> `wall`; `obstacle`; `free`
+/normalization "mean" -> `mean`; `sum`; `minmax`
+/stopping "never" -> `never`; `clearance`; `arc`
+/unknown "perhaps" -> `perhaps`; `blocked`; `free`
+/target [1] -> "target":[1]; length 2
+/target [5000,0] -> distance to the target; at most
+/target [1e300,0] -> distance to the target; at most
+/key_node [5000,0] -> distance to the key node; at most
+/key_node "x" -> "key_node":"x"; length 2
+/weights/heading -1 -> weight heading is -1; 0 to 1e6
+/weights/pth 1 -> unknown field `pth`; did you mean `path`?
+/limits/max_vel 1 -> unknown field `max_vel`; did you mean `max_vel_x`?
+/limits/max_vel_x -1 -> limits: max_vel_x is -1; at least min_vel_x
+/limits/max_vel_theta 0 -> limits: max_vel_theta is 0; above zero
+/limits/acc_lim_x 0 -> limits: acc_lim_x is 0; above zero
+/limits/decel_lim_x 0.5 -> limits: decel_lim_x is 0.5; below zero
+/robot/pose [0,0] -> "pose":[0,0]; length 3
+/robot/pose [1e300,0,0] -> distance; at most
+/robot/velocity [1] -> "velocity":[1]; length 2
+/robot/footprint [] -> no disc; at least one
+/robot/footprint [{"x":0,"y":0,"radius":-1}] -> disc 0; radius above zero
+/robot/footprint [{"x":0,"y":0}] -> missing field `radius`
+/robot/footprint [{"x":99,"y":0,"radius":1}] -> disc offset; at most
+/robot/footprint [{"x":0,"y":0,"radius":1e300}] -> disc radius; at most
+/obstacles [{"x":0,"y":0,"radius":0}] -> moving obstacle 0; radius above zero
+/obstacles [{"x":0,"y":0,"radius":1,"vx":1e300}] -> moving obstacle; at most
+/map/resolution_m 0 -> map.rows: resolution is 0; above zero
+/map/resolution_m -1 -> map.rows: resolution is -1; above zero
+/map/resolution_m 5 -> map resolution is 5 m; 0.001 to 2 m
+/map/resolution_m null -> map.resolution_m
+/map/origin [1] -> map.origin; [x, y, yaw]
+/map/origin [1e300,0] -> at most
+/map/rows [] -> map.rows; holds no cell
+/map/rows ["..","."] -> map.rows: row 2; equally long
+/map/rows ["x"] -> map.rows: row 1, column 1; 'x'
+/map {} -> map; `rows`; `file`
+/map {"file":"gone.yaml"} -> gone.yaml; check the path
+/map {"file":"mine.yaml","rows":["."]} -> map; `rows`; `file`
+/colour 1 -> unknown field `colour`; `target`
+/vx_sample 1 -> did you mean `vx_samples`?
+"#;
+    for line in table.lines().filter(|line| !line.is_empty()) {
+        let (change, words) = line.split_once(" -> ").expect("a line has an arrow");
+        let (pointer, value) = change.split_once(' ').expect("a change has a value");
+        let (parent, key) = pointer.rsplit_once('/').expect("a pointer has a slash");
+        let mut spoilt = problem();
+        let parent = spoilt.pointer_mut(parent).expect("the parent is there");
+        parent[key] = serde_json::from_str(value).expect("the value is JSON");
+        place.write("spoilt.json", spoilt.to_string());
+        assert_says(&place, "spoilt.json", change, words);
+    }
+}
+
+#[test]
+fn problems_that_are_no_problems() {
+    let place = place();
+    for (text, words) in [
+        ("", "line 1"),
+        ("{", "line 1"),
+        ("[]", "expected an object with map, robot and target"),
+        ("{\"map\": NaN}", "line 1"),
+        ("{\"target\": [1e999, 0]}", "line 1; out of range"),
+        ("{\n\"target\": [1, 0]\n}", "line 3; missing field `map`"),
+    ] {
+        place.write("no.json", text);
+        assert_says(&place, "no.json", text, words);
+    }
+    for file in ["gone.json", "."] {
+        let refusal = place.refusal(&format!("evaluate --problem {file}"));
+        assert!(
+            refusal.contains(&format!("--problem {file}: cannot be read")),
+            "{refusal}"
+        );
+    }
+}
+
+#[track_caller]
+fn assert_says(place: &Workplace, file: &str, what: &str, words: &str) {
+    let refusal = place.refusal(&format!("evaluate --problem {file} --engine cpu"));
+    assert!(refusal.contains(file), "{what}: {refusal}");
+    for word in words.split("; ") {
+        assert!(refusal.contains(word), "{what}: no {word:?} in: {refusal}");
+    }
+}
+
+/// A node talks to the network: only what is refused before that can be tried here.
+#[test]
+fn nodes_that_cannot_begin() {
+    let place = place();
+    let table = if cfg!(feature = "ros2") {
+        "--namespace rover -> `rover`; begin with a slash
+--namespace /rover/ -> `/rover/`; begin with a slash
+--namespace /1st -> `/1st`; begin with a slash
+--config wrong_key.toml -> wrong_key.toml; cannot be read"
+    } else {
+        " -> built without ROS 2; --features ros2"
+    };
+    assert_table(&place, "node", table);
+    let both = place.refusal("node --stamped --unstamped");
+    assert!(both.contains("cannot be used with"), "{both}");
+}

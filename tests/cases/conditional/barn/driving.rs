@@ -1,0 +1,138 @@
+//! Worlds made here, driven.
+
+use inbye::experiment::barn::{BarnRow, Course, Cylinder, Task, barn_config};
+use inbye::experiment::worlds::{Verdict, drive};
+use inbye::geometry::{Point, Pose};
+use inbye::sim::Config;
+
+use super::Test;
+
+pub const TESTS: &[Test] = &[
+    ("a few cylinders are passed", passes),
+    (
+        "a run that ends within a metre of the goal is over there",
+        ends_within_a_metre,
+    ),
+    ("who drives through a cylinder has collided", drives_through),
+    ("who is walled in fails with a reason", walled_in),
+    ("who has no time runs out of it", no_time),
+];
+
+/// A shorter course than BARN's, for the tests' sake.
+const SHORT: Course = Course {
+    start: Pose::new(0.0, 0.0, 0.0),
+    goal: Point::new(4.0, 0.0),
+    goal_radius_m: 1.0,
+    time_limit_s: 30.0,
+};
+
+fn post(x_m: f64, y_m: f64) -> Cylinder {
+    let radius_m = 0.075;
+    Cylinder { x_m, y_m, radius_m }
+}
+
+fn run(cylinders: Vec<Cylinder>, course: Course, config: &Config) -> BarnRow {
+    let task = Task {
+        world: 1,
+        cylinders,
+        course,
+        optimal_time_s: 2.0,
+        seed: 0,
+    };
+    let (row, _) = drive(&task, config, &mut || 0.0).expect("a small world");
+    row
+}
+
+/// Posts in the straight way.
+fn posts() -> Vec<Cylinder> {
+    vec![
+        post(2.0, 0.0),
+        post(2.0, 0.15),
+        post(1.2, -1.0),
+        post(2.6, 1.2),
+    ]
+}
+
+fn passes() {
+    let row = run(posts(), SHORT, &barn_config(2.0));
+    assert_eq!(row.result, Verdict::Succeeded, "{row:?}");
+    assert!(row.score >= 0.125 && row.fault.is_none(), "{row:?}");
+    assert!(
+        row.min_clearance_m.is_some_and(|gap_m| gap_m > 0.0),
+        "{row:?}"
+    );
+    assert_eq!(
+        row,
+        run(posts(), SHORT, &barn_config(2.0)),
+        "the same again"
+    );
+}
+
+fn ends_within_a_metre() {
+    let row = run(posts(), SHORT, &barn_config(2.0));
+    // It was stopped at the first tick within the radius: it had no time to come much nearer.
+    assert!((2.9..3.6).contains(&row.travelled_m), "{row:?}");
+    let near = Course {
+        goal: Point::new(0.9, 0.0),
+        ..SHORT
+    };
+    let row = run(Vec::from([post(2.0, 0.0)]), near, &barn_config(2.0));
+    assert_eq!(
+        (row.result, row.time_s),
+        (Verdict::Succeeded, 0.0),
+        "{row:?}"
+    );
+}
+
+fn drives_through() {
+    // A robot that sees a hand's breadth, and so not in time.
+    let mut blind = barn_config(2.0);
+    blind.lidar.range_max_m = 0.1;
+    let row = run(posts(), SHORT, &blind);
+    assert_eq!((row.result, row.score), (Verdict::Collided, 0.0), "{row:?}");
+    assert!(
+        row.min_clearance_m.is_some_and(|gap_m| gap_m <= 0.0),
+        "{row:?}"
+    );
+    // Contact within the goal's radius is contact.
+    let behind = vec![post(3.2, 0.0)];
+    let mut blind = barn_config(0.5);
+    blind.lidar.range_max_m = 0.1;
+    let tight = Course {
+        goal_radius_m: 0.5,
+        ..SHORT
+    };
+    assert_eq!(run(behind, tight, &blind).result, Verdict::Collided);
+}
+
+/// A ring of posts that touch.
+fn ring(radius_m: f64) -> Vec<Cylinder> {
+    let count = (radius_m * 2.0 * core::f64::consts::PI / 0.14).ceil();
+    let on_ring = |place: i32| {
+        let angle = f64::from(place) / count * 2.0 * core::f64::consts::PI;
+        let (sin, cos) = libm::sincos(angle);
+        post(radius_m * cos, radius_m * sin)
+    };
+    (0..count as i32).map(on_ring).collect()
+}
+
+fn walled_in() {
+    let mut config = barn_config(2.0);
+    config.navigator.give_up_after_s = 5.0;
+    let row = run(ring(1.5), SHORT, &config);
+    assert_eq!((row.result, row.score), (Verdict::Failed, 0.0), "{row:?}");
+    let fault = row.fault.expect("a reason");
+    assert!(!fault.is_empty(), "{fault}");
+}
+
+fn no_time() {
+    let short = Course {
+        time_limit_s: 1.0,
+        ..SHORT
+    };
+    let row = run(posts(), short, &barn_config(0.5));
+    assert_eq!(
+        (row.result, row.score, row.fault),
+        (Verdict::Timeout, 0.0, None)
+    );
+}

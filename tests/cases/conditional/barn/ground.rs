@@ -1,0 +1,119 @@
+//! Cylinders as cells: nothing that a cylinder covers is free, and no cell is solid that none covers.
+
+use inbye::experiment::barn::{Course, Cylinder, TRUTH_RESOLUTION_M, empty_map, truth};
+use inbye::geometry::Point;
+use inbye::map::{Cell, ObstacleGrid};
+
+use super::Test;
+
+pub const TESTS: &[Test] = &[
+    (
+        "solid cells are those that a cylinder covers a part of",
+        exact,
+    ),
+    ("a cylinder drawn too small, or too large, is seen", faults),
+    ("there is room about the cylinders and the ends", room),
+];
+
+/// What is wrong with the cells of a cylinder, found point by point.
+fn fault(grid: &ObstacleGrid, cylinder: &Cylinder) -> Option<String> {
+    let axis = Point::new(cylinder.x_m, cylinder.y_m);
+    let frame = grid.frame();
+    // Conservative: points all over the disc, and around just within its edge.
+    for turn in 0..720 {
+        let (sin, cos) = libm::sincos((f64::from(turn) * 0.5).to_radians());
+        for share in [0.0, 0.3, 0.7, 0.999_999] {
+            let reach = cylinder.radius_m * share;
+            let point = Point::new(axis.x + reach * cos, axis.y + reach * sin);
+            if !frame
+                .cell_of(&point)
+                .is_some_and(|cell| grid.is_blocked(cell))
+            {
+                return Some(format!("{point} of the cylinder is free"));
+            }
+        }
+    }
+    // Exact: some point of each solid cell is within the disc. The nearest is among a fine lattice on it, or off by less
+    // than the lattice's spacing.
+    let pieces = 50;
+    for index in 0..frame.len() {
+        let cell = frame.cell_at(index);
+        if !grid.is_blocked(cell) {
+            continue;
+        }
+        let corner = |column: i32, row: i32| {
+            let (x, y) = (f64::from(column), f64::from(row));
+            let pieces = f64::from(pieces);
+            frame.from_cell_units(&Point::new(
+                f64::from(cell.column) + x / pieces,
+                f64::from(cell.row) + y / pieces,
+            ))
+        };
+        let lattice = (0..=pieces).flat_map(|row| (0..=pieces).map(move |column| (column, row)));
+        let nearest_m = lattice
+            .map(|(column, row)| (corner(column, row) - axis).norm())
+            .fold(f64::INFINITY, f64::min);
+        if nearest_m > cylinder.radius_m + frame.resolution_m / f64::from(pieces) {
+            return Some(format!("{cell:?} is {nearest_m} m from the axis"));
+        }
+    }
+    None
+}
+
+fn cylinders() -> impl Iterator<Item = Cylinder> {
+    // The benchmark's lattice, and offsets that fall anywhere within a cell.
+    let offsets = [0.0, 0.075, 0.001, 0.004_999, 0.005, 0.009_3];
+    offsets.into_iter().flat_map(move |x| {
+        offsets.into_iter().flat_map(move |y| {
+            [0.075, 0.02, 0.003].map(|radius_m| Cylinder {
+                x_m: x - 2.0,
+                y_m: y + 7.0,
+                radius_m,
+            })
+        })
+    })
+}
+
+fn exact() {
+    for cylinder in cylinders() {
+        let grid = truth(&[cylinder], &Course::BARN).expect("a small world");
+        assert_eq!(fault(&grid, &cylinder), None, "{cylinder:?}");
+    }
+}
+
+fn faults() {
+    let cylinder = Cylinder {
+        x_m: -2.0,
+        y_m: 7.0,
+        radius_m: 0.075,
+    };
+    for off_m in [-TRUTH_RESOLUTION_M, 2.0 * TRUTH_RESOLUTION_M] {
+        let drawn = Cylinder {
+            radius_m: cylinder.radius_m + off_m,
+            ..cylinder
+        };
+        let grid = truth(&[drawn], &Course::BARN).expect("a small world");
+        assert!(fault(&grid, &cylinder).is_some(), "{off_m} m were not seen");
+    }
+}
+
+fn room() {
+    let far = Cylinder {
+        x_m: 6.0,
+        y_m: -1.0,
+        radius_m: 0.5,
+    };
+    let grid = truth(&[far], &Course::BARN).expect("a small world");
+    let map = empty_map(&[far], &Course::BARN).expect("as above");
+    assert!(map.cells().iter().all(|&cell| cell == 0));
+    let [start, goal] = [Course::BARN.start.position(), Course::BARN.goal];
+    for frame in [grid.frame(), map.frame()] {
+        for end in [start, goal, Point::new(far.x_m + 0.5, far.y_m - 0.5)] {
+            for beside in [[2.9, 0.0], [-2.9, 0.0], [0.0, 2.9], [0.0, -2.9]] {
+                let place = Point::new(end.x + beside[0], end.y + beside[1]);
+                assert!(frame.cell_of(&place).is_some(), "{place}");
+            }
+        }
+    }
+    assert!(grid.is_blocked(Cell::new(-1, 0)), "the border is solid");
+}

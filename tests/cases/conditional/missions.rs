@@ -1,0 +1,49 @@
+//! The closed loop: a robot that knows its map, sees its world and drives in it, from start to goal or to a reason why
+//! not.
+//!
+//! Everything runs in simulated time. See `support/adapters.rs` for what happens where there is no adapter, and
+//! `mine.rs` for what happens without the development data.
+
+use libtest_mimic::Trial;
+
+use crate::support::adapters;
+
+mod audit;
+mod doors;
+mod driving;
+mod ground;
+mod mine;
+mod people;
+mod places;
+mod scene_drives;
+mod script;
+mod script_senses;
+mod traces;
+
+/// A test by its name.
+type Test = (&'static str, fn());
+
+pub fn trials() -> Vec<Trial> {
+    let tests = [
+        audit::TESTS,
+        doors::TESTS,
+        people::TESTS,
+        places::TESTS,
+        scene_drives::TESTS,
+        script::TESTS,
+        script_senses::TESTS,
+        traces::TESTS,
+    ];
+    let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
+    trials.push(mine::trial());
+    trials.push(mine::trial_by_scans());
+    trials.extend(adapters::trials(&traces::GPU_TESTS));
+    trials
+}
+
+fn trial(&(name, test): &Test) -> Trial {
+    Trial::test(name, move || {
+        test();
+        Ok(())
+    })
+}

@@ -1,0 +1,148 @@
+//! The checks themselves must be able to fail: a fault put in on purpose is found.
+
+use inbye::geometry::Twist;
+use inbye::local::CpuEngine;
+use inbye::robot::Footprint;
+use inbye::sim::{Config, MissionResult, Trace, World};
+
+use super::Test;
+use super::driving::{
+    arrive, drive, everybody, is_lawful, mission, people, reach_s, story, try_drive,
+};
+use super::ground::{Ground, hall};
+
+pub const TESTS: &[Test] = &[
+    ("the gaps of a trace are those of its world", gaps_are_true),
+    (
+        "planned too small, the robot is seen to touch the posts of a gate",
+        too_small,
+    ),
+    ("contact ends a run and is told", contact_ends_a_run),
+    (
+        "one bit of one number of one row changes the digest",
+        one_bit,
+    ),
+    ("an unlawful command is noticed", unlawful),
+];
+
+/// A room parted by a wall with a gate of 0.8 m.
+fn gate() -> Ground {
+    hall(10.0, 5.0)
+        .wall([5.3, 0.0, 5.7, 2.6])
+        .wall([5.3, 3.4, 5.7, 6.0])
+}
+
+/// The smallest gap of a footprint that took the way of a trace.
+fn least_gap_m(trace: &Trace, ground: &Ground, footprint: &Footprint) -> f64 {
+    let mut world = World::new(ground.obstacles());
+    let mut least = f64::INFINITY;
+    for row in &trace.rows {
+        world.moving = everybody(trace, row);
+        least = least.min(world.gap_m(footprint, &row.pose));
+    }
+    least
+}
+
+fn with_somebody() -> MissionResult {
+    let mut task = mission(&hall(10.0, 5.0), [1.5, 3.0, 0.0], [9.5, 3.0]);
+    task.walkers = people(
+        &task,
+        r#"[{"x": 5, "y": 1.0, "radius": 0.3, "speed": 0.5, "route": [[5, 5]]}]"#,
+    );
+    drive(&task)
+}
+
+fn gaps_are_true() {
+    let result = with_somebody();
+    let footprint = Config::default().robot.footprint;
+    let least = least_gap_m(&result.trace, &hall(10.0, 5.0), &footprint);
+    assert!(
+        (least - result.min_clearance_m).abs() < 1e-9,
+        "{least}: {}",
+        story(&result)
+    );
+}
+
+fn too_small() {
+    let task = mission(&gate(), [2.0, 3.0, 0.0], [9.0, 3.0]);
+    let small = Footprint::round(0.15);
+    let mut config = Config::default();
+    config.robot.footprint = small.expect("one disc");
+    let engine = Box::new(CpuEngine::single_threaded());
+    let result = try_drive(&task, &config, engine).expect("a small robot passes the gate");
+    assert!(result.reached && !result.collided, "{}", story(&result));
+    let own = least_gap_m(&result.trace, &gate(), &config.robot.footprint);
+    assert!(own > 0.0);
+    // A body 0.9 m wide went through a gate of 0.8 m.
+    let wide = Footprint::round(0.45);
+    let true_gap = least_gap_m(&result.trace, &gate(), &wide.expect("one disc"));
+    assert!(true_gap < 0.0, "contact went unseen: {true_gap}");
+}
+
+fn contact_ends_a_run() {
+    // Nobody can drive away from somebody faster than the robot who does not look.
+    let mut task = mission(&hall(12.0, 2.0), [2.0, 1.5, 0.0], [11.5, 1.5]);
+    task.walkers = people(
+        &task,
+        r#"[{"x": 11.9, "y": 1.5, "radius": 0.3, "speed": 3.0, "route": [[0.8, 1.5]], "yields": false}]"#,
+    );
+    let engine = Box::new(CpuEngine::single_threaded());
+    let result = try_drive(&task, &Config::default(), engine).expect("a mission that can start");
+    let last = result.trace.rows.last().expect("a drive has ticks");
+    assert!(
+        result.collided && !result.reached && last.gap_m <= 0.0,
+        "{}",
+        story(&result)
+    );
+}
+
+/// Changes one number of a row, by what is given where it is a real one.
+type Change = fn(&mut Trace, usize, &dyn Fn(&mut f64));
+
+fn one_bit() {
+    let trace = with_somebody().trace;
+    let digest = trace.digest();
+    let flip = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ 1);
+    let middle = trace.rows.len() / 2;
+    let changes: [Change; 12] = [
+        |trace, row, flip| flip(&mut trace.rows[row].time_s),
+        |trace, row, flip| flip(&mut trace.rows[row].pose.x),
+        |trace, row, flip| flip(&mut trace.rows[row].pose.yaw),
+        |trace, row, flip| flip(&mut trace.rows[row].twist.linear),
+        |trace, row, flip| flip(&mut trace.rows[row].command.angular),
+        |trace, row, flip| flip(&mut trace.rows[row].local_target.y),
+        |trace, row, flip| flip(&mut trace.rows[row].gap_m),
+        |trace, row, flip| flip(&mut trace.rows[row].moving[0].as_mut().expect("somebody").x),
+        |trace, row, _| trace.rows[row].admissible ^= 1,
+        |trace, _, flip| flip(&mut trace.paths[0][1].x),
+        |trace, _, flip| flip(&mut trace.moving_radii[0]),
+        |trace, row, _| trace.rows.truncate(row),
+    ];
+    for (number, change) in changes.iter().enumerate() {
+        let mut other = trace.clone();
+        change(&mut other, middle, &flip);
+        assert_ne!(other.digest(), digest, "change {number} went unseen");
+    }
+}
+
+fn unlawful() {
+    let result = arrive(&mission(&hall(6.0, 3.0), [1.5, 2.0, 0.0], [5.5, 2.0]));
+    let config = Config::default();
+    let (limits, reach_s) = (config.robot.limits, reach_s(&config));
+    let row = result.trace.rows.iter().find(|row| row.twist.linear > 0.5);
+    let mut row = row.expect("it drives faster than that").clone();
+    for command in [
+        Twist::new(row.twist.linear - 0.3, 0.0),
+        Twist::new(row.twist.linear, 0.6),
+        Twist::new(1.01, 0.0),
+        Twist::new(f64::NAN, 0.0),
+    ] {
+        assert!(is_lawful(&row, &limits, reach_s));
+        let lawful = std::mem::replace(&mut row.command, command);
+        assert!(
+            !is_lawful(&row, &limits, reach_s),
+            "{command:?} went unseen"
+        );
+        row.command = lawful;
+    }
+}

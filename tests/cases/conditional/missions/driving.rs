@@ -1,0 +1,147 @@
+//! Missions, how they are driven, and what holds of every one of them.
+
+use inbye::geometry::{Point, Pose};
+use inbye::local::{CpuEngine, Engine};
+use inbye::map::MovingDisc;
+use inbye::navigator::{Goal, Mode};
+use inbye::robot::Limits;
+use inbye::sim::{
+    Config, Mission, MissionError, MissionResult, Observer, Trace, TraceRow, Walkers, run_mission,
+};
+
+use super::ground::Ground;
+
+/// A mission over known ground where nothing moves, for up to 400 s.
+pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Mission {
+    let goal = Goal {
+        position: Point::new(goal_x, goal_y),
+        yaw: None,
+    };
+    Mission {
+        seed: 1,
+        time_limit_s: 400.0,
+        ..Mission::new(ground.map(), Pose::new(x, y, yaw), goal)
+    }
+}
+
+/// People from JSON, as a file would have them.
+pub fn people(mission: &Mission, json: &str) -> Walkers {
+    let ground = mission.map.obstacles(Config::default().unknown);
+    Walkers::parse(json, "people.json", &ground, 0).expect("people on the map")
+}
+
+/// Everybody as they were at a row of a trace, taken to stand.
+pub fn everybody(trace: &Trace, row: &TraceRow) -> Vec<MovingDisc> {
+    let discs = row.moving.iter().zip(&trace.moving_radii);
+    discs
+        .filter_map(|(center, &radius)| {
+            center.map(|center| MovingDisc {
+                x: center.x,
+                y: center.y,
+                radius,
+                vx: 0.0,
+                vy: 0.0,
+            })
+        })
+        .collect()
+}
+
+pub fn try_drive(
+    mission: &Mission,
+    config: &Config,
+    engine: Box<dyn Engine>,
+) -> Result<MissionResult, MissionError> {
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        witness: &mut |_| {},
+    };
+    run_mission(mission, config, engine, &mut observer)
+}
+
+/// Drives with the default robot, and checks what holds of every drive: lawful commands and no contact.
+pub fn drive(mission: &Mission) -> MissionResult {
+    let config = Config::default();
+    let engine = Box::new(CpuEngine::single_threaded());
+    let result = try_drive(mission, &config, engine).expect("a mission that can start");
+    assert_lawful(&result, &config);
+    assert!(
+        !result.collided && result.min_clearance_m > 0.0,
+        "{}",
+        story(&result)
+    );
+    result
+}
+
+/// Drives to the goal.
+pub fn arrive(mission: &Mission) -> MissionResult {
+    let result = drive(mission);
+    assert!(
+        result.reached && result.fault.is_none(),
+        "{}",
+        story(&result)
+    );
+    let (x, y) = result.final_error_m;
+    assert!(
+        libm::hypot(x, y) <= Config::default().navigator.xy_goal_tolerance,
+        "{}",
+        story(&result)
+    );
+    result
+}
+
+/// Every command within the limits, and within what is reached from the speed at the time until the next command acts.
+pub fn assert_lawful(result: &MissionResult, config: &Config) {
+    let reach_s = reach_s(config);
+    for row in &result.trace.rows {
+        assert!(
+            is_lawful(row, &config.robot.limits, reach_s),
+            "not lawful: {row:?}"
+        );
+    }
+}
+
+/// How long the command before it, and a command itself, act until the next one does, seconds.
+pub fn reach_s(config: &Config) -> f64 {
+    config.local.control_period_s + config.navigator.actuation_delay_s
+}
+
+pub fn is_lawful(row: &TraceRow, limits: &Limits, reach_s: f64) -> bool {
+    // The robot goes by its own measure of its speed; tracks that slip, encoders and a gyro put it off by less than this.
+    const MEASURED: f64 = 0.1;
+    let (command, twist) = (row.command, row.twist);
+    // The motors lag, so that the speed may stand a hair outside the limits; then only braking is left.
+    let steps =
+        |change: f64, gain: f64, brake: f64| change.abs() <= gain.max(-brake) * reach_s + MEASURED;
+    command.is_finite()
+        && (limits.min_vel_x..=limits.max_vel_x).contains(&command.linear)
+        && command.angular.abs() <= limits.max_vel_theta
+        && steps(
+            command.linear - twist.linear,
+            limits.acc_lim_x,
+            limits.decel_lim_x,
+        )
+        && steps(
+            command.angular - twist.angular,
+            limits.acc_lim_theta,
+            limits.decel_lim_theta,
+        )
+}
+
+pub fn has_mode(result: &MissionResult, mode: Mode) -> bool {
+    result.trace.rows.iter().any(|row| row.mode == mode)
+}
+
+/// How a drive went, in one line.
+pub fn story(result: &MissionResult) -> String {
+    format!(
+        "reached {}, collided {}, {:.1} m in {:.1} s, {} plans, least gap {:.3} m, {:?}, ends {:?}",
+        result.reached,
+        result.collided,
+        result.travelled_m,
+        result.time_s,
+        result.plans.len(),
+        result.min_clearance_m,
+        result.fault,
+        result.trace.rows.last(),
+    )
+}

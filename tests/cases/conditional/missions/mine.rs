@@ -1,0 +1,95 @@
+//! A real mine, where the development data lie beside the repository: across it, among five people.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use inbye::experiment::{LocalizationCase, LocalizationPlan};
+use inbye::geometry::{Point, Pose};
+use inbye::map::{LoadOptions, UnknownPolicy, load};
+use inbye::navigator::Goal;
+use inbye::sim::{Config, Crowd, Lidar, Mission, Walkers};
+use libtest_mimic::{Completion, Failed, Trial};
+
+use super::driving::{arrive, story};
+
+const MAP: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../shared/data/mine/niosh_sr_coal_mine.yaml"
+);
+
+/// By wheel odometry that slips 5 % and scans alone, more than 300 m.
+pub fn trial_by_scans() -> Trial {
+    Trial::ignorable_test("the mine is toured by scans matched to its map", || {
+        if !Path::new(MAP).exists() {
+            return Ok(Completion::ignored_with(
+                "the development data are not beside the repository",
+            ));
+        }
+        tours_by_scans()?;
+        Ok(Completion::Completed)
+    })
+}
+
+fn tours_by_scans() -> Result<(), Failed> {
+    let mut config = Config {
+        lidar: Lidar::turning(),
+        ..Config::default()
+    };
+    config.dynamics.slip.mean = 0.05;
+    let plan = LocalizationPlan {
+        name: "mine".to_owned(),
+        map: Arc::new(load(Path::new(MAP), &LoadOptions::default())?),
+        start: Pose::new(57.37, 93.86, 0.0),
+        goal: Point::new(210.86, 169.48),
+        config,
+        tour_m: 300.0,
+    };
+    for seed in 0..2 {
+        let row = plan.drive(LocalizationCase::Tour, seed)?;
+        assert!(row.reached && row.travelled_m >= 300.0, "{row:#?}");
+        assert!(row.worst_m <= 0.05 && row.worst_rad <= 0.02, "{row:#?}");
+        assert!(
+            row.lost_ticks == 0 && row.odometry_worst_m > 1.0,
+            "{row:#?}"
+        );
+    }
+    Ok(())
+}
+
+pub fn trial() -> Trial {
+    Trial::ignorable_test("the mine is crossed among five people", || {
+        if !Path::new(MAP).exists() {
+            return Ok(Completion::ignored_with(
+                "the development data are not beside the repository",
+            ));
+        }
+        crosses()?;
+        Ok(Completion::Completed)
+    })
+}
+
+fn crosses() -> Result<(), Failed> {
+    let map = load(Path::new(MAP), &LoadOptions::default())?;
+    let config = Config::default();
+    let (start, goal) = (Pose::new(57.37, 93.86, 0.0), Point::new(210.86, 169.48));
+    let obstacles = map.obstacles(UnknownPolicy::Blocked);
+    let mut planner = config.route_planner(map.frame().resolution_m);
+    let path = planner
+        .plan(&obstacles, start.position(), goal, &mut || 0.0)?
+        .smoothed;
+    let ends = [start.position(), goal];
+    for seed in 0..2 {
+        let there = Goal {
+            position: goal,
+            yaw: None,
+        };
+        let result = arrive(&Mission {
+            walkers: Walkers::seeded(&Crowd::new(5, seed), &obstacles, path.points(), &ends)?,
+            seed,
+            time_limit_s: 900.0,
+            ..Mission::new(Arc::new(map.clone()), start, there)
+        });
+        assert!(result.travelled_m >= 150.0, "{}", story(&result));
+    }
+    Ok(())
+}

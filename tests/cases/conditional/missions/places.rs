@@ -1,0 +1,130 @@
+//! Starts and goals that are awkward.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use inbye::geometry::wrap_angle;
+use inbye::global::PlanError;
+use inbye::local::CpuEngine;
+use inbye::navigator::{Fault, Mode};
+use inbye::sim::{Config, MissionError};
+
+use super::Test;
+use super::driving::{arrive, has_mode, mission, story, try_drive};
+use super::ground::{Ground, hall};
+
+pub const TESTS: &[Test] = &[
+    (
+        "a start that faces the wrong way begins with a turn",
+        turns_first,
+    ),
+    (
+        "a goal deep in a narrow dead end is reached",
+        into_a_dead_end,
+    ),
+    (
+        "out of a narrow dead end, nose to its end",
+        out_of_a_dead_end,
+    ),
+    ("a goal's yaw is met, whatever it is", meets_a_yaw),
+    ("a start within the margins is left", leaves_a_margin),
+    (
+        "a start against a wall, or in it, is refused with a reason",
+        refuses_a_start,
+    ),
+    ("a goal a hand away is parked at", stands_at_its_goal),
+    ("hairpins are driven", hairpins),
+];
+
+fn turns_first() {
+    for yaw in [PI, -2.5, 2.0] {
+        let result = arrive(&mission(&hall(10.0, 4.0), [2.0, 2.5, yaw], [9.0, 2.5]));
+        assert_eq!(result.trace.rows[0].mode, Mode::Turning);
+        let backwards = result.trace.rows.iter().any(|row| row.pose.x < 1.9);
+        assert!(!backwards && result.time_s < 30.0, "{}", story(&result));
+    }
+}
+
+/// A room with a dead end of 1.5 m width off it.
+fn dead_end() -> Ground {
+    Ground::rock(11.0, 10.0)
+        .room([0.5, 0.5, 10.5, 4.5])
+        .room([8.0, 4.5, 9.5, 9.5])
+}
+
+fn into_a_dead_end() {
+    let result = arrive(&mission(&dead_end(), [2.0, 2.5, 0.0], [8.75, 8.6]));
+    assert!(result.time_s < 60.0, "{}", story(&result));
+}
+
+fn out_of_a_dead_end() {
+    let result = arrive(&mission(&dead_end(), [8.75, 8.6, FRAC_PI_2], [2.0, 2.5]));
+    assert!(result.time_s < 120.0, "{}", story(&result));
+}
+
+fn meets_a_yaw() {
+    for yaw in [0.0, 1.3, PI, -FRAC_PI_2, 9.0] {
+        let mut task = mission(&hall(8.0, 4.0), [1.5, 2.5, 0.3], [7.0, 2.5]);
+        task.goal.yaw = Some(yaw);
+        let result = arrive(&task);
+        let error = result.final_yaw_error.expect("the goal has a yaw");
+        let last = result.trace.rows.last().expect("a drive has ticks");
+        assert!((error - wrap_angle(last.pose.yaw - yaw)).abs() < 1e-12);
+        let tolerance = Config::default().navigator.yaw_goal_tolerance;
+        assert!(error.abs() <= tolerance, "{yaw}: {}", story(&result));
+    }
+}
+
+fn leaves_a_margin() {
+    // 0.36 m from a wall to its left, behind it or before it: the body, 0.3 m to the side and 0.42 m to the ends, is
+    // clear, yet no path may come so near.
+    for start in [
+        [4.0, 4.14, 0.0],
+        [4.0, 4.14, PI],
+        [0.98, 2.5, 0.0],
+        [10.02, 2.5, 0.0],
+    ] {
+        let result = arrive(&mission(&hall(10.0, 4.0), start, [7.0, 1.5]));
+        assert!(
+            result.trace.rows[0].gap_m < 0.12,
+            "not within the margin: {start:?}"
+        );
+        assert!(result.time_s < 90.0, "{start:?}: {}", story(&result));
+    }
+}
+
+fn refuses_a_start() {
+    for (x, y) in [(4.0, 4.4), (4.0, 4.7)] {
+        let task = mission(&hall(10.0, 4.0), [x, y, 0.0], [7.0, 1.5]);
+        let engine = Box::new(CpuEngine::single_threaded());
+        let refused = try_drive(&task, &Config::default(), engine).map(|result| story(&result));
+        let occupied = matches!(
+            refused,
+            Err(MissionError::Fault(Fault::Plan(
+                PlanError::StartOccupied { .. }
+            )))
+        );
+        assert!(occupied, "{refused:?}");
+    }
+}
+
+fn stands_at_its_goal() {
+    let result = arrive(&mission(&hall(6.0, 4.0), [3.0, 2.5, 1.0], [3.1, 2.5]));
+    assert!(
+        result.travelled_m < 0.12 && result.time_s < 5.0,
+        "{}",
+        story(&result)
+    );
+}
+
+fn hairpins() {
+    let ground = hall(12.0, 9.0)
+        .wall([0.0, 3.2, 10.3, 3.8])
+        .wall([2.7, 6.2, 13.0, 6.8]);
+    let result = arrive(&mission(&ground, [1.5, 1.8, 0.0], [11.5, 8.2]));
+    assert!(
+        result.travelled_m > 25.0 && result.time_s < 90.0,
+        "{}",
+        story(&result)
+    );
+    assert!(!has_mode(&result, Mode::BackingUp), "{}", story(&result));
+}

@@ -1,0 +1,72 @@
+//! The embedded scenes, with the people in them.
+
+use std::sync::Arc;
+
+use inbye::local::CpuEngine;
+use inbye::map::UnknownPolicy;
+use inbye::navigator::Goal;
+use inbye::sim::{Config, Crowd, Mission, Scene, Walkers, crossing, dead_end, roadway};
+
+use super::Test;
+use super::driving::{arrive, try_drive};
+
+pub const TESTS: &[Test] = &[
+    ("the roadway is driven among people", || drives(&roadway())),
+    (
+        "the crossing is driven among people",
+        || drives(&crossing()),
+    ),
+    ("the dead end is passed by, among people", || {
+        drives(&dead_end());
+    }),
+    (
+        "a scene driven twice leaves the same trace, another seed another",
+        same_again,
+    ),
+];
+
+/// A scene's task with other people and other noise than its own, by so much.
+fn task(scene: &Scene, other: u64) -> Mission {
+    let config = Config::default();
+    let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
+    let mut planner = config.route_planner(scene.map.frame().resolution_m);
+    let start = scene.start.position();
+    let plan = planner.plan(&obstacles, start, scene.goal, &mut || 0.0);
+    let path = plan.expect("a scene has a way").smoothed;
+    let seed = scene.seed + other;
+    let crowd = Crowd::new(scene.obstacles, seed);
+    let ends = [start, scene.goal];
+    let goal = Goal {
+        position: scene.goal,
+        yaw: None,
+    };
+    Mission {
+        walkers: Walkers::seeded(&crowd, &obstacles, path.points(), &ends)
+            .expect("room for people"),
+        seed,
+        time_limit_s: 600.0,
+        ..Mission::new(Arc::new(scene.map.clone()), scene.start, goal)
+    }
+}
+
+fn drives(scene: &Scene) {
+    for other in 0..5 {
+        let result = arrive(&task(scene, other));
+        let direct_m = (scene.goal - scene.start.position()).norm();
+        assert!(
+            result.travelled_m > direct_m - 0.5,
+            "{}: the way cannot be so short",
+            scene.name
+        );
+    }
+}
+
+fn same_again() {
+    let digest = |other| {
+        let engine = Box::new(CpuEngine::single_threaded());
+        let result = try_drive(&task(&dead_end(), other), &Config::default(), engine);
+        result.expect("a scene can be driven").trace.digest()
+    };
+    assert_eq!(digest(0), digest(0));
+    assert_ne!(digest(0), digest(1));
+}

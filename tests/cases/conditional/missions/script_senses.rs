@@ -1,0 +1,304 @@
+//! Senses that lie, fail or say nothing.
+
+use inbye::geometry::{Pose, Twist};
+use inbye::localization::Lost;
+use inbye::navigator::{Decision, Doubt, Fault, Mode, Observation};
+
+use super::Test;
+use super::script::{Script, straight};
+
+pub const TESTS: &[Test] = &[
+    (
+        "numbers that are not finite make it brake, and give up when they go on",
+        not_finite,
+    ),
+    (
+        "an old scan makes it stop until there is a new one",
+        old_scan,
+    ),
+    (
+        "a pose that jumps is not believed, unless it stays there",
+        jumps,
+    ),
+    ("a pose that is frozen stops it for good", frozen),
+    ("a pose against the speed's sign is noticed", reversed),
+    ("a clock that jumps costs a tick", clocks),
+    (
+        "ranges that are no measurement are no obstacle",
+        no_measurement,
+    ),
+    ("a robot that is lost stands until it is found", lost),
+    ("a scan without beams is none", no_beams),
+    (
+        "a false return is forgotten when it is seen through",
+        seen_through,
+    ),
+];
+
+/// Under way at some speed.
+fn under_way() -> Script {
+    let mut script = straight();
+    for _ in 0..20 {
+        script.step();
+    }
+    assert!(script.observation.twist.linear > 0.3);
+    script
+}
+
+fn not_finite() {
+    let faults: [fn(&mut Observation); 10] = [
+        |seen| seen.pose.x = f64::NAN,
+        |seen| seen.pose.y = f64::INFINITY,
+        |seen| seen.pose.yaw = f64::NAN,
+        |seen| seen.twist.linear = f64::NAN,
+        |seen| seen.twist.angular = f64::NEG_INFINITY,
+        |seen| seen.time_s = f64::NAN,
+        |seen| seen.scan_s = f64::INFINITY,
+        |seen| seen.scan.angle_min = f64::NAN,
+        |seen| seen.scan.angle_increment = 0.0,
+        |seen| seen.scan.range_max = f64::NAN,
+    ];
+    for (number, put_in) in faults.iter().enumerate() {
+        goes_on_after_a_few_and_gives_up_after_many(Doubt::NotFinite, &|_, seen| put_in(seen))
+            .unwrap_or_else(|what| panic!("fault {number}: {what}"));
+    }
+}
+
+/// Senses that are disturbed from a tick on, by the tick's number since then and the sound ones.
+type Disturbance<'a> = &'a dyn Fn(u32, &mut Observation);
+
+/// Drives with disturbed senses for so many ticks; answers the decisions and the robot.
+fn disturbed(ticks: u32, put_in: Disturbance<'_>) -> (Vec<Decision>, Script) {
+    let mut script = under_way();
+    let decisions = (0..ticks)
+        .map(|tick| {
+            let sound = script.observation.clone();
+            put_in(tick, &mut script.observation);
+            let seen = core::mem::replace(&mut script.observation, sound);
+            script.step_on(&seen)
+        })
+        .collect();
+    (decisions, script)
+}
+
+/// Doubted for half a second it brakes at each tick, and drives on afterwards; doubted for long it fails and says why.
+fn goes_on_after_a_few_and_gives_up_after_many(
+    doubt: Doubt,
+    put_in: Disturbance<'_>,
+) -> Result<(), String> {
+    let (decisions, mut script) = disturbed(5, put_in);
+    let mut speed = f64::INFINITY;
+    for (tick, decision) in decisions.iter().enumerate() {
+        if decision.mode != Mode::Doubting || decision.command.linear.abs() >= speed {
+            return Err(format!("{tick}: {decision:?} after {speed} m/s"));
+        }
+        speed = decision.command.linear.abs().max(f64::MIN_POSITIVE);
+    }
+    if script.navigator.doubts().get(&doubt) != Some(&5) {
+        return Err(format!("{:?}", script.navigator.doubts()));
+    }
+    script.finish(45.0);
+    let (decisions, script) = disturbed(60, put_in);
+    let last = decisions
+        .last()
+        .map(|decision| (decision.mode, decision.command));
+    let fault = script.navigator.fault();
+    match (last, fault) {
+        (
+            Some((Mode::Failed, Twist::STOP)),
+            Some(Fault::BadObservation {
+                doubt: found,
+                times,
+            }),
+        ) if *found == doubt
+            && *times == 31
+            && fault.is_some_and(|fault| fault.to_string().starts_with("INVALID_OBSERVATION")) =>
+        {
+            Ok(())
+        }
+        _ => Err(format!("{last:?}, {fault:?}")),
+    }
+}
+
+/// A robot whose localisation has lost it stands for as long as its patience lasts, and goes on where it is found, also elsewhere.
+fn lost() {
+    let (decisions, mut script) = disturbed(100, &|_, seen| seen.lost = Some(Lost::Blind));
+    assert!(
+        decisions
+            .iter()
+            .all(|decision| decision.mode == Mode::Doubting)
+    );
+    assert_eq!(decisions[20].command, Twist::STOP);
+    let doubt = Doubt::Lost(Lost::Blind);
+    // The key of an object in the JSON of a drive.
+    let counts = serde_json::to_value(script.navigator.doubts());
+    assert_eq!(
+        counts.expect("an object"),
+        serde_json::json!({ "lost_blind": 100 })
+    );
+    assert_eq!(script.navigator.doubts().get(&doubt), Some(&100));
+    script.finish(45.0);
+    let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(Lost::Blind));
+    assert_eq!(decisions.last().map(|last| last.mode), Some(Mode::Failed));
+    let fault = script.navigator.fault().map(ToString::to_string);
+    assert_eq!(
+        fault.unwrap_or_default(),
+        "INVALID_OBSERVATION: the robot is lost: the lidar measures nothing where the map has walls, 301 times in a row; \
+         the robot stops"
+    );
+}
+
+fn old_scan() {
+    // The first two ticks the last scan is not too old yet.
+    let (decisions, mut script) =
+        disturbed(8, &|tick, seen| seen.scan_s -= f64::from(tick + 1) * 0.1);
+    for (tick, decision) in decisions.iter().enumerate() {
+        assert_eq!(decision.mode == Mode::Doubting, tick > 1, "{tick}");
+    }
+    assert_eq!(script.navigator.doubts().get(&Doubt::NoScan), Some(&6));
+    script.finish(45.0);
+    // One that measures nothing is none.
+    let (decisions, script) = disturbed(60, &|_, seen| seen.scan.ranges.fill(f64::NAN));
+    assert_eq!(decisions[1].mode, Mode::Driving);
+    assert_eq!(
+        script
+            .navigator
+            .fault()
+            .map(ToString::to_string)
+            .unwrap_or_default()
+            .split(',')
+            .next(),
+        Some("INVALID_OBSERVATION: there is no fresh scan with a measurement")
+    );
+}
+
+fn jumps() {
+    let to_and_fro = |tick: u32, seen: &mut Observation| {
+        seen.pose.y += if tick.is_multiple_of(2) { 3.0 } else { -3.0 };
+    };
+    goes_on_after_a_few_and_gives_up_after_many(Doubt::Jump, &to_and_fro).expect("jumps");
+    // A correction is no jump, and a place that stays is believed.
+    let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 0.3);
+    assert!(
+        decisions
+            .iter()
+            .all(|decision| decision.mode != Mode::Doubting)
+    );
+    let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 3.2);
+    let doubted = decisions
+        .iter()
+        .filter(|decision| decision.mode == Mode::Doubting);
+    assert_eq!(doubted.count(), 4);
+}
+
+fn frozen() {
+    let place = under_way().observation.pose;
+    let (decisions, script) = disturbed(60, &|_, seen| seen.pose = place);
+    let first = decisions
+        .iter()
+        .position(|decision| decision.mode == Mode::Doubting);
+    assert_eq!(first, Some(6), "half a second after it stopped changing");
+    assert_eq!(
+        script.navigator.doubts().keys().collect::<Vec<_>>(),
+        [&Doubt::Frozen]
+    );
+    assert!(matches!(
+        script.navigator.fault(),
+        Some(Fault::BadObservation {
+            doubt: Doubt::Frozen,
+            ..
+        })
+    ));
+    assert_eq!(script.observation.twist, Twist::STOP);
+}
+
+fn reversed() {
+    let begin = under_way().observation.pose;
+    let (_, script) = disturbed(60, &|_, seen| seen.pose.x = 2.0 * begin.x - seen.pose.x);
+    assert!(script.navigator.doubts().contains_key(&Doubt::Reversed));
+    let moved_m = script.observation.pose.position() - begin.position();
+    assert!(moved_m.norm() < 1.5, "{moved_m}");
+}
+
+fn clocks() {
+    // An hour forwards once: one tick is lost.
+    let (decisions, _) = disturbed(6, &|_, seen| {
+        seen.time_s += 3600.0;
+        seen.scan_s += 3600.0;
+    });
+    let doubted: Vec<bool> = decisions
+        .iter()
+        .map(|decision| decision.mode == Mode::Doubting)
+        .collect();
+    assert_eq!(doubted, [true, false, false, false, false, false]);
+    goes_on_after_a_few_and_gives_up_after_many(Doubt::Clock, &|_, seen| seen.scan_s += 1.0)
+        .expect("scans from the future");
+}
+
+/// The poses of a drive with the scan changed at each tick.
+fn poses_with(change: impl Fn(usize, &mut Observation)) -> Vec<Pose> {
+    let mut script = straight();
+    (0..150)
+        .map(|tick| {
+            change(tick, &mut script.observation);
+            script.step();
+            script.observation.pose
+        })
+        .collect()
+}
+
+fn no_measurement() {
+    let undisturbed = poses_with(|_, _| {});
+    for nonsense in [
+        f64::NAN,
+        f64::NEG_INFINITY,
+        -1.0,
+        -1e-300,
+        10.000_001,
+        1e300,
+    ] {
+        let poses = poses_with(|tick, seen| {
+            for beam in (tick % 2..72).step_by(3) {
+                seen.scan.ranges[beam] = nonsense;
+            }
+        });
+        assert_eq!(poses, undisturbed, "{nonsense} was taken for an obstacle");
+    }
+    // A measurement in their place does change the drive.
+    let disturbed = poses_with(|tick, seen| seen.scan.ranges[tick % 3] = 1.0);
+    assert_ne!(disturbed, undisturbed);
+}
+
+fn no_beams() {
+    let undisturbed = poses_with(|_, _| {});
+    // For less than the timeout nothing is missed, and nothing is read beyond the end.
+    let nothing = poses_with(|tick, seen| {
+        if tick % 3 == 1 {
+            seen.scan = inbye::map::Scan::default();
+        } else {
+            seen.scan = super::script::empty_scan();
+        }
+    });
+    assert_eq!(nothing, undisturbed);
+    let blind = poses_with(|_, seen| seen.scan.ranges.clear());
+    assert_ne!(blind, undisturbed);
+}
+
+fn seen_through() {
+    let mut script = under_way();
+    let ahead_m = 1.0;
+    for beam in [70, 71, 0, 1, 2] {
+        script.observation.scan.ranges[beam] = ahead_m;
+    }
+    script.step();
+    let slowed = script.step().command.linear;
+    script.observation.scan.ranges.fill(f64::INFINITY);
+    script.finish(45.0);
+    let free = {
+        let mut script = under_way();
+        script.step();
+        script.step().command.linear
+    };
+    assert!(slowed < free, "the return was not minded: {slowed}, {free}");
+    assert_eq!(script.navigator.fault(), None);
+}

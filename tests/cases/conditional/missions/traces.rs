@@ -1,0 +1,145 @@
+//! One trace, bit for bit, whatever computes it.
+
+use inbye::local::{CpuEngine, Engine, FanArc, Reason, Sampling};
+use inbye::sim::{Config, Mission, MissionResult, Moment, Observer, run_mission};
+
+use super::Test;
+use super::driving::{mission, people, story, try_drive};
+use super::ground::hall;
+
+pub const TESTS: &[Test] = &[
+    ("a drive is the same to the bit on every machine", golden),
+    ("one thread and several leave the same trace", threads),
+    ("other noise leaves another trace", noise),
+    ("a fan shows the window that was decided on", fans),
+];
+
+pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
+    [("a drive on the GPU leaves the CPU's trace", gpu)];
+
+/// Of the short drive below. A change to planning, navigation or simulation that is meant to change decisions changes
+/// it too; anything else must not.
+const GOLDEN: &str = "7ffc877a7a0e93300b59ca5015a2cdcfb2bbaef38b7a6a796d3b5390f977f5df";
+
+/// A short drive with a turn, a wall that the map does not show, somebody who crosses, and a yaw to park with.
+fn short_drive() -> Mission {
+    let ground = hall(10.0, 6.0).wall([4.0, 0.0, 4.4, 2.5]);
+    let mut task = mission(&ground, [1.5, 1.5, 3.0], [9.5, 5.0]);
+    task.goal.yaw = Some(-1.0);
+    task.truth = Some(ground.wall([6.5, 3.0, 7.0, 3.6]).obstacles());
+    task.walkers = people(
+        &task,
+        r#"[{"x": 5.2, "y": 6.0, "radius": 0.3, "speed": 0.6, "route": [[5.6, 1.0]]}]"#,
+    );
+    task
+}
+
+fn on(engine: impl Engine + 'static) -> MissionResult {
+    let result = try_drive(&short_drive(), &Config::default(), Box::new(engine));
+    let result = result.expect("a mission that can start");
+    assert!(result.reached && !result.collided, "{}", story(&result));
+    result
+}
+
+fn golden() {
+    let result = on(CpuEngine::single_threaded());
+    assert_eq!(result.trace.digest(), GOLDEN, "{}", story(&result));
+}
+
+fn threads() {
+    let one = on(CpuEngine::single_threaded());
+    for threads in [2, 3] {
+        let several = on(CpuEngine::with_threads(threads).expect("threads"));
+        assert_eq!(several.trace, one.trace);
+        assert_eq!(several.trace.digest(), one.trace.digest());
+    }
+}
+
+fn noise() {
+    let mut task = short_drive();
+    task.seed += 1;
+    let engine = Box::new(CpuEngine::single_threaded());
+    let other = try_drive(&task, &Config::default(), engine).expect("a mission that can start");
+    assert_ne!(
+        other.trace.digest(),
+        on(CpuEngine::single_threaded()).trace.digest()
+    );
+}
+
+fn fans() {
+    let (mut seen, mut unseen) = (0, 0);
+    let mut witness = |moment: &Moment<'_>| {
+        let Some(counts) = moment.decision.counts else {
+            unseen += 1;
+            assert_eq!(
+                moment.fan(Sampling {
+                    vx_samples: 9,
+                    vtheta_samples: 9
+                }),
+                None
+            );
+            return;
+        };
+        seen += 1;
+        let all = Sampling {
+            vx_samples: u32::MAX,
+            vtheta_samples: u32::MAX,
+        };
+        let whole = moment.fan(all).expect("samples were looked at");
+        let judged_by = |wanted: Reason| {
+            let is_so = |arc: &&FanArc| arc.reason == wanted;
+            whole.arcs.iter().filter(is_so).count() as u32
+        };
+        let by_engine = counts.to_array();
+        let reasons = [
+            Reason::Ok,
+            Reason::Collision,
+            Reason::CannotStop,
+            Reason::Outside,
+        ];
+        assert_eq!(reasons.map(judged_by), by_engine);
+        assert_eq!(whole.winner.is_some(), counts.admissible > 0);
+        if let Some(winner) = &whole.winner {
+            let chosen = whole.arcs[winner.index as usize];
+            assert_eq!(chosen.score, Some(winner.score));
+            // The engine compares integers; so near a tie may go either way here.
+            let best = whole
+                .arcs
+                .iter()
+                .filter_map(|arc| arc.score)
+                .fold(f64::MIN, f64::max);
+            assert!(best - winner.score < 1e-7, "{best} {}", winner.score);
+        }
+        let thin = moment.fan(Sampling {
+            vx_samples: 4,
+            vtheta_samples: 9,
+        });
+        let thin = thin.expect("as before").arcs;
+        assert!(thin.len() <= 36 && thin.iter().all(|arc| whole.arcs.contains(arc)));
+        assert_eq!(
+            (thin.first(), thin.last()),
+            (whole.arcs.first(), whole.arcs.last())
+        );
+    };
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        witness: &mut witness,
+    };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let driven = run_mission(&short_drive(), &Config::default(), engine, &mut observer);
+    // A witness that looks closely changes nothing.
+    assert_eq!(
+        driven.expect("a mission that can start").trace.digest(),
+        GOLDEN
+    );
+    assert!(seen > 50 && unseen > 0, "{seen} and {unseen}");
+}
+
+fn gpu(adapter: &inbye::local::gpu::Adapter) -> Result<(), libtest_mimic::Failed> {
+    let on_gpu = on(inbye::local::gpu::GpuEngine::new(adapter)?);
+    assert_eq!(
+        on_gpu.trace.digest(),
+        on(CpuEngine::single_threaded()).trace.digest()
+    );
+    Ok(())
+}

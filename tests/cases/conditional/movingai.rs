@@ -1,0 +1,27 @@
+//! Grid search by the rules of the `MovingAI` benchmark: on maps made here, whose shortest paths an independent search
+//! measures, and on public ones where the development data lie beside the repository.
+
+use libtest_mimic::Trial;
+
+mod exact;
+mod ground;
+mod legality;
+mod public;
+mod sample;
+
+/// A test by its name.
+type Test = (&'static str, fn());
+
+pub fn trials() -> Vec<Trial> {
+    let tests = exact::TESTS.iter().chain(&legality::TESTS);
+    let mut trials: Vec<Trial> = tests.map(trial).collect();
+    trials.extend(public::trials());
+    trials
+}
+
+fn trial(&(name, test): &Test) -> Trial {
+    Trial::test(name, move || {
+        test();
+        Ok(())
+    })
+}

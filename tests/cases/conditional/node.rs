@@ -1,0 +1,205 @@
+//! The node over DDS against a peer that shares no code with it: Eclipse Cyclone DDS, in Python (`peer.py`).
+//!
+//! Both run in a network namespace of their own in which only the loopback is up: nothing is sent to any other machine. That
+//! needs `unshare` and `ip`, root or user namespaces, and a Python with `cyclonedds` and numpy: `python3`, or the one that
+//! `INBYE_DDS_PYTHON` names. Without them the trials are ignored, or fail if `INBYE_REQUIRE` holds the word `cyclonedds`.
+
+use std::env;
+use std::fmt::Display;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+
+use libtest_mimic::{Completion, Failed, Trial};
+use serde_json::Value;
+
+use crate::support::requirements::required;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_inbye");
+const PEER: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/cases/conditional/node/peer.py"
+);
+
+/// A network of the loopback alone, with multicast, for the command that follows.
+const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip route add 239.0.0.0/8 dev lo && exec \"$@\"";
+
+type Check = fn(&Value) -> Result<(), Failed>;
+
+pub fn trials() -> Vec<Trial> {
+    let scenarios: [(&'static str, Check); 4] = [
+        ("to_the_goal", to_the_goal),
+        ("late_joiner", late_joiner),
+        ("stale_senses", stale_senses),
+        ("bad_messages", bad_messages),
+    ];
+    let trial = |(name, check): (&'static str, Check)| {
+        Trial::ignorable_test(name, move || with_peer(name, check))
+    };
+    let trials = scenarios.map(trial).into();
+    trials
+}
+
+/// Through a namespace, `tf`, a lidar off the origin and stamped velocities to the goal, and parked there.
+fn to_the_goal(facts: &Value) -> Result<(), Failed> {
+    holds(
+        facts["commands_before_goal"] == 0,
+        "silence without a goal",
+        facts,
+    )?;
+    holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
+    holds(number(facts, "away_m") < 0.1, "near", facts)?;
+    holds(
+        number(facts, "yaw_error").abs() < 0.15,
+        "facing as asked",
+        facts,
+    )?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
+    let shown = facts["markers"].to_string();
+    // 65 arcs of 10 pieces with two ends each.
+    holds(shown.contains("[\"arcs\",5,1300]"), "arcs are shown", facts)?;
+    holds(
+        shown.contains("[\"chosen\",4,11]"),
+        "and the one chosen",
+        facts,
+    )?;
+    holds(
+        facts["commands_after_end"] == 0,
+        "silence after the goal",
+        facts,
+    )?;
+    holds(facts["tally"]["reached"] == 1, "it knows", facts)?;
+    ends_well(facts)
+}
+
+/// A map from before the node's time, a plan from before its reader's; Ctrl-C on the move.
+fn late_joiner(facts: &Value) -> Result<(), Failed> {
+    holds(
+        facts["tally"]["received"]["map"] == 1,
+        "the map came",
+        facts,
+    )?;
+    holds(facts["started_s"].is_number(), "the robot drove", facts)?;
+    holds(facts["plan_s"].is_number(), "the plan came", facts)?;
+    holds(number(facts, "plan_from_m") < 0.01, "from the start", facts)?;
+    holds(number(facts, "plan_to_m") < 0.01, "to the goal", facts)?;
+    holds(facts["plan_frame"] == "map", "in the map's frame", facts)?;
+    holds(
+        number(facts, "speed_at_end") > 0.1,
+        "still on the move",
+        facts,
+    )?;
+    let last = facts["last_command"].to_string();
+    holds(last == "[0.0,0.0]", "a zero is the last word", facts)?;
+    ends_well(facts)
+}
+
+/// Scans stop, then odometry: the robot stands within seconds, stays there, and goes on when they return.
+fn stale_senses(facts: &Value) -> Result<(), Failed> {
+    for sense in ["scan", "odometry"] {
+        let speed = number(facts, &format!("{sense}_speed"));
+        holds(speed > 0.1, "on the move", facts)?;
+        // 0.3 s until it is stale and as long to brake; the rest is for cores that are busy.
+        let zero_s = number(facts, &format!("{sense}_zero_s"));
+        holds(zero_s < 3.0, "it is told to stand", facts)?;
+        let crept_m = number(facts, &format!("{sense}_crept_m"));
+        holds(crept_m < 0.01, "and stands", facts)?;
+        let again = &facts[format!("{sense}_again_s")];
+        holds(again.is_number(), "it goes on", facts)?;
+    }
+    let notes = facts["notes"].to_string();
+    for words in ["there is no fresh scan", "odometry has stopped coming"] {
+        holds(notes.contains(words), words, facts)?;
+    }
+    holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
+    ends_well(facts)
+}
+
+/// Each is refused and counted, each reason told once.
+fn bad_messages(facts: &Value) -> Result<(), Failed> {
+    holds(facts["commands"] == 0, "nothing is commanded", facts)?;
+    let refused = &facts["tally"]["refused"];
+    holds(refused["map"] == 1, "a cell of 101", facts)?;
+    holds(refused["goal_pose"] == 4, "goals nowhere", facts)?;
+    let notes = facts["notes"].to_string();
+    for words in ["cell 364 is 101", "the map in `map`", "pose is not finite"] {
+        holds(notes.matches(words).count() == 1, words, facts)?;
+    }
+    ends_well(facts)
+}
+
+fn ends_well(facts: &Value) -> Result<(), Failed> {
+    holds(facts["status"] == 0, "exit status 0", facts)?;
+    holds(facts["tally"]["unsent"] == 0, "all was sent", facts)
+}
+
+fn number(facts: &Value, name: &str) -> f64 {
+    facts[name].as_f64().unwrap_or(f64::NAN)
+}
+
+fn holds(good: bool, what: impl Display, facts: &Value) -> Result<(), Failed> {
+    if good {
+        return Ok(());
+    }
+    Err(format!("not so: {what}: {facts:#}").into())
+}
+
+/// Runs a scenario and checks its facts.
+fn with_peer(scenario: &str, check: Check) -> Result<Completion, Failed> {
+    static PEER_HERE: OnceLock<Result<(Command, PathBuf), String>> = OnceLock::new();
+    let (alone, python) = match PEER_HERE.get_or_init(find_peer) {
+        Ok((alone, python)) => (alone, python),
+        Err(why) if required().iter().any(|word| word == "cyclonedds") => {
+            return Err(why.as_str().into());
+        }
+        Err(why) => return Ok(Completion::ignored_with(why.clone())),
+    };
+    let output = again(alone)
+        .arg(python)
+        .args([PEER, PROGRAM, scenario])
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env_remove("ROS_DOMAIN_ID")
+        .stderr(Stdio::piped())
+        .output()?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    let facts = serde_json::from_str(&said).map_err(|_| {
+        let errors = String::from_utf8_lossy(&output.stderr);
+        format!("no facts: {said}{errors}")
+    })?;
+    check(&facts).map(|()| Completion::Completed)
+}
+
+fn again(command: &Command) -> Command {
+    let mut again = Command::new(command.get_program());
+    again.args(command.get_args());
+    again
+}
+
+/// The command that gives a network of its own, and the Python; or what is not here.
+fn find_peer() -> Result<(Command, PathBuf), String> {
+    let alone = [["-n"].as_slice(), &["-r", "-n"]]
+        .into_iter()
+        .map(|flags| {
+            let mut command = Command::new("unshare");
+            command.args(flags).args(["sh", "-c", ALONE, "sh"]);
+            command
+        })
+        .find(|command| runs(again(command).arg("true")))
+        .ok_or("no network namespace can be made here: it takes Linux, iproute2, and root or user namespaces")?;
+    let candidates = match env::var_os("INBYE_DDS_PYTHON") {
+        Some(python) => vec![PathBuf::from(python)],
+        None => vec!["python3".into()],
+    };
+    let python = candidates
+        .into_iter()
+        .find(|python| runs(Command::new(python).args(["-c", "import cyclonedds, numpy"])))
+        .ok_or("no Python with cyclonedds and numpy was found; INBYE_DDS_PYTHON names one")?;
+    Ok((alone, python))
+}
+
+fn runs(command: &mut Command) -> bool {
+    let ended = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
+    ended.is_ok_and(|status| status.success())
+}

@@ -1,0 +1,240 @@
+//! The player of a report, in headless Chromium: it plays, steps and shows what the trace has, in light and dark, wide and
+//! narrow, and without a word on the console. See `support/browser/program.rs` for what happens where there is no Chromium.
+
+mod page;
+mod runs;
+mod troubled;
+
+use libtest_mimic::{Failed, Trial};
+use serde_json::{Value, json};
+
+use crate::support::browser::program::{BrowserTest, Program};
+use page::{Look, look_at};
+use runs::{Run, long_run, short_run, troubled_run};
+
+const IN_BROWSER: [(&str, BrowserTest); 5] = [
+    ("it plays, steps and tells what the trace has", plays),
+    ("what went wrong is told at its tick", faults),
+    ("it fits a phone and the dark", fits),
+    (
+        "a script that was altered is not run, and that is seen",
+        altered,
+    ),
+    ("a page of several runs plays each", several),
+];
+
+pub fn trials() -> Vec<Trial> {
+    let mut trials = crate::support::browser::program::trials(&IN_BROWSER);
+    trials.push(Trial::test(
+        "ten minutes stay small, and an hour too",
+        || {
+            sizes();
+            Ok(())
+        },
+    ));
+    trials.push(Trial::test("the same run is the same page", || {
+        assert!(short_run().page() == short_run().page());
+        Ok(())
+    }));
+    trials
+}
+
+fn number(value: &Value, name: &str) -> f64 {
+    value[name]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{name} in {value}"))
+}
+
+/// What the player shows at a tick is what the trace has.
+#[track_caller]
+fn assert_shows(readings: &Value, run: &Run, tick: usize) {
+    let row = &run.result.trace.rows[tick];
+    for (name, expected) in [
+        ("time", format!("{:.2}", row.time_s)),
+        ("speed", fixed(row.twist.linear, 2)),
+        ("turn", fixed(row.twist.angular, 2)),
+        ("gap", fixed(row.gap_m, 3)),
+    ] {
+        let shown = readings[name].as_str().unwrap_or_default();
+        // Both are rounded, one of them from 32 bits.
+        let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
+        assert!(
+            (number(shown) - number(&expected)).abs() < 0.0101,
+            "tick {tick}, {name}: {shown:?}, not {expected:?}"
+        );
+    }
+    let samples = readings["admissible"].as_str().unwrap_or_default();
+    let expected = match row.samples {
+        0 => "–".to_owned(),
+        samples => format!("{} of {samples}", row.admissible),
+    };
+    assert_eq!(samples, expected, "tick {tick}");
+}
+
+fn fixed(value: f64, digits: usize) -> String {
+    format!("{value:.digits$}")
+}
+
+fn plays(program: &Program) -> Result<(), Failed> {
+    let run = short_run();
+    let last = run.result.trace.rows.len() - 1;
+    let seen = look_at(program, &run.page(), &Look::default())?;
+    assert_eq!(seen.console, [""; 0], "words on the console");
+    let of = |name: &str| &seen.findings[name];
+    assert_eq!(of("last"), &json!(last));
+    assert_shows(of("at_first"), &run, 0);
+    assert_shows(of("after_two_steps"), &run, 2);
+    assert_shows(of("in_the_middle"), &run, last / 2);
+    assert_shows(of("at_the_end"), &run, last);
+    assert_eq!(of("at_the_end")["mode"], json!("arrived"));
+    // It ran for a while at sixteen times the speed, and stopped when told so.
+    let played = number(&seen.findings, "played_to");
+    assert!(played > 2.0 && played <= last as f64, "{played}");
+    assert_eq!(of("paused_at"), of("paused_later"));
+    assert_eq!(of("words_while_playing"), &json!(["Pause", "Play"]));
+    // Something is drawn, and another thing at another time or without a layer.
+    assert!(number(&seen.findings, "colours") > 4.0);
+    let pictures = [
+        "picture_first",
+        "picture_middle",
+        "picture_without_fan",
+        "picture_whole",
+    ];
+    for (index, one) in pictures.iter().enumerate() {
+        for other in &pictures[index + 1..] {
+            assert_ne!(of(one), of(other), "{one} and {other}");
+        }
+    }
+    Ok(())
+}
+
+/// What is listed, told and marked is what happened, tick by tick; where nothing did, that is said.
+fn faults(program: &Program) -> Result<(), Failed> {
+    let run = troubled_run(400);
+    let seen = look_at(program, &run.page(), &Look::default())?;
+    assert_eq!(seen.console, [""; 0], "words on the console");
+    let found = &seen.findings["faults"];
+    let in_words = |at: &Vec<String>| match at.len() {
+        0 => json!("none"),
+        _ => json!(at.join("; ")),
+    };
+    let expected: Vec<Value> = run.noted.at.iter().map(in_words).collect();
+    assert_eq!(found["told"], json!(expected));
+    let begun = run.noted.begun();
+    // Senses of two kinds, a base, and a GPU that comes and goes.
+    let kinds = |start: &str| {
+        begun
+            .iter()
+            .filter(|(_, words)| words.starts_with(start))
+            .count()
+    };
+    assert_eq!((kinds("senses: "), kinds("base: ")), (2, 1), "{begun:?}");
+    assert!(kinds("engine: ") > 3, "{begun:?}");
+    let listed = found["listed"].as_array().expect("a list");
+    assert_eq!(listed.len(), begun.len());
+    for ((tick, words), entry) in begun.iter().zip(listed) {
+        let time = format!("{:.2} s {words}", run.result.trace.rows[*tick].time_s);
+        let text = entry["text"].as_str().unwrap_or_default();
+        assert!(text.starts_with(&time), "{text:?}, not {time:?}");
+        assert_eq!(entry["frame"], json!(tick), "{text}");
+        assert_eq!(entry["can_be_reached"], json!(true), "{text}");
+        assert_shows(&entry["shown"], &run, *tick);
+    }
+    assert!(number(found, "marked") > 20.0, "{}", found["marked"]);
+    let said = format!("{} faults are marked", begun.len());
+    assert!(
+        found["alternative"]
+            .as_str()
+            .is_some_and(|text| text.contains(&said))
+    );
+    // Nothing went wrong in the other.
+    let sound = look_at(program, &short_run().page(), &Look::default())?;
+    let found = &sound.findings["faults"];
+    assert_eq!(
+        (&found["listed"], &found["marked"]),
+        (&json!([]), &json!(0))
+    );
+    assert_eq!(found["words"], json!("Faultsnone"));
+    let told = found["told"].as_array().expect("a list");
+    assert!(told.iter().all(|words| words == "none"));
+    Ok(())
+}
+
+fn fits(program: &Program) -> Result<(), Failed> {
+    let page = troubled_run(120).page();
+    let mut pictures = Vec::new();
+    for (width, dark) in [(360, false), (360, true), (1200, true)] {
+        let seen = look_at(program, &page, &Look { width, dark })?;
+        assert_eq!(seen.console, [""; 0], "words on the console");
+        let of = |name: &str| number(&seen.findings, name);
+        assert!(
+            of("content_width") <= of("window_width"),
+            "{:?}",
+            seen.findings
+        );
+        assert!(
+            of("stage_width") > 0.8 * of("window_width").min(1000.0),
+            "{:?}",
+            seen.findings
+        );
+        assert_eq!(seen.findings["is_dark"], json!(dark));
+        pictures.push(seen.findings["picture_first"].clone());
+    }
+    assert_ne!(pictures[0], pictures[1], "dark is drawn in other colours");
+    Ok(())
+}
+
+/// The policy of the page is what keeps foreign scripts out; and a player that does not start is noticed here.
+fn altered(program: &Program) -> Result<(), Failed> {
+    let page = short_run().page();
+    let own = "Plays the films of a page";
+    assert_eq!(page.matches(own).count(), 1);
+    let seen = look_at(
+        program,
+        &page.replace(own, "Pays the films"),
+        &Look::default(),
+    )?;
+    assert_eq!(seen.findings["at_first"]["time"], json!("–"));
+    assert!(
+        seen.console
+            .iter()
+            .any(|line| line.contains("Content Security Policy")),
+        "{:?}",
+        seen.console
+    );
+    Ok(())
+}
+
+fn several(program: &Program) -> Result<(), Failed> {
+    let runs = [short_run(), short_run()];
+    let seen = look_at(program, &runs::page_of(&runs), &Look::default())?;
+    assert_eq!(seen.findings["players"], json!(2));
+    assert_eq!(seen.findings["players_that_show"], json!(2));
+    assert_eq!(seen.console, [""; 0]);
+    Ok(())
+}
+
+fn sizes() {
+    let ten_minutes = long_run(6000);
+    assert_eq!(ten_minutes.result.trace.rows.len(), 6000);
+    let page = ten_minutes.page();
+    assert!(page.contains("\"frames\":6000"));
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    let hour = long_run(9000).page();
+    assert!(hour.contains("\"frames\":4500"), "every second tick");
+    assert!(hour.len() < page.len());
+    // A frame of every second tick, and the faults of all.
+    let troubled = troubled_run(6200);
+    let page = troubled.page();
+    assert!(page.contains("\"frames\":3100"));
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    for (tick, words) in troubled.noted.begun().iter().take(4) {
+        let words = words.replace('<', "&lt;").replace('>', "&gt;");
+        let button = format!(
+            "data-frame=\"{}\"><b>{:.2} s</b> {words}",
+            tick / 2,
+            *tick as f64 * 0.1
+        );
+        assert!(page.contains(&button), "{button}");
+    }
+}

@@ -1,0 +1,150 @@
+//! Runs to look at.
+
+use std::sync::Arc;
+
+use inbye::geometry::{Point, Pose};
+use inbye::local::{CpuEngine, Engine};
+use inbye::navigator::Goal;
+use inbye::report::{MissionView, Outcome, Reel, Report, html};
+use inbye::sim::{
+    Config, Mission, MissionResult, Observer, Walkers, crossing, run_mission, run_mission_with,
+};
+
+use super::troubled::{Noted, Troubled, mortal_engine};
+
+/// A mission that was driven, and its reel.
+pub struct Run {
+    mission: Mission,
+    config: Config,
+    pub result: MissionResult,
+    reel: Reel,
+    /// What went wrong.
+    pub noted: Noted,
+}
+
+/// Through the crossing, among people.
+pub fn short_run() -> Run {
+    run(among_people(), &Config::default(), engine(), None)
+}
+
+/// To and fro for so many ticks.
+pub fn long_run(ticks: usize) -> Run {
+    run(to_and_fro(ticks), &Config::default(), engine(), None)
+}
+
+/// The same while much goes wrong.
+pub fn troubled_run(ticks: usize) -> Run {
+    let mission = to_and_fro(ticks);
+    let mut config = Config::default();
+    // What the odometer says is all that the robot knows of its place.
+    config.fixes.rate_hz = 0.0;
+    let mut base = Troubled::new(&mission, &config);
+    run(mission, &config, mortal_engine(), Some(&mut base))
+}
+
+fn engine() -> Box<dyn Engine> {
+    Box::new(CpuEngine::single_threaded())
+}
+
+fn among_people() -> Mission {
+    let scene = crossing();
+    let goal = Goal {
+        position: scene.goal,
+        yaw: None,
+    };
+    let map = Arc::new(scene.map);
+    // In the second crossing on the way.
+    let people = r#"[{"x": 8.0, "y": 6.8, "radius": 0.3, "speed": 0.4, "route": [[8.0, 9.4]]}]"#;
+    let ground = map.obstacles(Config::default().unknown);
+    let walkers = Walkers::parse(people, "people.json", &ground, scene.seed);
+    Mission {
+        walkers: walkers.expect("people on the map"),
+        ..Mission::new(map, scene.start, goal)
+    }
+}
+
+fn to_and_fro(ticks: usize) -> Mission {
+    let mut mission = among_people();
+    let [there, back] = [mission.goal.position, mission.start.position()];
+    let stop = |position: Point| Goal {
+        position,
+        yaw: None,
+    };
+    mission.via = (0..100).flat_map(|_| [stop(there), stop(back)]).collect();
+    mission.time_limit_s = ticks as f64 * 0.1;
+    mission.walkers = Walkers::default();
+    mission
+}
+
+fn run(
+    mission: Mission,
+    config: &Config,
+    engine: Box<dyn Engine>,
+    base: Option<&mut Troubled>,
+) -> Run {
+    let (mut reel, mut noted) = (Reel::default(), Noted::default());
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        witness: &mut |moment| {
+            reel.take(moment);
+            noted.take(moment);
+        },
+    };
+    let result = match base {
+        Some(base) => run_mission_with(&mission, config, engine, base, &mut observer),
+        None => run_mission(&mission, config, engine, &mut observer),
+    };
+    Run {
+        result: result.expect("a mission that can start"),
+        mission,
+        config: config.clone(),
+        reel,
+        noted,
+    }
+}
+
+impl Run {
+    /// Its report.
+    pub fn page(&self) -> String {
+        page_of(core::slice::from_ref(self))
+    }
+
+    fn view(&self) -> MissionView<'_> {
+        let result = &self.result;
+        let plan = &result.plans[0];
+        MissionView {
+            title: "A run",
+            command: "inbye",
+            map: &self.mission.map,
+            start: self.mission.start,
+            goal: self.mission.goal.position,
+            searched: plan.raw.points(),
+            pruned: plan.pruned.points(),
+            smoothed: plan.smoothed.points(),
+            trace: &result.trace,
+            footprint: &self.config.robot.footprint,
+            latency_ms: &[],
+            engine: &result.engine,
+            outcome: Outcome {
+                reached: result.reached,
+                collided: result.collided,
+                time_s: result.time_s,
+                travelled_m: result.travelled_m,
+                min_clearance_m: result.min_clearance_m,
+                final_error: Pose::default(),
+            },
+            control_period_s: self.config.local.control_period_s,
+            reel: Some(&self.reel),
+            facts: &[],
+        }
+    }
+}
+
+/// A report of several.
+pub fn page_of(runs: &[Run]) -> String {
+    html(&Report {
+        title: "Runs",
+        missions: runs.iter().map(Run::view).collect(),
+        ..Report::default()
+    })
+}

@@ -1,0 +1,212 @@
+//! Paths on every public development map: none touches a wall, and in the mine they are as short as was promised.
+//!
+//! The maps lie beside the repository; where they do not the trials are ignored.
+
+use inbye::geometry::Point;
+use inbye::global::{Ground, Method, PlanError, Searcher, Settings, plan};
+use inbye::map::{
+    FreeSpace, LoadOptions, ObstacleGrid, UnknownPolicy, cell_from_top_left, load, read_scen,
+};
+use libtest_mimic::{Completion, Failed, Trial};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::fs;
+use std::path::{Path as FilePath, PathBuf};
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
+
+/// Paths planned on each map.
+const PATHS: usize = 24;
+
+pub fn trials() -> Vec<Trial> {
+    let mut maps = Vec::new();
+    collect(FilePath::new(DATA), &mut maps);
+    maps.sort();
+    let mut trials: Vec<Trial> = maps.into_iter().map(keeps_clear).collect();
+    if trials.is_empty() {
+        trials.push(Trial::ignorable_test("public maps", || Ok(absent())));
+    }
+    trials.push(Trial::ignorable_test(
+        "a wall put into a path is noticed",
+        || with_mine(|mine| is_noticed(&mine)),
+    ));
+    trials.push(Trial::ignorable_test("paths in the mine are short", || {
+        with_mine(|mine| are_short(&mine))
+    }));
+    trials
+}
+
+fn absent() -> Completion {
+    Completion::ignored_with("the development data are not beside the repository")
+}
+
+/// Runs a trial on the mine at 0.25 m a cell.
+fn with_mine(trial: impl FnOnce(PathBuf) -> Result<(), Failed>) -> Result<Completion, Failed> {
+    let mine = FilePath::new(DATA).join("mine/niosh_sr_025m.map");
+    if !mine.exists() {
+        return Ok(absent());
+    }
+    trial(mine)?;
+    Ok(Completion::Completed)
+}
+
+/// The map files below a folder.
+fn collect(folder: &FilePath, maps: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let is_map = path
+            .extension()
+            .is_some_and(|kind| kind == "map" || kind == "yaml");
+        if path.is_dir() {
+            collect(&path, maps);
+        } else if is_map {
+            maps.push(path);
+        }
+    }
+}
+
+fn read(file: &FilePath) -> Result<ObstacleGrid, Failed> {
+    let options = LoadOptions { resolution_m: 0.25 };
+    Ok(load(file, &options)?.obstacles(UnknownPolicy::Blocked))
+}
+
+/// Plans between places anywhere on a map, at several distances from walls, by both searches and every degree of spline.
+fn keeps_clear(file: PathBuf) -> Trial {
+    let name = file
+        .strip_prefix(DATA)
+        .unwrap_or(&file)
+        .display()
+        .to_string();
+    Trial::test(name, move || {
+        let obstacles = read(&file)?;
+        let mut random = Pcg64Mcg::seed_from_u64(31);
+        let mut searcher = Searcher::default();
+        let mut planned = 0;
+        for number in 0..PATHS {
+            let cell_m = obstacles.frame().resolution_m;
+            let radius_m = [0.0, 1.0, 2.3][number % 3] * cell_m;
+            let space = FreeSpace::new(&obstacles, radius_m);
+            if space.count() == 0 {
+                continue;
+            }
+            let settings = Settings {
+                search: [Method::AStar, Method::JumpPoints][number % 2],
+                spline_degree: 1 + number % 6,
+                ..Settings::default()
+            };
+            let ends = [(); 2].map(|()| free_point(&space, &mut random));
+            let outcome = path(&mut searcher, &space, ends, &settings);
+            let path = match outcome {
+                Ok(plan) => plan.smoothed,
+                Err(PlanError::NoValidPath { .. }) => continue,
+                Err(error) => return Err(error.into()),
+            };
+            planned += 1;
+            clear(path.points(), &obstacles, radius_m)?;
+        }
+        if planned < 3 {
+            return Err(format!("only {planned} of {PATHS} paths were found").into());
+        }
+        Ok(())
+    })
+}
+
+fn path(
+    searcher: &mut Searcher,
+    space: &FreeSpace,
+    [start, goal]: [Point; 2],
+    settings: &Settings,
+) -> Result<inbye::global::Plan, PlanError> {
+    let ground = Ground {
+        search: space,
+        proof: space,
+        costs: None,
+    };
+    plan(searcher, &ground, start, goal, settings, &mut || 0.0)
+}
+
+/// A point inside some free cell; there must be one.
+fn free_point(space: &FreeSpace, random: &mut Pcg64Mcg) -> Point {
+    let frame = space.frame();
+    let within = |random: &mut Pcg64Mcg, side: i32| random.random_range(0.0..f64::from(side));
+    let any = frame.from_cell_units(&Point::new(
+        within(random, frame.width),
+        within(random, frame.height),
+    ));
+    let cell = space.nearest_free(&any).expect("some cell is free");
+    let inside = |at: i32, random: &mut Pcg64Mcg| f64::from(at) + random.random_range(0.01..0.99);
+    frame.from_cell_units(&Point::new(
+        inside(cell.column, random),
+        inside(cell.row, random),
+    ))
+}
+
+/// Fails where a path comes nearer to an obstacle than it should, or leaves the map.
+fn clear(points: &[Point], obstacles: &ObstacleGrid, radius_m: f64) -> Result<(), Failed> {
+    let gap_m =
+        crate::support::gap::smallest_gap_m(points, obstacles, radius_m, crate::support::gap::STEP);
+    // Free cells have open squares: a path at no distance may run along a wall's face, and touches nothing else.
+    if gap_m < radius_m - 1e-9 || !crate::support::gap::is_on_grid(points, obstacles) {
+        return Err(format!("comes within {gap_m} m, not {radius_m} m").into());
+    }
+    Ok(())
+}
+
+fn is_noticed(mine: &FilePath) -> Result<(), Failed> {
+    let mut obstacles = read(mine)?;
+    let space = FreeSpace::new(&obstacles, 0.5);
+    let mut random = Pcg64Mcg::seed_from_u64(32);
+    let ends = [(); 2].map(|()| free_point(&space, &mut random));
+    let smoothed = path(&mut Searcher::default(), &space, ends, &Settings::default())?.smoothed;
+    clear(smoothed.points(), &obstacles, 0.5)?;
+    let middle = smoothed.point_at(smoothed.length_m() / 2.0);
+    let cell = obstacles
+        .frame()
+        .cell_of(&middle)
+        .ok_or("it leaves the map")?;
+    obstacles.set(cell, true);
+    if clear(smoothed.points(), &obstacles, 0.5).is_ok() {
+        return Err("a wall in the way went unnoticed".into());
+    }
+    Ok(())
+}
+
+/// Over the mine's 500 queries, what is driven against the shortest path through cells.
+fn are_short(mine: &FilePath) -> Result<(), Failed> {
+    let obstacles = read(mine)?;
+    let space = FreeSpace::new(&obstacles, 0.0);
+    let settings = Settings {
+        search: Method::JumpPoints,
+        ..Settings::default()
+    };
+    let mut searcher = Searcher::default();
+    let (mut ratios, mut worst) = (0.0, 0.0_f64);
+    let queries = read_scen(&mine.with_extension("map.scen"))?;
+    for query in &queries {
+        let center = |at| {
+            obstacles
+                .frame()
+                .center_of(cell_from_top_left(obstacles.frame(), at))
+        };
+        let ends = [center(query.start), center(query.goal)];
+        let plan = path(&mut searcher, &space, ends, &settings)?;
+        let shortest_m = query.optimal * obstacles.frame().resolution_m;
+        let raw_m = plan.raw.length_m();
+        if (raw_m - shortest_m).abs() > 1e-3 {
+            return Err(format!("{raw_m} m searched, {shortest_m} m listed").into());
+        }
+        let ratio = plan.smoothed.length_m() / shortest_m.max(f64::MIN_POSITIVE);
+        ratios += ratio;
+        worst = worst.max(ratio);
+        clear(plan.smoothed.points(), &obstacles, 0.0)?;
+    }
+    let mean = ratios / queries.len() as f64;
+    #[expect(clippy::print_stderr, reason = "the figure that the README names")]
+    {
+        eprintln!("mean {mean:.4}, worst {worst:.4} of the octile length");
+    }
+    if mean > 0.975 || worst > 1.0 + 1e-9 {
+        return Err(format!("mean {mean}, worst {worst}").into());
+    }
+    Ok(())
+}

@@ -1,0 +1,148 @@
+//! Recordings read by another reader, the Python packages `mcap` and `mcap-ros2-support`, and compared with the trace.
+//!
+//! The reader needs a Python with both: the one that `tests/run` made in `target/python`, `python3`, or the one that
+//! `INBYE_PYTHON` names. Without one the trials are ignored, or fail if the variable `INBYE_REQUIRE` holds the word `python`.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use inbye::sim::{Config, Mission};
+use libtest_mimic::{Completion, Failed, Trial};
+
+use super::drives::{crowded, record, tour};
+use crate::support::mcap_copy::altered;
+use crate::support::requirements::required;
+
+const SCRIPT: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/support/reference_recording_reader.py"
+);
+const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/python/bin/python");
+const NO_PYTHON: &str =
+    "no Python with mcap and mcap-ros2-support was found; INBYE_PYTHON names one";
+
+pub fn trials() -> Vec<Trial> {
+    let trial = |name: &str, test: fn(&Path) -> Result<(), Failed>| {
+        Trial::ignorable_test(name, move || with_python(test))
+    };
+    vec![
+        trial(
+            "every message is read elsewhere with equal values",
+            |python| {
+                for (mission, config) in [tour(), crowded()] {
+                    let place = Place::new(&mission, &config)?;
+                    let said = place.compare(python)?;
+                    // Seven messages in each tick, the map and at least one plan.
+                    let messages: u64 = said.trim().parse()?;
+                    if messages < 7 * place.ticks + 2 {
+                        return Err(format!("{messages} messages of {} ticks", place.ticks).into());
+                    }
+                }
+                Ok(())
+            },
+        ),
+        trial(
+            "a message with one bit flipped is noticed elsewhere",
+            |python| {
+                let (mission, config) = tour();
+                let place = Place::new(&mission, &config)?;
+                place.compare(python)?;
+                let whole = fs::read(place.file())?;
+                // The turn rate, the odometry's x, the first range rounded, the second exactly, a cell, the frame's x.
+                for (topic, byte) in [
+                    ("/cmd_vel", 70),
+                    ("/odom", 46),
+                    ("/scan", 61),
+                    ("/inbye/tick", 120),
+                    ("/map", 300),
+                    ("/tf", 41),
+                ] {
+                    let number = if topic == "/map" { 0 } else { 20 };
+                    let copy = altered(&whole, topic, number, |message| message[byte] ^= 0x40);
+                    fs::write(place.file(), copy)?;
+                    if let Ok(said) = place.compare(python) {
+                        return Err(format!("{topic}: went unnoticed: {said}").into());
+                    }
+                }
+                Ok(())
+            },
+        ),
+    ]
+}
+
+/// A folder with a recording, the rows of the trace, and the cells of the map.
+struct Place {
+    folder: tempfile::TempDir,
+    ticks: u64,
+}
+
+impl Place {
+    fn new(mission: &Mission, config: &Config) -> Result<Self, Failed> {
+        let folder = tempfile::tempdir()?;
+        let (result, file) = record(mission, config);
+        fs::write(folder.path().join("run.mcap"), file)?;
+        let lines: Vec<String> = result
+            .trace
+            .rows
+            .iter()
+            .map(serde_json::to_string)
+            .collect::<Result<_, _>>()?;
+        fs::write(folder.path().join("rows.jsonl"), lines.join("\n"))?;
+        let grid = &mission.map;
+        let frame = grid.frame();
+        let map = serde_json::json!({
+            "width": frame.width,
+            "height": frame.height,
+            "resolution_m": frame.resolution_m,
+            "origin": frame.origin,
+            "cells": grid.cells(),
+        });
+        fs::write(folder.path().join("map.json"), map.to_string())?;
+        let paths = serde_json::to_string(&result.trace.paths)?;
+        fs::write(folder.path().join("paths.json"), paths)?;
+        Ok(Self {
+            folder,
+            ticks: lines.len() as u64,
+        })
+    }
+
+    fn file(&self) -> PathBuf {
+        self.folder.path().join("run.mcap")
+    }
+
+    /// What the other reader says; an error where it finds a difference.
+    fn compare(&self, python: &Path) -> Result<String, Failed> {
+        let output = Command::new(python)
+            .arg(SCRIPT)
+            .current_dir(self.folder.path())
+            .output()?;
+        if output.status.success() {
+            Ok(String::from_utf8(output.stdout)?)
+        } else {
+            Err(String::from_utf8_lossy(&output.stderr).into())
+        }
+    }
+}
+
+fn with_python(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Completion, Failed> {
+    match find_python() {
+        Some(python) => test(&python).map(|()| Completion::Completed),
+        None if required().iter().any(|word| word == "python") => Err(NO_PYTHON.into()),
+        None => Ok(Completion::ignored_with(NO_PYTHON)),
+    }
+}
+
+fn find_python() -> Option<PathBuf> {
+    let candidates: Vec<PathBuf> = match env::var_os("INBYE_PYTHON") {
+        Some(python) => vec![python.into()],
+        None => vec![VENV.into(), "python3".into(), "/usr/bin/python3".into()],
+    };
+    candidates.into_iter().find(|python| {
+        let asked = Command::new(python)
+            .args(["-c", "import mcap, mcap_ros2"])
+            .output();
+        asked.is_ok_and(|output| output.status.success())
+    })
+}

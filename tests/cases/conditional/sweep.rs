@@ -1,0 +1,32 @@
+//! Sweeps: nothing is lost and nothing done twice, whoever is killed and whoever is at work beside; and the merged table is
+//! the same bytes, whoever ran the cells: one process, several, shards, a Slurm array, a Ray cluster.
+
+use libtest_mimic::Trial;
+
+mod cluster;
+mod interruptions;
+mod latencies;
+mod place;
+mod plans;
+mod tables;
+
+/// A test by its name.
+type Test = (&'static str, fn());
+
+pub fn trials() -> Vec<Trial> {
+    let trial = |&(name, test): &Test| {
+        Trial::test(name, move || {
+            test();
+            Ok(())
+        })
+    };
+    let tests = [
+        interruptions::TESTS,
+        latencies::TESTS,
+        plans::TESTS,
+        tables::TESTS,
+    ];
+    let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
+    trials.extend(cluster::trials());
+    trials
+}

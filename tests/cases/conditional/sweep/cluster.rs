@@ -1,0 +1,140 @@
+//! The cells of a sweep on a Ray cluster of two workers, one of which is killed on the way.
+//!
+//! It needs a Python with `ray`: the one that `tests/run` made in `target/ray`, or the one that `INBYE_RAY_PYTHON` names.
+//! Without one the trials are ignored, or fail if the variable `INBYE_REQUIRE` holds the word `ray`.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use std::{env, fs};
+
+use libtest_mimic::{Completion, Failed, Trial};
+
+use super::place::{CELLS, INBYE, Place};
+use crate::support::requirements::required;
+
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_ray.py");
+const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/ray/bin/python");
+const NO_RAY: &str = "no Python with ray was found; INBYE_RAY_PYTHON names one";
+/// Longer than a cluster takes on a starved machine.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+pub fn trials() -> Vec<Trial> {
+    let trial = |name: &str, test: fn(&Path) -> Result<(), Failed>| {
+        Trial::ignorable_test(name, move || with_ray(test))
+    };
+    vec![
+        trial(
+            "on Ray, a worker killed on the way, results returned: the same table",
+            |python| killed_on_the_way(python, &[]),
+        ),
+        trial(
+            "on Ray, a worker killed on the way, one folder for all: the same table",
+            |python| killed_on_the_way(python, &["--shared"]),
+        ),
+    ]
+}
+
+fn killed_on_the_way(python: &Path, flags: &[&str]) -> Result<(), Failed> {
+    let place = Place::new();
+    let mut driver = place
+        .command(python)
+        .args([
+            SCRIPT,
+            "plan.toml",
+            "--out",
+            "out",
+            "--inbye",
+            INBYE,
+            "--cpus",
+            "2",
+        ])
+        .args(flags)
+        // Ray keeps sockets here, and their paths must be short.
+        .env("TMPDIR", env::temp_dir())
+        .env("RAY_USAGE_STATS_ENABLED", "0")
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let plan = fs::canonicalize(place.path("plan.toml"))?;
+    let killed = kill_a_worker(&place, &plan, &mut driver);
+    let output = driver.wait_with_output()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let killed = killed.map_err(|why| format!("{why}: {said}"))?;
+    if !output.status.success() {
+        return Err(format!("worker {killed} was killed, and the sweep gave up: {said}").into());
+    }
+    if !said.contains(&format!("{CELLS}/{CELLS} cells")) {
+        return Err(format!("no progress was shown: {said}").into());
+    }
+    place.assert_same_table("out");
+    Ok(())
+}
+
+/// Kills a worker that is at a cell, once some cells are done: the parent of one of our programs. Its number.
+fn kill_a_worker(place: &Place, plan: &Path, driver: &mut Child) -> Result<u32, String> {
+    let began = Instant::now();
+    while began.elapsed() < PATIENCE {
+        if driver.try_wait().is_ok_and(|ended| ended.is_some()) {
+            return Err("all was over before a worker could be killed".to_owned());
+        }
+        if place.finished("out").len() >= 4
+            && let Some(worker) = worker_at(plan)
+        {
+            let killed = Command::new("kill")
+                .args(["-KILL", &worker.to_string()])
+                .status();
+            if killed.is_ok_and(|status| status.success()) {
+                return Ok(worker);
+            }
+        }
+        sleep(Duration::from_millis(2));
+    }
+    Err("no worker was found".to_owned())
+}
+
+/// The parent of a program that runs a cell of this plan.
+fn worker_at(plan: &Path) -> Option<u32> {
+    let plan = plan.to_str()?;
+    let process = |entry: fs::DirEntry| {
+        let folder = entry.path();
+        let words = fs::read(folder.join("cmdline")).ok()?;
+        let words: Vec<String> = words
+            .split(|&byte| byte == 0)
+            .map(|word| String::from_utf8_lossy(word).into_owned())
+            .collect();
+        let is_cell = words.first()? == INBYE
+            && words.iter().any(|word| word == plan)
+            && words.iter().any(|word| word == "--cell");
+        if !is_cell {
+            return None;
+        }
+        let status = fs::read_to_string(folder.join("status")).ok()?;
+        let parent = status.lines().find_map(|line| line.strip_prefix("PPid:"))?;
+        let parent: u32 = parent.trim().parse().ok()?;
+        // What Ray calls a worker that is at a task.
+        let name = fs::read(format!("/proc/{parent}/cmdline")).ok()?;
+        name.starts_with(b"ray::run_cell").then_some(parent)
+    };
+    fs::read_dir("/proc").ok()?.flatten().find_map(process)
+}
+
+fn with_ray(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Completion, Failed> {
+    match find_python() {
+        Some(python) => test(&python).map(|()| Completion::Completed),
+        None if required().iter().any(|word| word == "ray") => Err(NO_RAY.into()),
+        None => Ok(Completion::ignored_with(NO_RAY)),
+    }
+}
+
+fn find_python() -> Option<PathBuf> {
+    let candidates: Vec<PathBuf> = match env::var_os("INBYE_RAY_PYTHON") {
+        Some(python) => vec![python.into()],
+        None => vec![VENV.into()],
+    };
+    candidates.into_iter().find(|python| {
+        let asked = Command::new(python).args(["-c", "import ray"]).output();
+        asked.is_ok_and(|output| output.status.success())
+    })
+}

@@ -1,0 +1,165 @@
+//! Killed processes, processes side by side, shards.
+
+use std::fs::File;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::Test;
+use super::place::{CELLS, PLAN, Place};
+
+pub const TESTS: &[Test] = &[
+    (
+        "killed over and over, nothing is lost and nothing done twice",
+        killed,
+    ),
+    ("two processes on one folder share the cells", side_by_side),
+    (
+        "what a killed process was at is done by the one beside it",
+        taken_over,
+    ),
+    ("another plan waits until a folder is free", another_plan),
+    ("shards together are the whole", shards),
+    ("the tasks of a Slurm array together are the whole", slurm),
+];
+
+/// Longer than any run takes on a starved machine.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+fn killed() {
+    let place = Place::new();
+    let mut rng = Pcg64Mcg::seed_from_u64(7);
+    let (mut kills, mut killed_midway) = (0, 0);
+    for from in [1, 5, 9, 14, 19] {
+        let before = place.begun("out");
+        let had = place.finished("out");
+        let mut process = place.start("sweep plan.toml --out out --jobs 2");
+        let began = Instant::now();
+        while place.finished("out").len() < from && began.elapsed() < PATIENCE {
+            sleep(Duration::from_millis(2));
+        }
+        sleep(Duration::from_millis(rng.random_range(0..120)));
+        // SIGKILL: the process has no say in it.
+        process.kill().expect("it can be killed");
+        process.wait().expect("it ends");
+        kills += 1;
+        killed_midway += usize::from(place.finished("out").len() < CELLS);
+        let after = place.begun("out");
+        for key in &had {
+            assert_eq!(
+                before.get(key),
+                after.get(key),
+                "{key} was finished, and begun again"
+            );
+        }
+    }
+    assert!(killed_midway > 2, "only {killed_midway} kills came in time");
+    let had = place.finished("out");
+    let report = place.json("sweep plan.toml --out out --jobs 2");
+    assert_eq!(report["found"], had.len(), "{report}");
+    assert_eq!(report["driven"], CELLS - had.len(), "{report}");
+    let begun = place.begun("out");
+    assert_eq!(begun.len(), CELLS);
+    // A kill costs at most the two cells under way.
+    let extra: usize = begun.values().map(|times| times - 1).sum();
+    assert!(
+        extra <= 2 * kills,
+        "{extra} cells were begun again after {kills} kills"
+    );
+    place.assert_same_table("out");
+    let again = place.json("sweep plan.toml --out out");
+    assert_eq!(
+        (&again["found"], &again["driven"]),
+        (&CELLS.into(), &0.into())
+    );
+}
+
+fn side_by_side() {
+    let place = Place::new();
+    let mut processes = [
+        place.start("sweep plan.toml --out out --jobs 2"),
+        place.start("sweep plan.toml --out out --jobs 2"),
+    ];
+    for process in &mut processes {
+        assert!(process.wait().expect("it ends").success());
+    }
+    let begun = place.begun("out");
+    assert_eq!(begun.len(), CELLS);
+    assert!(begun.values().all(|&times| times == 1), "{begun:?}");
+    let log = place.log("out");
+    let mut who: Vec<u64> = log.iter().filter_map(|line| line["pid"].as_u64()).collect();
+    who.sort_unstable();
+    who.dedup();
+    assert_eq!(who.len(), 2, "both had a part in it");
+    place.assert_same_table("out");
+}
+
+fn taken_over() {
+    let place = Place::new();
+    let mut first = place.start("sweep plan.toml --out out --jobs 2");
+    let mut second = place.start("sweep plan.toml --out out --jobs 1");
+    let began = Instant::now();
+    while place.finished("out").len() < 4 && began.elapsed() < PATIENCE {
+        sleep(Duration::from_millis(2));
+    }
+    first.kill().expect("it can be killed");
+    first.wait().expect("it ends");
+    assert!(second.wait().expect("it ends").success());
+    assert_eq!(place.finished("out").len(), CELLS);
+    place.assert_same_table("out");
+}
+
+fn another_plan() {
+    let place = Place::new();
+    place.json("sweep plan.toml --out out --list");
+    place.write("other.toml", PLAN.replace("[0, 1, 2]", "[0]"));
+    let in_use = File::open(place.path("out/sweep.lock")).expect("a folder in use has it");
+    in_use.lock_shared().expect("nobody else has it");
+    let said = place.refusal("sweep other.toml --out out");
+    assert!(said.contains("another plan is being run in it"), "{said}");
+    // The same plan may be run beside.
+    place.json("sweep plan.toml --out out --shard 1/24");
+    in_use.unlock().expect("we have it");
+    let report = place.json("sweep other.toml --out out");
+    assert_eq!(report["cells"], CELLS / 3, "{report}");
+}
+
+fn shards() {
+    let place = Place::new();
+    let mut counts = Vec::new();
+    for shard in 1..=5 {
+        let report = place.json(&format!("sweep plan.toml --out s{shard} --shard {shard}/5"));
+        counts.push(report["driven"].as_u64().expect("a count"));
+    }
+    assert_eq!(counts.iter().sum::<u64>(), CELLS as u64, "{counts:?}");
+    assert!(
+        counts.iter().all(|&count| (4..=5).contains(&count)),
+        "{counts:?}"
+    );
+    place.assert_same_table("s3 s1 s5 s2 s4");
+    let ran = place.run("sweep merge s1 s3 --report some --json");
+    assert_eq!(ran.status, 1, "{ran:?}");
+}
+
+fn slurm() {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_slurm.sbatch");
+    let place = Place::new();
+    // Of an array 4-6: indices need not begin at 1.
+    for task in 4..=6 {
+        let ran = place
+            .command("bash")
+            .args([script, "plan.toml", "out"])
+            .env("INBYE", super::place::INBYE)
+            .env("SLURM_ARRAY_TASK_ID", task.to_string())
+            .env("SLURM_ARRAY_TASK_MIN", "4")
+            .env("SLURM_ARRAY_TASK_COUNT", "3")
+            .env("SLURM_CPUS_PER_TASK", "2")
+            .output()
+            .expect("a shell");
+        assert!(ran.status.success(), "{ran:?}");
+        assert_eq!(place.finished("out").len(), 8 * (task - 3));
+    }
+    place.assert_same_table("out");
+}

@@ -1,0 +1,255 @@
+//! What a plan may say, and what decides a cell.
+
+use serde_json::Value;
+
+use inbye::experiment::sweep::SweepPlan;
+
+use super::Test;
+use super::place::{CELLS, PLAN, Place};
+
+pub const TESTS: &[Test] = &[
+    ("the documented plan is the default", documented),
+    ("names decide nothing, content everything", content_decides),
+    ("a changed plan reuses what is the same", reuse),
+    ("bad plans are refused with the mend", refusals),
+    (
+        "a cell that cannot be begun is a row, and not the end",
+        errors_are_rows,
+    ),
+    ("every kind of worlds is driven", kinds),
+    (
+        "a machine without the engine leaves the cell to others",
+        no_engine,
+    ),
+];
+
+fn documented() {
+    let text = SweepPlan::documented();
+    let plan: SweepPlan = toml::from_str(&text).expect("it can be read");
+    assert_eq!(plan, SweepPlan::default());
+    let place = Place::new();
+    assert_eq!(place.run("sweep --print-plan").stdout, text);
+    place.write("default.toml", text);
+    let cells = place.json("sweep default.toml --list");
+    assert_eq!(cells["cells"].as_array().map(Vec::len), Some(3), "{cells}");
+}
+
+fn keys(place: &Place, plan: &str) -> Vec<String> {
+    let listed = place.json(&format!("sweep {plan} --list"));
+    let cells = listed["cells"].as_array().expect("a list");
+    let key = |cell: &Value| cell["key"].as_str().expect("a key").to_owned();
+    let mut keys: Vec<String> = cells.iter().map(key).collect();
+    keys.sort();
+    keys
+}
+
+fn content_decides() {
+    let place = Place::new();
+    let first = keys(&place, "plan.toml");
+    assert_eq!(first.len(), CELLS);
+    for (name, text) in [
+        ("worlds.csv", "barn/worlds.csv"),
+        ("worlds/world_003.csv", "barn/worlds/world_003.csv"),
+        ("worlds/world_012.csv", "barn/worlds/world_012.csv"),
+    ] {
+        place.write(&format!("elsewhere/moved/{name}"), place.read(text));
+    }
+    // Other names, another folder, another order of keys.
+    let renamed = PLAN
+        .replace("paper", "as_printed")
+        .replace("\"barn\"\npath = \"barn\"", "\"barn\"\npath = \"moved\"")
+        .replace("posts", "poles");
+    place.write("elsewhere/other.toml", renamed);
+    assert_eq!(keys(&place, "elsewhere/other.toml"), first);
+    // One digit of one cylinder: the cells of that world are others.
+    let moved =
+        String::from_utf8(place.read("elsewhere/moved/worlds/world_003.csv")).expect("text");
+    place.write(
+        "elsewhere/moved/worlds/world_003.csv",
+        moved.replace("6.0", "6.1"),
+    );
+    let changed = keys(&place, "elsewhere/other.toml");
+    let shared = changed.iter().filter(|key| first.contains(key)).count();
+    assert_eq!(shared, CELLS / 2);
+    for (from, to) in [
+        ("0.4", "0.41"),
+        ("[0, 1, 2]", "[0, 1, 3]"),
+        ("16x32", "16x33"),
+    ] {
+        place.write("changed.toml", PLAN.replace(from, to));
+        assert_ne!(keys(&place, "changed.toml"), first, "{to}");
+    }
+}
+
+fn reuse() {
+    let place = Place::done();
+    place.write("more.toml", PLAN.replace("[0, 1, 2]", "[0, 1, 2, 3]"));
+    let report = place.json("sweep more.toml --out out");
+    assert_eq!(report["found"], CELLS, "{report}");
+    assert_eq!(report["driven"], CELLS / 3, "{report}");
+    // Two names for one thing are one cell, and two rows.
+    let twice = PLAN.replace("[weights.paper]\n", "[weights.paper]\n[weights.too]\n");
+    place.write("twice.toml", twice);
+    let report = place.json("sweep twice.toml --out out");
+    assert_eq!(
+        (&report["cells"], &report["driven"]),
+        (&CELLS.into(), &0.into())
+    );
+    place.json("sweep merge out --report merged");
+    let lines = String::from_utf8(place.read("merged/sweep.csv")).expect("text");
+    assert_eq!(lines.lines().count(), 1 + CELLS * 3 / 2, "{lines}");
+}
+
+fn refusals() {
+    let place = Place::new();
+    for (from, to, says) in [
+        ("sampling =", "samplng =", "did you mean `sampling`?"),
+        ("path =", "pth =", "did you mean `path`?"),
+        ("velocity", "velocty", "did you mean `velocity`?"),
+        ("\"8x16\"", "\"8*16\"", "write forward speeds x turn rates"),
+        ("[0, 1, 2]", "[0, 1, 1]", "named once"),
+        ("[0, 1, 2]", "[]", "at least one"),
+        ("kind = \"barn\"", "kind = \"burn\"", "did you mean `barn`?"),
+        (
+            "path = \"barn\"",
+            "path = \"nowhere\"",
+            "nowhere/worlds.csv",
+        ),
+        (
+            "path = \"barn\"",
+            "path = \"barn\"\nonly = [4]",
+            "world 4 is not among",
+        ),
+        ("path = \"barn\"", "routes = []", "worlds.path is missing"),
+        (
+            "title",
+            "engines = [\"auto\"]\ntitle",
+            "a cell must say on what it runs",
+        ),
+        ("velocity = 0.4", "velocity = -1.0", "weights.fast"),
+        (
+            "[weights.paper]",
+            "[configs.a]\nnavigator = { deadline_s = 0.1 }\n[weights.paper]",
+            "depends on the wall clock",
+        ),
+        (
+            "[weights.paper]",
+            "[configs.a]\nnavigator = { wait_for_plans = false }\n[weights.paper]",
+            "depend on the wall clock",
+        ),
+        (
+            "[weights.paper]",
+            "[configs.a]\nlocal = { vx_smples = 3 }\n[weights.paper]",
+            "did you mean `vx_samples`?",
+        ),
+    ] {
+        let says = says.replace("depends on", "depend on");
+        let plan = PLAN.replacen(from, to, 1);
+        assert_ne!(plan, PLAN, "{from}");
+        place.write("bad.toml", plan);
+        let said = place.refusal("sweep bad.toml --out out");
+        assert!(
+            said.contains(&says) && said.contains("bad.toml"),
+            "{to}: {said}"
+        );
+    }
+    for (arguments, says) in [
+        ("sweep plan.toml --shard 3/2", "--shard"),
+        ("sweep plan.toml --cell 00", "no cell of this plan"),
+        ("sweep nowhere.toml", "nowhere.toml"),
+        ("sweep", "PLAN.toml"),
+        ("sweep merge nowhere", "nowhere/sweep.json"),
+    ] {
+        let said = place.refusal(arguments);
+        assert!(said.contains(says), "{arguments}: {said}");
+    }
+}
+
+fn errors_are_rows() {
+    let place = Place::new();
+    // 12 by 8 m in cells of 0.25 m, and a closet.
+    let wall = "#".repeat(48);
+    let row = format!("#{}#", ".".repeat(46));
+    let room: Vec<&str> = [wall.as_str()]
+        .into_iter()
+        .chain([row.as_str(); 30])
+        .chain([wall.as_str()])
+        .collect();
+    place.write("room.txt", room.join("\n") + "\n");
+    place.write("closet.txt", "#####\n#...#\n#...#\n#####\n");
+    place.write(
+        "routes.toml",
+        "[[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.25\nroutes = [\n\
+         { start = [0.1, 0.1, 0.0], goal = [8.0, 4.0] },\n{ start = [3.0, 4.0, 0.0], goal = [900.0, 4.0, 1.0] },\n\
+         { start = [3.0, 4.0, 0.0], goal = [9.0, 4.0] },\n]\n\
+         [[worlds]]\nkind = \"missions\"\npath = \"closet.txt\"\nresolution_m = 0.25\n",
+    );
+    let report = place.json("sweep routes.toml --out out");
+    assert_eq!(
+        (&report["driven"], &report["errors"]),
+        (&4.into(), &1.into()),
+        "{report}"
+    );
+    place.json("sweep merge out --report merged");
+    let table = String::from_utf8(place.read("merged/sweep.csv")).expect("text");
+    let rows: Vec<&str> = table.lines().skip(1).collect();
+    assert_eq!(rows.len(), 4, "{table}");
+    for (row, says) in rows.iter().zip([
+        ",failed,,0.0,0.0,,,,0,0,,\"START_OCCUPIED",
+        ",failed,,0.0,0.0,,,,0,0,,",
+        ",reached,",
+        ",error,,0.0,0.0,,,,0,0,,closet: no two free places",
+    ]) {
+        assert!(row.contains(says), "{says}: {row}");
+    }
+}
+
+fn kinds() {
+    let place = Place::new();
+    place.write(
+        "dynabarn/world_00.json",
+        r#"{"world": 0, "start_x_y_yaw": [0, 0, 0], "goal_x_y": [6, 0], "obstacles":
+            [{"radius_m": 0.3, "loop_s": 10, "keyframes_t_x_y": [[0, 3, 3], [5, 3, 6], [10, 3, 3]]}]}"#,
+    );
+    place.write(
+        "kinds.toml",
+        "[[worlds]]\nkind = \"dynabarn\"\npath = \"dynabarn\"\n\
+         [[worlds]]\nkind = \"missions\"\nlongest_m = 8.0\npeople = 1\n",
+    );
+    let report = place.json("sweep kinds.toml --out out");
+    assert_eq!(
+        (&report["cells"], &report["errors"]),
+        (&5.into(), &0.into()),
+        "{report}"
+    );
+    let merged = place.json("sweep merge out --report merged");
+    let kinds: Vec<&Value> = merged["groups"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|group| &group["kind"])
+        .collect();
+    assert_eq!(kinds, ["dynabarn", "missions"]);
+    for picture in ["groups-dynabarn.svg", "groups-missions.svg"] {
+        let text = String::from_utf8(place.read(&format!("merged/{picture}"))).expect("text");
+        roxmltree::Document::parse(&text).expect("a picture");
+    }
+}
+
+fn no_engine() {
+    let place = Place::new();
+    place.write(
+        "gpu.toml",
+        PLAN.replacen("title", "engines = [\"cpu\", \"gpu:none such\"]\ntitle", 1),
+    );
+    let ran = place.run("sweep gpu.toml --out out --json");
+    assert_eq!(ran.status, 1, "{ran:?}");
+    let report: Value = serde_json::from_str(&ran.stdout).expect("JSON");
+    assert_eq!(report["driven"], CELLS, "{report}");
+    assert_eq!(
+        report["left"].as_array().map(Vec::len),
+        Some(CELLS),
+        "{report}"
+    );
+    assert_eq!(place.finished("out").len(), CELLS);
+}

@@ -1,0 +1,177 @@
+//! Ends that cannot be, and settings out of range: what is said of them.
+
+use inbye::geometry::Point;
+use inbye::global::{Ground, Heuristic, PlanError, Searcher, Settings, plan};
+
+use super::{WORKINGS, free_space, query};
+
+/// The last point that a message names.
+fn last_point_of(message: &str) -> Point {
+    let (_, tail) = message.rsplit_once('(').expect("a point in the message");
+    let (x, y) = tail.trim_end_matches(')').split_once(", ").expect(message);
+    Point::new(x.parse().expect(message), y.parse().expect(message))
+}
+
+#[test]
+fn a_bad_end_is_named_with_what_is_wrong_and_a_point_that_mends_it() {
+    let good = Point::new(-8.7, 21.3);
+    let space = free_space(&WORKINGS, 0.3);
+    let cases = [
+        (Point::new(-9.9, 20.1), "OCCUPIED", "is in an obstacle"),
+        (
+            Point::new(-9.4, 21.3),
+            "OCCUPIED",
+            "is less than 0.300 m from an obstacle",
+        ),
+        (
+            Point::new(-10.01, 21.3),
+            "OUTSIDE_MAP",
+            "is off the map, which spans (-10.00, 20.00) to (10.00, 27.00)",
+        ),
+        (Point::new(10.0, 21.3), "OUTSIDE_MAP", "is off the map"),
+        (Point::new(1e300, -1e300), "OUTSIDE_MAP", "is off the map"),
+    ];
+    for (bad, code, wrong) in cases {
+        for (end, outcome) in [
+            ("start", query(&space, bad, good)),
+            ("goal", query(&space, good, bad)),
+        ] {
+            let error = outcome.expect_err("a bad end");
+            let message = error.to_string();
+            let end_code = format!("{}_{code}", end.to_uppercase());
+            let place = format!("{end_code}: {end} ({:.2}, {:.2}) {wrong}", bad.x, bad.y);
+            assert_eq!(error.code(), end_code);
+            assert!(message.starts_with(&place), "{message}");
+            assert!(
+                message.contains(": the nearest free point is ("),
+                "{message}"
+            );
+            assert!(!message.contains('\n'), "{message}");
+            let mended = last_point_of(&message);
+            let plan = query(&space, mended, mended).expect(&message);
+            assert_eq!(plan.smoothed.points().first(), Some(&mended));
+        }
+    }
+}
+
+#[test]
+fn no_free_cell_is_nearer_than_the_point_that_is_named() {
+    let space = free_space(&WORKINGS, 0.3);
+    let frame = space.frame();
+    let bad = Point::new(-9.6, 23.4);
+    let error = query(&space, bad, bad).expect_err("a bad end");
+    let named = (last_point_of(&error.to_string()) - bad).norm();
+    let nearest = (0..frame.len())
+        .map(|index| frame.cell_at(index))
+        .filter(|&cell| space.is_free(cell))
+        .map(|cell| (frame.center_of(cell) - bad).norm())
+        .fold(f64::INFINITY, f64::min);
+    assert!((named - nearest).abs() < 1e-3);
+}
+
+#[test]
+fn ends_that_are_no_numbers_and_maps_without_room_are_refused() {
+    let good = Point::new(-8.7, 21.3);
+    let space = free_space(&WORKINGS, 0.0);
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for place in [Point::new(bad, 21.3), Point::new(-8.7, bad)] {
+            let start = query(&space, place, good).expect_err("no place");
+            let goal = query(&space, good, place).expect_err("no place");
+            assert_eq!(start.code(), "START_OUTSIDE_MAP");
+            assert_eq!(goal.code(), "GOAL_OUTSIDE_MAP");
+            assert!(start.to_string().contains("must be finite"), "{start}");
+        }
+    }
+    for radius_m in [50.0, f64::INFINITY, f64::NAN] {
+        let space = free_space(&WORKINGS, radius_m);
+        let error = query(&space, good, good).expect_err("no room");
+        assert_eq!(error.code(), "START_OCCUPIED");
+        let message = error.to_string();
+        assert!(
+            message.contains("the map has no free point at all"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn a_goal_in_a_closed_chamber_has_no_path() {
+    let space = free_space(&WORKINGS, 0.0);
+    let (start, chamber) = (Point::new(-8.7, 21.3), Point::new(0.8, 23.4));
+    let error = query(&space, start, chamber).expect_err("a closed chamber");
+    let PlanError::NoValidPath {
+        expanded,
+        nearest: Some(nearest),
+        ..
+    } = error
+    else {
+        panic!("{error}");
+    };
+    assert!(expanded > 200);
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "NO_VALID_PATH: no way from (-8.70, 21.30) to (0.80, 23.40) that keeps 0.000 m from every obstacle \
+             ({} cells searched); the reachable point nearest to the goal is ({:.3}, {:.3}): choose a goal on the \
+             same side, a smaller radius (that of the footprint and its margins) or a finer map",
+            space.count() - 6,
+            nearest.x,
+            nearest.y
+        )
+    );
+    // One gets there, and from the other side of the wall it is nearer than where one came from.
+    let plan = query(&space, start, nearest).expect("a reachable point");
+    assert_eq!(plan.smoothed.points().last(), Some(&nearest));
+    assert!((nearest - chamber).norm() < (start - chamber).norm());
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    let space = free_space(&WORKINGS, 0.0);
+    let ground = Ground {
+        search: &space,
+        proof: &space,
+        costs: None,
+    };
+    let here = Point::new(-8.7, 21.3);
+    let with = |heuristic, spline_degree| {
+        let settings = Settings {
+            heuristic,
+            spline_degree,
+            ..Settings::default()
+        };
+        plan(
+            &mut Searcher::default(),
+            &ground,
+            here,
+            here,
+            &settings,
+            &mut || 0.0,
+        )
+        .map_err(|error| error.to_string())
+    };
+    for degree in [0, 10, usize::MAX] {
+        let message = with(Heuristic::Octile, degree).expect_err("a bad degree");
+        assert!(message.starts_with("spline_degree is "), "{message}");
+    }
+    for k in [-1e-9, 1.1e6, f64::NAN, f64::INFINITY] {
+        for (name, heuristic) in [
+            ("normalized", Heuristic::Normalized { k }),
+            ("additive", Heuristic::Additive { k }),
+            ("literal", Heuristic::Literal { k }),
+        ] {
+            let message = with(heuristic, 3).expect_err("a bad weight");
+            assert_eq!(
+                message,
+                format!("heuristic.{name}.k is {k}: it must be 0 to 1e6")
+            );
+        }
+    }
+    for degrees in [0.0, -30.0, 90.1, f64::NAN] {
+        let message = with(Heuristic::Theta { degrees }, 3).expect_err("a bad angle");
+        assert!(
+            message.starts_with("heuristic.theta.degrees is "),
+            "{message}"
+        );
+    }
+}

@@ -1,0 +1,343 @@
+//! The pages and pictures of benchmarks.
+
+use inbye::experiment::barn::BarnRow;
+use inbye::experiment::dynabarn::{Culprit, DynaBarnRow};
+use inbye::experiment::missions::{Ending, MissionRow, People, Touch};
+use inbye::experiment::sweep::{SweepGroup, WorldKind};
+use inbye::experiment::worlds::Verdict;
+use inbye::experiment::{AblationRow, ablation_rows};
+use inbye::report::{BenchReport, bench_files, bench_svg};
+use roxmltree::Document;
+
+use super::check;
+use super::scene::{closed_loop, density, quality, skipped};
+
+/// World 7 is easy, in world 5 one of two runs gave up, in world 9 none arrived.
+fn barn() -> Vec<BarnRow> {
+    let run = |world, seed, result, time_s, score| BarnRow {
+        world,
+        seed,
+        result,
+        time_s,
+        travelled_m: 10.0,
+        min_clearance_m: Some(0.1),
+        optimal_time_s: 5.0,
+        score,
+        fault: None,
+        decision_p50_ms: Some(0.5),
+        decision_p99_ms: Some(2.0),
+    };
+    vec![
+        run(5, 0, Verdict::Succeeded, 12.0, 0.42),
+        run(5, 1, Verdict::Failed, 62.0, 0.0),
+        run(7, 0, Verdict::Succeeded, 8.0, 0.5),
+        run(7, 1, Verdict::Succeeded, 9.0, 0.5),
+        run(9, 0, Verdict::Collided, 3.0, 0.0),
+        run(9, 1, Verdict::Timeout, 100.0, 0.0),
+    ]
+}
+
+fn dynabarn() -> Vec<DynaBarnRow> {
+    let run = |world, result, blame| DynaBarnRow {
+        world,
+        seed: 0,
+        result,
+        blame,
+        time_s: 11.0,
+        travelled_m: 19.0,
+        min_clearance_m: None,
+        plans: 1,
+        fault: None,
+        decision_p50_ms: None,
+        decision_p99_ms: None,
+    };
+    vec![
+        run(0, Verdict::Succeeded, Culprit::Nobody),
+        run(2, Verdict::Collided, Culprit::Robot),
+        run(4, Verdict::Collided, Culprit::Avoidable),
+        run(6, Verdict::Collided, Culprit::Other),
+    ]
+}
+
+/// On one map all of two missions arrived, on the other one of four, the others ended each in its own way.
+fn soak() -> Vec<MissionRow> {
+    let run = |map: &str, seed, result, contact| MissionRow {
+        setup: "soak".to_owned(),
+        map: map.to_owned(),
+        seed,
+        people: if seed > 2 {
+            People::Heedless
+        } else {
+            People::Nobody
+        },
+        moving: usize::from(seed > 2),
+        unmapped: 0,
+        result,
+        time_s: 20.0 * seed as f64,
+        path_m: 10.0,
+        travelled_m: 11.0,
+        min_clearance_m: Some(0.1 * seed as f64),
+        contact,
+        fault: None,
+        reason: (result != Ending::Reached).then(|| format!("<b>reason</b> {seed}")),
+        final_error_m: 0.01,
+        final_yaw_error_rad: None,
+        plans: 1,
+        ticks: 200,
+        trace_digest: None,
+        engine: "CPU".to_owned(),
+        tick_p50_ms: None,
+        tick_p99_ms: None,
+    };
+    vec![
+        run("an easy map", 1, Ending::Reached, Touch::None),
+        run("an easy map", 2, Ending::Reached, Touch::None),
+        run("<script>", 3, Ending::Reached, Touch::None),
+        run("<script>", 4, Ending::Contact, Touch::Other),
+        run("<script>", 5, Ending::Failed, Touch::None),
+        run("<script>", 6, Ending::Timeout, Touch::None),
+    ]
+}
+
+fn ablation() -> Vec<AblationRow> {
+    let of_variant = |setup: &str| {
+        let missions = soak().into_iter();
+        let setup = setup.to_owned();
+        missions.map(move |row| MissionRow {
+            setup: setup.clone(),
+            ..row
+        })
+    };
+    let rows: Vec<MissionRow> = ["dwa", "recovery"]
+        .into_iter()
+        .flat_map(of_variant)
+        .collect();
+    ablation_rows(&rows.iter().collect::<Vec<_>>())
+}
+
+fn page_of(report: &BenchReport) -> String {
+    let files = bench_files(report);
+    assert_eq!(files[0].name, "index.html");
+    files[0].text.clone()
+}
+
+#[test]
+fn a_page_of_all_benchmarks_is_self_contained_and_its_files_are_beside_it() {
+    let report = BenchReport {
+        title: "All",
+        machine: "a made machine",
+        command: "inbye bench draw",
+        density: &density(),
+        skipped: &skipped(),
+        quality: &quality(),
+        closed_loop: &closed_loop(),
+        barn: &barn(),
+        dynabarn: &dynabarn(),
+        soak: &soak(),
+        ablation: &ablation(),
+        ..BenchReport::default()
+    };
+    let files = bench_files(&report);
+    let page = page_of(&report);
+    check(&page);
+    // A soak has three, an ablation two.
+    assert_eq!(page.matches("role=\"img\"").count(), 5 + 3 + 2);
+    // One under each chart, the densest windows, and the missions that did not arrive.
+    assert_eq!(page.matches("<table").count(), 5 + 3 + 2 + 2);
+    for file in &files[1..] {
+        assert!(
+            page.contains(&format!("href=\"{}\"", file.name)),
+            "{}",
+            file.name
+        );
+        if file.text.starts_with("<svg") {
+            check(&file.text);
+        }
+    }
+    assert_eq!(files.len(), 1 + 7 * 3);
+    assert_eq!(files, bench_files(&report));
+    check(&bench_svg(&report));
+}
+
+#[test]
+fn worlds_stand_from_the_easiest_to_the_hardest() {
+    let picture = bench_svg(&BenchReport {
+        barn: &barn(),
+        ..BenchReport::default()
+    });
+    let document = Document::parse(&picture).expect("sound markup");
+    let titles = document
+        .descendants()
+        .filter(|node| node.has_tag_name("title"));
+    let told: Vec<&str> = titles.filter_map(|node| node.text()).collect();
+    assert_eq!(
+        told,
+        [
+            "world 7: 2 of 2 runs arrived, in 8.0 to 9.0 s",
+            "world 5: 1 of 2 runs arrived, in 12.0 to 12.0 s",
+            "world 9: 0 of 2 runs arrived",
+        ]
+    );
+    let drawn = |class: &str| {
+        let node = |node: &roxmltree::Node| node.attribute("class") == Some(class);
+        document.descendants().filter(node).count()
+    };
+    // Each in a world and in the legend; two worlds have a median.
+    assert_eq!((drawn("end-robot"), drawn("end-stopped")), (2, 3));
+    assert_eq!((drawn("end-avoidable"), drawn("end-other")), (0, 0));
+    assert_eq!(drawn("engine-0 middle-mark"), 2);
+    assert!(picture.contains("2 of") && picture.contains("up to here the full score"));
+}
+
+#[test]
+fn whose_a_contact_was_is_told_apart() {
+    let picture = bench_svg(&BenchReport {
+        dynabarn: &dynabarn(),
+        ..BenchReport::default()
+    });
+    for class in ["end-robot", "end-avoidable", "end-other"] {
+        let drawn = picture.matches(&format!("<rect class=\"{class}\"")).count();
+        assert_eq!(drawn, 2, "{class}");
+    }
+    assert!(!picture.contains("<rect class=\"end-stopped\""));
+}
+
+/// Two sets of weights with two samplings each, in scenes too.
+fn sweep() -> Vec<SweepGroup> {
+    let group = |kind, weights: &str, samples: u32, reached, mean_shared_time_s| SweepGroup {
+        kind,
+        config: None,
+        weights: Some(weights.to_owned()),
+        engine: "cpu".to_owned(),
+        vx_samples: 16,
+        vtheta_samples: samples / 16,
+        samples: u64::from(samples),
+        runs: 10,
+        reached,
+        contacts: 1,
+        timeouts: 0,
+        failed: 9 - reached,
+        mean_time_s: mean_shared_time_s,
+        mean_shared_time_s,
+        shared: 4,
+        mean_score: Some(0.4),
+        mean_clearance_m: None,
+    };
+    vec![
+        group(WorldKind::Barn, "paper <&>", 256, 7, Some(30.5)),
+        group(WorldKind::Barn, "paper <&>", 1024, 9, Some(29.0)),
+        group(WorldKind::Barn, "fast", 256, 4, Some(12.5)),
+        group(WorldKind::Barn, "fast", 1024, 5, Some(f64::NAN)),
+        group(WorldKind::Scenes, "fast", 256, 0, None),
+    ]
+}
+
+#[test]
+fn a_sweep_has_a_chart_for_each_kind_of_worlds() {
+    let groups = sweep();
+    let report = BenchReport {
+        title: "A sweep",
+        sweep: &groups,
+        ..BenchReport::default()
+    };
+    let page = page_of(&report);
+    check(&page);
+    let names: Vec<String> = bench_files(&report)
+        .into_iter()
+        .map(|file| file.name)
+        .collect();
+    let expected = |chart: &str| ["csv", "json", "svg"].map(|ending| format!("{chart}.{ending}"));
+    assert_eq!(
+        names[1..],
+        [expected("groups-barn"), expected("groups-scenes")].concat()
+    );
+    for said in [
+        "Goal reached, % of 10 runs",
+        "Mean time of the 4 runs that all reached, s",
+        "paper &lt;&amp;&gt;: 70.0 % and 30.5 s with 256 samples, 90.0 % and 29.0 s with 1024 samples.",
+        "fast: 40.0 % and 12.5 s with 256 samples, 50.0 % and no time with 1024 samples.",
+        "fast: 0.0 % and no time with 256 samples",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    let picture = bench_svg(&report);
+    check(&picture);
+    // Success of each group, times of those that have one, and a mark in the legend for each curve.
+    assert_eq!(picture.matches("class=\"marker\"").count(), 5 + 3 + 3);
+}
+
+#[test]
+fn ends_of_a_soak_are_stacked_by_map_and_by_people() {
+    let rows = soak();
+    let picture = bench_svg(&BenchReport {
+        soak: &rows,
+        ..BenchReport::default()
+    });
+    let document = Document::parse(&picture).expect("sound markup");
+    let titles = document
+        .descendants()
+        .filter(|node| node.has_tag_name("title"));
+    let told: Vec<&str> = titles.filter_map(|node| node.text()).collect();
+    let ends = [
+        "all missions: 3 of 6 arrived",
+        "<script>: 1 of 4 arrived",
+        "an easy map: 2 of 2 arrived",
+        "nobody about: 2 of 2 arrived",
+        "people who mind nobody: 1 of 4 arrived",
+    ];
+    assert_eq!(told[..5], ends);
+    // Of the second and the third chart: time for a metre, and gaps.
+    assert_eq!(
+        [told[5], told[10]],
+        ["all missions: median 4.00", "all missions: median 0.200"]
+    );
+    // Each kind of end in the rows of all, of its map and of its people, and in the legend.
+    for class in ["end-other", "end-stopped", "end-late"] {
+        let bars = document
+            .descendants()
+            .filter(|node| node.attribute("class") == Some(class));
+        let widths: Vec<&str> = bars.filter_map(|bar| bar.attribute("width")).collect();
+        assert_eq!(widths.len(), 4, "{class}");
+        // A sixth of all and a fourth of the map's four.
+        let width = |index: usize| widths[index].parse::<f64>().expect("a number");
+        assert!((width(1) / width(0) - 1.5).abs() < 0.01, "{widths:?}");
+    }
+    assert!(!picture.contains("<rect class=\"end-robot\""));
+}
+
+#[test]
+fn times_that_are_none_and_hostile_text_do_no_harm() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0] {
+        let mut rows = barn();
+        rows[0].time_s = bad;
+        (rows[2].optimal_time_s, rows[3].score) = (bad, bad);
+        let mut moving = dynabarn();
+        moving[0].time_s = bad;
+        let mut missions = soak();
+        (
+            missions[0].time_s,
+            missions[1].path_m,
+            missions[2].min_clearance_m,
+        ) = (bad, bad, Some(bad));
+        let report = BenchReport {
+            title: "</title><script>alert('&')</script>",
+            intro: "<script>",
+            machine: "<script>",
+            command: "<script>",
+            barn: &rows,
+            dynabarn: &moving,
+            soak: &missions,
+            ..BenchReport::default()
+        };
+        check(&page_of(&report));
+        check(&bench_svg(&report));
+    }
+}
+
+#[test]
+fn nothing_measured_is_said() {
+    let page = page_of(&BenchReport::default());
+    check(&page);
+    assert!(page.contains("No engine was timed at any density."));
+    assert_eq!(bench_files(&BenchReport::default()).len(), 1);
+}

@@ -1,0 +1,167 @@
+//! Files that give no settings, and what is said of them.
+
+use inbye::nav2::import;
+
+use super::files::{DWB, ROBOTS};
+
+#[track_caller]
+fn assert_refused(text: &str, namespace: Option<&str>, words: &str) {
+    let error = import(text, namespace).expect_err(words);
+    let message = error.to_string();
+    assert_eq!(message.lines().count(), 1, "{message}");
+    for word in words.split("; ") {
+        assert!(message.contains(word), "no {word:?} in: {message}");
+    }
+}
+
+#[test]
+fn values_that_cannot_be_are_refused_with_their_place() {
+    for (from, to, words) in [
+        (
+            "max_vel_x: 0.45",
+            "max_vel_x: fast",
+            "FollowPath.max_vel_x is \"fast\"; a finite number",
+        ),
+        (
+            "max_vel_x: 0.45",
+            "max_vel_x: .nan",
+            "FollowPath.max_vel_x; a finite number",
+        ),
+        (
+            "max_vel_x: 0.45",
+            "max_vel_x:",
+            "FollowPath.max_vel_x is null",
+        ),
+        (
+            "vx_samples: 20",
+            "vx_samples: 0",
+            "FollowPath.vx_samples is 0; a whole number, 1 to",
+        ),
+        (
+            "vx_samples: 20",
+            "vx_samples: 2.5",
+            "FollowPath.vx_samples is 2.5",
+        ),
+        (
+            "vx_samples: 20",
+            "vx_samples: 4000000",
+            "vx_samples; vtheta_samples; 1 to 4194304",
+        ),
+        (
+            "controller_frequency: 20.0",
+            "controller_frequency: 0.0",
+            "controller_frequency is 0.0; above zero",
+        ),
+        (
+            "controller_frequency: 20.0",
+            "controller_frequency: 1e-9",
+            "controller_server.controller_frequency; control_period_s; at most 1000",
+        ),
+        (
+            "decel_lim_theta: -3.2",
+            "decel_lim_theta: 3.2",
+            "FollowPath.decel_lim_theta; velocity_smoother.max_decel; below zero",
+        ),
+        (
+            "max_velocity: [0.5, 0.0, 1.0]",
+            "max_velocity: [0.5, 1.0]",
+            "velocity_smoother.max_velocity is [0.5,1.0]; [x, y, theta]",
+        ),
+        (
+            "min_vel_x: -0.1",
+            "min_vel_x: 0.9",
+            "FollowPath.min_vel_x; at least min_vel_x",
+        ),
+        (
+            "smoothing_frequency: 30.0",
+            "smoothing_frequency: 2.0",
+            "velocity_smoother.smoothing_frequency; rate_hz is 2; from 5 to 1000",
+        ),
+        (
+            "deadband_velocity: [0.03",
+            "deadband_velocity: [3.0",
+            "velocity_smoother.deadband_velocity; deadband is 3",
+        ),
+        (
+            "[-0.35, 0.25] ]\"",
+            "[-0.35] ]\"",
+            "local_costmap.footprint; three corners",
+        ),
+        (
+            "footprint_padding: 0.02",
+            "footprint_padding: -1",
+            "footprint_padding is -1; 0 to 100",
+        ),
+        (
+            "PathDist.scale: 32.0",
+            "PathDist.scale: 32.0\n      PathDist: {scale: 1.0}",
+            "FollowPath.PathDist.scale is given twice",
+        ),
+        (
+            "sim_time: 1.7",
+            "sim_time: 1.7\n      sim_time: 1.8",
+            "key `sim_time` once more",
+        ),
+        (
+            "sim_time: 1.7",
+            "sim_time: 5000.0",
+            "FollowPath.sim_time; sim_time_s is 5000 s; at most 1000",
+        ),
+    ] {
+        assert!(DWB.contains(from), "{from}");
+        assert_refused(&DWB.replace(from, to), None, words);
+    }
+}
+
+#[test]
+fn files_that_are_no_parameter_files_are_refused() {
+    for text in [
+        "",
+        "a: 1",
+        "[1, 2]",
+        "controller_server: 3",
+        "amcl:\n  ros__parameters: {a: 1}",
+    ] {
+        let error = import(text, None).expect_err(text).to_string();
+        assert!(
+            error.contains("ros__parameters") || error.contains("line 1"),
+            "{text}: {error}"
+        );
+    }
+    assert_refused(
+        ROBOTS,
+        None,
+        "several robots; `robot1`, `robot2`; --namespace",
+    );
+    assert_refused(ROBOTS, Some("robot3"), "`robot3`; `robot1`, `robot2`");
+    assert_refused(DWB, Some("robot3"), "`robot3`; the root");
+}
+
+/// A few lines of aliases that would unfold to a billion values, and a nesting of ten thousand.
+#[test]
+fn bombs_are_refused_at_once() {
+    let mut bomb =
+        "controller_server:\n  ros__parameters:\n    a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n"
+            .to_owned();
+    for level in 1..10 {
+        let before = format!("*a{}, ", level - 1).repeat(10);
+        let line = format!(
+            "    a{level}: &a{level} [{}]\n",
+            before.trim_end_matches(", ")
+        );
+        bomb += &line;
+    }
+    assert!(import(&bomb, None).is_err());
+    let deep = format!(
+        "controller_server: {}{}",
+        "{a: ".repeat(10_000),
+        "}".repeat(10_000)
+    );
+    assert!(import(&deep, None).is_err());
+    let listed = format!(
+        "controller_server: {{ros__parameters: {{a: {}{}}}}}",
+        "[".repeat(10_000),
+        "]".repeat(10_000)
+    );
+    assert!(import(&listed, None).is_err());
+}

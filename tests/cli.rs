@@ -1,0 +1,29 @@
+//! The program as users and scripts meet it: what goes in, what comes out, and the exit status.
+
+mod support {
+    pub mod mcap_copy;
+}
+
+mod cases {
+    mod cli {
+        mod barn;
+        mod config;
+        mod drawing;
+        mod drive;
+        mod dynabarn;
+        mod evaluate;
+        mod help;
+        mod memory;
+        mod movingai;
+        mod paper;
+        mod plan;
+        mod program;
+        mod recording;
+        mod records;
+        mod refusals;
+        mod shells;
+        mod soak;
+        mod tools;
+        mod voice;
+    }
+}

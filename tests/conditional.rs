@@ -1,0 +1,67 @@
+//! Tests that need what a machine may lack: an adapter, a browser, a Python with certain packages, public data.
+//!
+//! What is missing is ignored with its reason. It fails instead where the variable `INBYE_REQUIRE` names it.
+
+use std::process::ExitCode;
+
+use libtest_mimic::{Arguments, Trial};
+
+mod support {
+    pub mod adapters;
+    pub mod batch_trials;
+    pub mod browser;
+    pub mod cpu_trials;
+    pub mod extremes;
+    pub mod gap;
+    pub mod gpu_trials;
+    pub mod hand_png;
+    pub mod kernel;
+    pub mod loss_trials;
+    pub mod map_kinds;
+    pub mod mcap_copy;
+    pub mod operations;
+    pub mod requirements;
+}
+
+mod cases {
+    pub mod conditional {
+        pub mod barn;
+        pub mod engine_parity;
+        pub mod fuzzed;
+        pub mod map_reader;
+        pub mod missions;
+        pub mod movingai;
+        #[cfg(feature = "ros2")]
+        pub mod node;
+        pub mod player;
+        pub mod playground;
+        pub mod public_paths;
+        pub mod recording;
+        #[cfg(feature = "parquet")]
+        pub mod sweep;
+    }
+}
+
+fn main() -> ExitCode {
+    let subjects: &[(&str, fn() -> Vec<Trial>)] = &[
+        ("barn", cases::conditional::barn::trials),
+        ("engine parity", cases::conditional::engine_parity::trials),
+        ("fuzzed", cases::conditional::fuzzed::trials),
+        ("map reader", cases::conditional::map_reader::trials),
+        ("missions", cases::conditional::missions::trials),
+        ("movingai", cases::conditional::movingai::trials),
+        #[cfg(feature = "ros2")]
+        ("node", cases::conditional::node::trials),
+        ("player", cases::conditional::player::trials),
+        ("playground", cases::conditional::playground::trials),
+        ("public paths", cases::conditional::public_paths::trials),
+        ("recording", cases::conditional::recording::trials),
+        #[cfg(feature = "parquet")]
+        ("sweep", cases::conditional::sweep::trials),
+    ];
+    let mut all = Vec::new();
+    for (subject, trials) in subjects {
+        all.extend(trials().into_iter().map(|trial| trial.with_kind(*subject)));
+    }
+    libtest_mimic::run(&Arguments::from_args(), all).exit_code()
+}

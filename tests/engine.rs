@@ -1,0 +1,19 @@
+//! The engines: all of them return the same bits, near those of a naive f64 oracle, also where a GPU fails.
+
+mod support {
+    pub mod any_scene;
+    pub mod closeness;
+    pub mod extremes;
+    pub mod naive;
+    pub mod ranges;
+    pub mod scenes;
+}
+
+mod cases {
+    mod engine {
+        mod batches;
+        mod failover;
+        mod oracle;
+        mod shaders;
+    }
+}

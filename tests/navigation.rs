@@ -1,0 +1,11 @@
+//! What the navigator is made of: localisation, tracking of moving obstacles, deadlines, odometry.
+
+mod cases {
+    mod navigation {
+        mod deadlines;
+        mod localization;
+        mod moving_obstacles;
+        mod odometry;
+        mod tracking;
+    }
+}

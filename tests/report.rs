@@ -1,0 +1,7 @@
+//! Pages and pictures.
+
+mod cases {
+    mod report {
+        mod pages;
+    }
+}
