@@ -16,6 +16,7 @@
 //! | [`local`] | how to move now? |
 //! | [`navigator`] | when to do which? |
 //! | [`base`] | what goes over the wire? |
+//! | [`runtime`] | what does the robot do, tick by tick? |
 //! | [`sim`] | what would happen? |
 //! | [`nav2`] | what would a Nav2 file say here? |
 //! | `recording` | what was decided, and is it decided so again? (feature `mcap`) |
@@ -34,7 +35,8 @@
 //! use inbye::local::CpuEngine;
 //! use inbye::map::OccupancyGrid;
 //! use inbye::navigator::Goal;
-//! use inbye::sim::{Config, Mission, Observer, Walkers, run_mission};
+//! use inbye::runtime::{Config, Mission, Observer};
+//! use inbye::sim::{MovingObstacles, simulate_mission};
 //!
 //! let rows = [
 //!     "################################",
@@ -58,8 +60,8 @@
 //! let goal = Goal { position: Point::new(5.2, 1.2), yaw: None };
 //! let mission = Mission::new(map, Pose::new(1.2, 1.2, 0.0), goal);
 //! let engine = Box::new(CpuEngine::single_threaded());
-//! let mut observer = Observer { clock: &mut || 0.0, witness: &mut |_| {} };
-//! let result = run_mission(&mission, &Config::default(), engine, &mut observer)?;
+//! let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+//! let result = simulate_mission(&mission, &Config::default(), engine, &mut observer)?;
 //! assert!(result.reached && !result.collided);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -82,6 +84,8 @@ pub mod local;
 pub mod navigator;
 
 pub mod base;
+
+pub mod runtime;
 
 pub mod sim;
 

@@ -10,7 +10,8 @@ use inbye::experiment::dynabarn::parse_world;
 use inbye::experiment::sweep::{CellFile, Manifest};
 use inbye::geometry::Pose;
 use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UnknownPolicy};
-use inbye::sim::{Config, Walkers};
+use inbye::runtime::Config;
+use inbye::sim::MovingObstacles;
 
 use super::one_line;
 
@@ -44,7 +45,7 @@ fn obstacles(data: &[u8], name: &str) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    let mut walkers = match Walkers::parse(text, name, ground(), 7) {
+    let mut walkers = match MovingObstacles::parse(text, name, ground(), 7) {
         Ok(walkers) => walkers,
         Err(error) => return one_line(&error),
     };

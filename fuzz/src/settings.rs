@@ -9,7 +9,8 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Detail, Engine, Evaluation, Preference, Prepared};
 use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};
 use inbye::navigator::Goal;
-use inbye::sim::{Config, Mission, Observer, Walkers, run_mission};
+use inbye::runtime::{Config, Mission, Observer};
+use inbye::sim::{MovingObstacles, simulate_mission};
 
 use super::one_line;
 use super::program::{config, problem_file};
@@ -218,13 +219,14 @@ pub fn short_drive(data: &[u8]) {
     mission.time_limit_s = 6.0 * local.control_period_s;
     let people = r#"[{"x": 2, "y": 2, "radius": 0.2, "speed": 0.5, "route": [[4, 2]]}]"#;
     let ground = room().obstacles(UnknownPolicy::Blocked);
-    mission.walkers = Walkers::parse(people, "people.json", &ground, 1).expect("a walker");
+    mission.moving_obstacles =
+        MovingObstacles::parse(people, "people.json", &ground, 1).expect("a walker");
     let engine = Box::new(CpuEngine::single_threaded());
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut |_| {},
+        on_tick: &mut |_| {},
     };
-    match run_mission(&mission, &config, engine, &mut observer) {
+    match simulate_mission(&mission, &config, engine, &mut observer) {
         Err(error) => one_line(&error),
         Ok(result) => {
             let limits = &config.robot.limits;

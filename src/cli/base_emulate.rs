@@ -23,7 +23,7 @@ mod on_pseudo_terminal {
     use inbye::base::Emulator;
     use inbye::geometry::Pose;
     use inbye::map::UnknownPolicy;
-    use inbye::sim::{Lidar, TurningLidar, World};
+    use inbye::sim::{Lidar, RotatingLidar, World};
     use serde_json::json;
     use serialport::{ClearBuffer, SerialPort, TTYPort};
 
@@ -91,7 +91,7 @@ mod on_pseudo_terminal {
         let start = arguments.start.as_ref();
         let start = start.context("--lidar-map needs --start: say where on it the robot stands")?;
         let world = World::new(map.obstacles(UnknownPolicy::Blocked));
-        let lidar = TurningLidar::new(Lidar::default(), world, arguments.seed)?;
+        let lidar = RotatingLidar::new(Lidar::default(), world, arguments.seed)?;
         Ok(Some(EmulatedLidar {
             lidar,
             start: start.pose(),
@@ -103,7 +103,7 @@ mod on_pseudo_terminal {
 
     /// An LD19 on the emulated base, and its line.
     struct EmulatedLidar {
-        lidar: TurningLidar,
+        lidar: RotatingLidar,
         start: Pose,
         /// None after it was unplugged.
         pair: Option<Pair>,

@@ -5,7 +5,7 @@ use std::path::Path;
 use inbye::bench::DensityPlan;
 use inbye::experiment::missions::{MissionRow, Rules, built_in_sites};
 use inbye::experiment::{ClosedLoopRow, closed_loop_rows, closed_loop_setups};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 use super::missions::{Driving, cells, one_core};
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use inbye::base::BaseConfig;
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

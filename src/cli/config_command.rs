@@ -4,7 +4,7 @@ use std::path::Path;
 
 use inbye::base::BaseConfig;
 use inbye::documented::Described;
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde_json::json;
 
 use super::config_arguments::{ConfigArguments, ConfigCommand};

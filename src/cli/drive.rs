@@ -9,10 +9,11 @@ use inbye::local::ChooseError;
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::report::Reel;
-use inbye::sim::{
-    Config, Mission, MissionError, MissionResult, Moment, Observer, PoseFrom, StopError, Walkers,
-    run_mission, run_mission_with,
+use inbye::runtime::{
+    Config, Mission, MissionError, MissionResult, Observer, PoseSource, StopError, TickEvent,
+    run_mission,
 };
+use inbye::sim::{MovingObstacles, simulate_mission};
 use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
@@ -34,12 +35,12 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
             matches!(arguments.obstacles, Obstacles::Count(0)),
             "--obstacles are simulated, and --lidar sees what is there: leave one of them out"
         );
-        config.pose_from = PoseFrom::Scans;
+        config.pose_source = PoseSource::Scans;
     }
     let mut wired = wired_drive::connect(&arguments.wired, arguments.start.pose())?;
     let map_name = format!("{}", arguments.map.map.display());
-    let walkers = match walkers(arguments, &map, &config) {
-        Ok(walkers) => walkers,
+    let moving_obstacles = match moving_obstacles(arguments, &map, &config) {
+        Ok(moving_obstacles) => moving_obstacles,
         Err(error) => return no_path_or(error, arguments, &map, &config, json),
     };
     // Before the drive: an hour of it must not be lost for a wrong name.
@@ -58,7 +59,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let goal = stop(&arguments.goal);
     let mission = Mission {
         via: arguments.via.iter().map(stop).collect(),
-        walkers,
+        moving_obstacles,
         seed: arguments.seed,
         time_limit_s: arguments.time_limit,
         ..Mission::new(Arc::new(map), arguments.start.pose(), goal)
@@ -147,7 +148,7 @@ pub fn simulate(
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
     let mut story = output::tells_details().then(Story::default);
-    let mut witness = |moment: &Moment<'_>| {
+    let mut on_tick = |moment: &TickEvent<'_>| {
         if let Some(reel) = &mut reel {
             reel.take(moment);
         }
@@ -164,11 +165,11 @@ pub fn simulate(
     let mut clock = wall_clock();
     let mut observer = Observer {
         clock: &mut clock,
-        witness: &mut witness,
+        on_tick: &mut on_tick,
     };
     let result = match wired {
-        Some(wired) => run_mission_with(mission, config, engine, wired, &mut observer),
-        None => run_mission(mission, config, engine, &mut observer),
+        Some(wired) => run_mission(mission, config, engine, wired, &mut observer),
+        None => simulate_mission(mission, config, engine, &mut observer),
     };
     bar.finish_and_clear();
     result
@@ -209,20 +210,20 @@ fn settings_of(arguments: &DriveArguments) -> String {
 }
 
 /// People from a file, or so many of them spread along the robot's way.
-fn walkers(
+fn moving_obstacles(
     arguments: &DriveArguments,
     map: &OccupancyGrid,
     config: &Config,
-) -> Result<Walkers, MissionError> {
+) -> Result<MovingObstacles, MissionError> {
     let count = match &arguments.obstacles {
         Obstacles::Count(count) => *count,
         Obstacles::File(file) => {
             let ground = map.obstacles(config.unknown);
-            return Ok(Walkers::read(file, &ground, arguments.seed)?);
+            return Ok(MovingObstacles::read(file, &ground, arguments.seed)?);
         }
     };
     let ends = (arguments.start.pose().position(), arguments.goal.position);
-    Walkers::on_the_way(count, arguments.seed, map, config, ends)
+    MovingObstacles::on_route(count, arguments.seed, map, config, ends)
 }
 
 /// Percentiles of the decisions' times.

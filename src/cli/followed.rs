@@ -1,7 +1,7 @@
 //! Whether the base can follow a path: its bends against eq. 12 of the paper and the limit of the turn rate.
 
 use inbye::global::Curvature;
-use inbye::sim::RobotConfig;
+use inbye::runtime::RobotConfig;
 use serde_json::{Value, json};
 
 /// A path's bends beside what a base can do.

@@ -2,7 +2,7 @@
 
 use inbye::local::{Incidents, LossKind, Sampling};
 use inbye::navigator::Punctuality;
-use inbye::sim::MissionResult;
+use inbye::runtime::MissionResult;
 use serde_json::{Value, json};
 
 /// As scripts read it: always the same names, null where no GPU was wanted, or no deadline.

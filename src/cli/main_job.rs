@@ -7,7 +7,8 @@ use inbye::bench::{Density, DensityPlan, crossovers, verify};
 use inbye::local::{Engine, Opened, Preference, open_to_drive};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, Reel, Report, html};
-use inbye::sim::{Config, Mission, MissionResult, Scene, Walkers, scenes};
+use inbye::runtime::{Config, Mission, MissionResult};
+use inbye::sim::{MovingObstacles, Scene, scenes};
 use serde_json::json;
 
 use super::arguments::Arguments;
@@ -136,13 +137,13 @@ fn drive_scene(
 ) -> anyhow::Result<(Mission, MissionResult, Reel)> {
     let (start, goal) = (scene.start, scene.goal);
     let ends = (start.position(), goal);
-    let people = Walkers::on_the_way(scene.obstacles, scene.seed, &scene.map, config, ends)?;
+    let people = MovingObstacles::on_route(scene.obstacles, scene.seed, &scene.map, config, ends)?;
     let goal = Goal {
         position: goal,
         yaw: None,
     };
     let mission = Mission {
-        walkers: people,
+        moving_obstacles: people,
         seed: scene.seed,
         time_limit_s: 600.0,
         ..Mission::new(Arc::new(scene.map.clone()), start, goal)

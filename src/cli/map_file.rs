@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, load_noting};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 use super::arguments::MapArguments;
 use super::{output, settings_file, unknown_words};

@@ -11,7 +11,7 @@ use inbye::experiment::missions::{
     MissionKey, MissionRow, MissionSite, Rules, Setup, built_in_sites, drive,
 };
 use inbye::local::{CpuEngine, Engine};
-use inbye::sim::{Config, Observer};
+use inbye::runtime::{Config, Observer};
 
 use super::arguments::{number, whole};
 use super::campaign::Campaign;
@@ -202,7 +202,7 @@ impl Driving<'_> {
                 engine()?,
                 &mut Observer {
                     clock: &mut wall_clock(),
-                    witness: &mut |_| {},
+                    on_tick: &mut |_| {},
                 },
             )?;
             Ok(row)

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use anyhow::bail;
 use inbye::map::OccupancyGrid;
 use inbye::report::{DriveView, drive_svg};
-use inbye::sim::{Mission, MissionResult};
+use inbye::runtime::{Mission, MissionResult};
 
 use super::arguments::whole;
 use super::drive::one_line;

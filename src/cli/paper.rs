@@ -11,7 +11,7 @@ use inbye::experiment::paper_drives::{
     Course, Drives, PaperTable, Traffic, drive_all, drive_table,
 };
 use inbye::report::{PaperReport, paper_files};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::whole;

@@ -3,7 +3,7 @@
 use anyhow::anyhow;
 use inbye::global::PlanError;
 use inbye::map::{OccupancyGrid, UNKNOWN, UnknownPolicy};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde_json::{Value, json};
 
 use super::arguments::{MapArguments, PlanArguments};

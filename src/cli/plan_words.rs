@@ -2,7 +2,7 @@
 
 use inbye::geometry::Point;
 use inbye::global::{Path, StageTimes};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde_json::{Value, json};
 
 use super::followed::Followed;

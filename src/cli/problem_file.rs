@@ -172,7 +172,7 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
     }
     let footprint = match file.robot.footprint {
         Some(footprint) => footprint,
-        None => inbye::sim::RobotConfig::default().footprint,
+        None => inbye::runtime::RobotConfig::default().footprint,
     };
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
     let situation = Situation {

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use inbye::recording::{DiskBusy, Head, Recorded, Recorder};
-use inbye::sim::{Config, Mission, MissionResult, Moment};
+use inbye::runtime::{Config, Mission, MissionResult, TickEvent};
 use serde_json::{Value, json};
 
 use super::output;
@@ -64,7 +64,7 @@ impl<'a> Recording<'a> {
     }
 
     /// Records a tick; what to tell the user where that ended the recording.
-    pub fn record(&mut self, moment: &Moment<'_>) -> Option<String> {
+    pub fn record(&mut self, moment: &TickEvent<'_>) -> Option<String> {
         let Kind::Mcap(recorder) = &mut self.kind else {
             return None;
         };

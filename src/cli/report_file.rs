@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 use inbye::geometry::Pose;
 use inbye::report::{MissionView, Outcome, Reel, Report, ReportFile, html};
-use inbye::sim::{Config, Mission, MissionResult};
+use inbye::runtime::{Config, Mission, MissionResult};
 
 use super::{hardship_words, output};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use inbye::base::BaseConfig;
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde::Serialize;
 
 use super::changes::is_other_choice;

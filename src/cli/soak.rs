@@ -12,7 +12,7 @@ use inbye::experiment::missions::{
 use inbye::experiment::{SOAK_SETUP, SoakSummary};
 use inbye::local::{CpuEngine, Engine, Instructions, Preference, open};
 use inbye::report::{BenchReport, Reel, bench_files};
-use inbye::sim::Observer;
+use inbye::runtime::Observer;
 use serde_json::{Value, json};
 
 use super::arguments::{number, whole};
@@ -197,7 +197,7 @@ fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Resu
     let mut reel = Reel::default();
     let mut observer = Observer {
         clock: &mut wall_clock(),
-        witness: &mut |moment| reel.take(moment),
+        on_tick: &mut |moment| reel.take(moment),
     };
     let (row, drawn, result) = drive(site, cell.seed, rules, setup, one_core(), &mut observer)?;
     if let Some(result) = &result {

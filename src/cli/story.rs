@@ -1,7 +1,7 @@
 //! What a drive does, as it goes on: a line for each change of mode, new plan and trouble, for `--verbose`.
 
 use inbye::navigator::Mode;
-use inbye::sim::{Moment, Troubles};
+use inbye::runtime::{FaultEvents, TickEvent};
 
 use super::output;
 
@@ -10,14 +10,14 @@ use super::output;
 pub struct Story {
     mode: Option<Mode>,
     plans: usize,
-    troubles: Troubles,
+    troubles: FaultEvents,
     /// What was wrong at the last tick.
     wrong: Vec<String>,
 }
 
 impl Story {
     /// Tells what is new in a tick.
-    pub fn tell(&mut self, moment: &Moment<'_>) {
+    pub fn tell(&mut self, moment: &TickEvent<'_>) {
         let row = moment.row;
         let at = || {
             let place = row.belief.position();

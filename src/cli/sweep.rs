@@ -154,9 +154,11 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let change = |ours: &_, changes: &toml::Table| {
-        let changed = config::parse(&changes.to_string(), ours, |config: &inbye::sim::Config| {
-            Ok(config.validate()?)
-        });
+        let changed = config::parse(
+            &changes.to_string(),
+            ours,
+            |config: &inbye::runtime::Config| Ok(config.validate()?),
+        );
         changed.map_err(|error| {
             let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
             causes.join(": ")

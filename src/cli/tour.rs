@@ -5,7 +5,7 @@ use inbye::global::{
     self, Clearances, Curvature, Ground, Path, Plan, PlanError, Searcher, StageTimes,
 };
 use inbye::map::{FreeSpace, ObstacleGrid};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 use super::arguments::PlanArguments;
 use super::clock::wall_clock;

@@ -8,7 +8,7 @@ use clap::Args;
 use inbye::base::{Keeper, Protocol, Status};
 use inbye::geometry::{Pose, Twist};
 use inbye::map::Sweep;
-use inbye::sim::{OdometryReading, Vehicle};
+use inbye::runtime::{OdometryReading, Robot};
 use serde_json::{Value, json};
 
 use super::base_line::BaseLine;
@@ -123,7 +123,7 @@ impl Wired {
     }
 }
 
-impl Vehicle for Wired {
+impl Robot for Wired {
     fn pose(&self) -> Pose {
         let Some((start, origin)) = &self.origin else {
             return self.start;

@@ -7,7 +7,7 @@ use clap::Args;
 use inbye::experiment::campaign::{Row, settings_digest};
 use inbye::experiment::worlds::{RunKey, WorldTask, drive};
 use inbye::report::{BenchReport, bench_files};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 use super::arguments::whole;
 use super::campaign::Campaign;

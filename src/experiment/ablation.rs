@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
 use crate::bench::Columns;
 use crate::navigator::Abilities;
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// The navigator with some of its parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
 use super::soak::percentile;
 use crate::bench::Columns;
 use crate::bench::grid_counts;
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// What a sampling did with the missions.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -8,7 +8,7 @@ use super::section::Given;
 use super::{Import, Mapped, Nav2Error, NotMapped, Target, Why};
 use crate::base::BaseConfig;
 use crate::documented::Described;
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// What has been taken over so far.
 #[derive(Debug, Default)]

@@ -12,7 +12,7 @@ use super::{Arrived, MessageError, Published, Tally, published};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Engine, LocalPlanner};
 use crate::navigator::{Decision, Fault, Goal, Journey, Mode, Navigator};
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// After a goal, zeros are published for this long, seconds; then the node is silent, and another may drive.
 const FAREWELL_S: f64 = 1.0;

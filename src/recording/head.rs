@@ -9,7 +9,7 @@ use super::error::FORMAT;
 use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, OccupancyGrid};
 use crate::navigator::{Goal, Journey};
-use crate::sim::{Config, Mission};
+use crate::runtime::{Config, Mission};
 
 /// The attachment with the configuration, as `--config` reads it.
 pub const CONFIG: &str = "config.toml";
@@ -34,7 +34,7 @@ pub struct Head {
 pub struct Tail {
     /// Ticks recorded.
     pub ticks: u64,
-    /// The digest of [`Trace::digest`](crate::sim::Trace::digest).
+    /// The digest of [`Trace::digest`](crate::runtime::Trace::digest).
     pub trace_digest: String,
 }
 

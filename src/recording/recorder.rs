@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use super::messages::{self, FAN, Status};
 use super::writer::{Entry, RecordingWriter};
 use super::{Head, RecordingError, Tail, Topic, parts};
-use crate::sim::Moment;
+use crate::runtime::TickEvent;
 
 /// Ticks that may wait for the disk: 6.4 s at 10 Hz. This is what bounds the memory.
 const WAITING_TICKS: usize = 64;
@@ -35,7 +35,7 @@ pub struct Recorded {
     pub stopped: Option<String>,
 }
 
-/// Records a drive: give it every [`Moment`].
+/// Records a drive: give it every [`TickEvent`].
 pub struct Recorder {
     /// None once the recording has ended.
     queue: Option<SyncSender<Job>>,
@@ -89,7 +89,7 @@ impl Recorder {
     }
 
     /// Records a tick. False when this ended the recording: [`Self::stopped`] says why.
-    pub fn record(&mut self, moment: &Moment<'_>) -> bool {
+    pub fn record(&mut self, moment: &TickEvent<'_>) -> bool {
         let Some(queue) = &self.queue else {
             return true;
         };
@@ -151,8 +151,8 @@ impl Recorder {
 }
 
 /// The messages of a tick.
-fn entries(recorder: &Recorder, moment: &Moment<'_>) -> Vec<Entry> {
-    let Moment {
+fn entries(recorder: &Recorder, moment: &TickEvent<'_>) -> Vec<Entry> {
+    let TickEvent {
         observation,
         odometry,
         decision,

@@ -11,7 +11,7 @@ use super::sheet::{RASTER_SIDE, Sheet, TOLERANCE};
 use super::viewport::{MAP_WIDTH, Viewport};
 use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
-use crate::sim::Trace;
+use crate::runtime::Trace;
 
 const OWN_STYLE: &str = ".planned { stroke: var(--path); stroke-width: 1.2; opacity: .35; } \
     .track { stroke-width: 2.5; } .speed-0 { stroke: var(--speed-0); } .speed-1 { stroke: var(--speed-1); } \

@@ -7,7 +7,7 @@ use super::snapshot::{NEAR_M, distance_m, moments};
 use super::viewport::Viewport;
 use crate::geometry::{Point, Pose};
 use crate::robot::Footprint;
-use crate::sim::Trace;
+use crate::runtime::Trace;
 
 /// Places nearer than this, drawing units, share one number.
 const SAME_PLACE: f64 = 12.0;

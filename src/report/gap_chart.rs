@@ -8,7 +8,7 @@ use super::figure::{Figure, Table, key, line_key, nothing_to_show};
 use super::motion_chart::time_axis;
 use super::number::{coordinate, fixed};
 use super::panel::{Panel, chart};
-use crate::sim::TraceRow;
+use crate::runtime::TraceRow;
 
 const TITLE: &str = "Gap to the nearest solid thing";
 const HEIGHT: f64 = 340.0;

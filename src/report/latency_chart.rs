@@ -8,7 +8,7 @@ use super::latency::Latency;
 use super::motion_chart::time_axis;
 use super::number::{coordinate, fixed, significant};
 use super::panel::{Panel, chart};
-use crate::sim::TraceRow;
+use crate::runtime::TraceRow;
 
 const HEIGHT: f64 = 300.0;
 

@@ -8,7 +8,7 @@ use super::simplify::{TOLERANCE, simplify};
 use super::snapshot::distance_m;
 use super::viewport::Viewport;
 use crate::geometry::Point;
-use crate::sim::{Trace, TraceRow};
+use crate::runtime::{Trace, TraceRow};
 
 /// A faster obstacle, m/s, has jumped from the end of its way to the start.
 const JUMP_M_S: f64 = 15.0;

@@ -63,7 +63,7 @@ use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
 use crate::robot::Footprint;
-use crate::sim::Trace;
+use crate::runtime::Trace;
 
 pub use ablation_page::{AblationReport, ablation_files};
 pub use bench_page::{BenchReport, bench_files, bench_svg};

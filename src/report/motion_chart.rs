@@ -9,7 +9,7 @@ use super::number::{coordinate, fixed};
 use super::panel::{Panel, chart};
 use crate::geometry::Twist;
 use crate::navigator::Mode;
-use crate::sim::TraceRow;
+use crate::runtime::TraceRow;
 
 const TITLE: &str = "Speed and turn rate";
 const HEIGHT: f64 = 340.0;

@@ -16,7 +16,7 @@ use super::viewport::{MAP_WIDTH, Viewport};
 use crate::experiment::paper_drives::Course;
 use crate::geometry::Point;
 use crate::robot::Footprint;
-use crate::sim::Trace;
+use crate::runtime::Trace;
 
 /// Marks are drawn so many times larger: three maps share the width of one.
 const MARKS: f64 = 2.2;

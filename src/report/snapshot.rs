@@ -2,7 +2,7 @@
 
 use super::viewport::Viewport;
 use crate::geometry::Point;
-use crate::sim::{Trace, TraceRow};
+use crate::runtime::{Trace, TraceRow};
 
 /// Moments shown, at most.
 const MOST: usize = 6;

@@ -7,11 +7,12 @@ use serde::{Deserialize, Serialize};
 use super::error::{above_zero, at_least_zero, require};
 use super::odometry::{INSTANT_S, Odometry, SAMPLE_S};
 use super::slip::Ground;
-use super::{OdometryNoise, OdometryReading, SimError, Slip};
+use super::{OdometryNoise, SimError, Slip};
 use crate::base::{Base, BaseError, Feedback, finite};
 use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
+use crate::runtime::{OdometryReading, Robot};
 
 documented! {
     /// How a simulated base answers commands.
@@ -250,5 +251,27 @@ impl Base for SimBase {
             twist: self.odometry().twist,
             ..Feedback::default()
         })
+    }
+}
+
+impl Robot for SimBase {
+    fn pose(&self) -> Pose {
+        *self.pose()
+    }
+
+    fn twist(&self) -> Twist {
+        self.twist()
+    }
+
+    fn odometry(&self) -> OdometryReading {
+        self.odometry()
+    }
+
+    fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
+        // It refuses only commands that are not finite.
+        let sent = self.send(command);
+        debug_assert!(sent.is_ok());
+        self.step(period_s);
+        true
     }
 }

@@ -6,7 +6,7 @@ use crate::localization::LocalizationError;
 use crate::robot::RobotError;
 
 /// Refuses a setting that is not good.
-pub(super) const fn require(
+pub(crate) const fn require(
     good: bool,
     name: &'static str,
     value: f64,
@@ -24,13 +24,13 @@ pub(super) const fn require(
 }
 
 /// Refuses a setting that is not finite and above zero.
-pub(super) const fn above_zero(name: &'static str, value: f64) -> Result<(), SimError> {
+pub(crate) const fn above_zero(name: &'static str, value: f64) -> Result<(), SimError> {
     let good = value.is_finite() && value > 0.0;
     require(good, name, value, "finite and above zero")
 }
 
 /// Refuses a setting that is not finite and at least zero.
-pub(super) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), SimError> {
+pub(crate) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), SimError> {
     let good = value.is_finite() && value >= 0.0;
     require(good, name, value, "finite and at least zero")
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SimError;
 use super::error::{at_least_zero, require};
-use super::noise::{Source, generator, normal};
+use super::rng::{RngStream, generator, normal};
 use crate::documented::documented;
 use crate::geometry::{Pose, wrap_angle};
 
@@ -77,7 +77,7 @@ impl FixSource {
         fixes.validate()?;
         Ok(Self {
             fixes,
-            rng: generator(seed, Source::Fixes),
+            rng: generator(seed, RngStream::Fixes),
             next: 0.0,
         })
     }

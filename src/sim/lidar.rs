@@ -7,8 +7,8 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use super::error::{at_least_zero, require};
-use super::noise::standard_normal;
 use super::ray::GridRay;
+use super::rng::standard_normal;
 use super::{SimError, World};
 use crate::documented::documented;
 use crate::geometry::{Point, Pose, Vector};

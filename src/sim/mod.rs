@@ -1,54 +1,64 @@
-//! A world to try it in: ground, moving obstacles, a lidar, a tracked base, and the tick that ties them together.
+//! A simulated robot and its world: ground, moving obstacles, a lidar, a tracked base, and injected faults.
 
-mod config;
-mod crowd;
 mod drive;
-mod error;
-mod fixes;
-mod keyframes;
+pub(crate) mod error;
+pub(crate) mod fault_injection;
+pub(crate) mod fixes;
 mod lidar;
-mod mishap;
-mod mission;
-mod moving;
-mod noise;
+mod mine_map;
+mod moving_obstacle;
+mod moving_obstacles;
 mod obstacle_file;
-mod obstacles;
 mod odometry;
 mod on_the_way;
+mod patrol;
+mod pedestrian_spawner;
+mod random_waypoint;
 mod ray;
-mod rock;
+mod rng;
+mod rotating_lidar;
+mod route_sampler;
 mod scenes;
-mod simulation;
 mod slip;
-mod to_and_fro;
-mod trace;
-mod troubles;
-mod turning_lidar;
-mod vehicle;
-mod walk;
-mod wander;
-mod whereabouts;
+mod timed_path;
 mod world;
 
-pub use config::{Config, PoseFrom, RobotConfig, WalkerSettings};
-pub use crowd::Crowd;
 pub use drive::{DriveDynamics, SimBase};
 pub use error::SimError;
+pub use fault_injection::FaultInjection;
 pub use fixes::{FixSource, Fixes};
-pub use keyframes::Script;
 pub use lidar::{Lidar, LidarReturn};
-pub use mishap::Mishap;
-pub use mission::{
-    Mission, MissionError, MissionResult, Moment, Observer, StopError, run_mission,
-    run_mission_with,
-};
-pub use moving::{Appears, Moving};
-pub use obstacles::{Walkers, YIELD_GAP_M, YIELD_PATIENCE_S};
-pub use odometry::{OdometryNoise, OdometryReading};
+pub use moving_obstacle::{MovingObstacle, SpawnTrigger};
+pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M, YIELD_TIMEOUT_S};
+pub use odometry::OdometryNoise;
+pub use pedestrian_spawner::PedestrianSpawner;
+pub use rotating_lidar::RotatingLidar;
 pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
 pub use slip::Slip;
-pub use trace::{Trace, TraceRow};
-pub use troubles::Troubles;
-pub use turning_lidar::TurningLidar;
-pub use vehicle::Vehicle;
+pub use timed_path::TimedPath;
 pub use world::World;
+
+use crate::local::Engine;
+use crate::runtime::{Config, Mission, MissionError, MissionResult, Observer, run_mission};
+
+/// Runs a mission with the simulated base to its end: the goal, contact, a fault or the time limit.
+///
+/// # Errors
+/// When the world cannot be built or there is no path to begin with.
+pub fn simulate_mission(
+    mission: &Mission,
+    config: &Config,
+    engine: Box<dyn Engine>,
+    observer: &mut Observer<'_>,
+) -> Result<MissionResult, MissionError> {
+    config.validate()?;
+    let mut base = SimBase::new(
+        config.robot.drive(),
+        config.robot.limits,
+        config.dynamics,
+        config.odometry,
+        mission.start,
+        mission.seed,
+    )?;
+    run_mission(mission, config, engine, &mut base, observer)
+}

@@ -5,8 +5,8 @@ use std::path::Path;
 use rand::RngExt;
 use serde::Deserialize;
 
-use super::noise::{Source, generator};
-use super::{Appears, Moving, Script, SimError, Walkers};
+use super::rng::{RngStream, generator};
+use super::{MovingObstacle, MovingObstacles, SimError, SpawnTrigger, TimedPath};
 use crate::geometry::Point;
 use crate::map::{GridFrame, ObstacleGrid};
 
@@ -34,11 +34,11 @@ struct Document {
     obstacles: Vec<Entry>,
 }
 
-impl Walkers {
-    /// Reads moving obstacles from a `.json` or `.toml` file; see [`Walkers::parse`].
+impl MovingObstacles {
+    /// Reads moving obstacles from a `.json` or `.toml` file; see [`MovingObstacles::parse`].
     ///
     /// # Errors
-    /// [`SimError::Unreadable`], or as [`Walkers::parse`].
+    /// [`SimError::Unreadable`], or as [`MovingObstacles::parse`].
     pub fn read(file: &Path, ground: &ObstacleGrid, seed: u64) -> Result<Self, SimError> {
         let name = file.display().to_string();
         match std::fs::read_to_string(file) {
@@ -55,11 +55,11 @@ impl Walkers {
     /// frame. Each has a `radius`, above zero, and moves in one of three ways:
     ///
     /// - to and fro: from `x`, `y` at `speed`, at least zero, to the last of the points `[x, y]` of `route` and back (left
-    ///   out: it stands), see [`Moving::walker`];
-    /// - at random: from `x`, `y` at `speed` over free ground within `wander_m` of its start, see [`Moving::wanderer`]; the
+    ///   out: it stands), see [`MovingObstacle::patrol`];
+    /// - at random: from `x`, `y` at `speed` over free ground within `wander_m` of its start, see [`MovingObstacle::random_waypoint`]; the
     ///   seed, and its place in the list, decide where to;
     /// - by script: at the times and places `[t, x, y]` of `keyframes`, again and again with a period of `loop_s` where it
-    ///   is given, see [`Script`].
+    ///   is given, see [`TimedPath`].
     ///
     /// `yields` says whether it minds the robot (left out: it does, unless it plays a script). `appears_at_s`, or
     /// `appears_within_m` of the robot, says when it appears (left out: it is there from the start). All points must lie
@@ -91,7 +91,7 @@ impl Walkers {
             file: file.to_owned(),
             reason: reason.split_whitespace().collect::<Vec<_>>().join(" "),
         })?;
-        let mut seeds = generator(seed, Source::Obstacles);
+        let mut seeds = generator(seed, RngStream::Obstacles);
         entries
             .iter()
             .enumerate()
@@ -111,27 +111,38 @@ impl Walkers {
 }
 
 impl Entry {
-    fn moving(&self, ground: &ObstacleGrid, seed: u64) -> Result<Moving, SimError> {
+    fn moving(&self, ground: &ObstacleGrid, seed: u64) -> Result<MovingObstacle, SimError> {
         self.check_keys()?;
         let (moving, points) = if let Some(keyframes) = &self.keyframes {
             let keys: Vec<(f64, Point)> = keyframes
                 .iter()
                 .map(|&[time_s, x, y]| (time_s, Point::new(x, y)))
                 .collect();
-            let moving = Moving::scripted(self.radius, Script::new(&keys, self.loop_s)?)?;
+            let moving =
+                MovingObstacle::timed_path(self.radius, TimedPath::new(&keys, self.loop_s)?)?;
             (moving, keys.iter().map(|key| key.1).collect())
         } else {
             let start = Point::new(needed("x", self.x)?, needed("y", self.y)?);
             let speed = needed("speed", self.speed)?;
             if let Some(wander_m) = self.wander_m {
                 check_inside(&start, ground.frame())?;
-                let moving = Moving::wanderer(self.radius, speed, start, wander_m, ground, seed)?;
+                let moving = MovingObstacle::random_waypoint(
+                    self.radius,
+                    speed,
+                    start,
+                    wander_m,
+                    ground,
+                    seed,
+                )?;
                 (moving, vec![start])
             } else {
                 let route = self.route.iter().flatten();
                 let further = route.map(|&[x, y]| Point::new(x, y));
                 let points: Vec<Point> = core::iter::once(start).chain(further).collect();
-                (Moving::walker(self.radius, speed, points.clone())?, points)
+                (
+                    MovingObstacle::patrol(self.radius, speed, points.clone())?,
+                    points,
+                )
             }
         };
         for point in &points {
@@ -142,8 +153,8 @@ impl Entry {
             None => moving,
         };
         match (self.appears_at_s, self.appears_within_m) {
-            (Some(time_s), _) => moving.appearing(Appears::AtTime(time_s)),
-            (_, Some(distance_m)) => moving.appearing(Appears::Within(distance_m)),
+            (Some(time_s), _) => moving.spawned_by(SpawnTrigger::AtTime(time_s)),
+            (_, Some(distance_m)) => moving.spawned_by(SpawnTrigger::WithinDistance(distance_m)),
             (None, None) => Ok(moving),
         }
     }

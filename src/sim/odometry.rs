@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::SimError;
 use super::error::at_least_zero;
-use super::noise::{Source, generator, normal};
+use super::rng::{RngStream, generator, normal};
 use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 use crate::robot::TrackSpeeds;
+use crate::runtime::OdometryReading;
 
 /// Time from one sample of the sensors to the next, seconds: the inner loop of usual base firmware runs at 100 Hz.
 pub(super) const SAMPLE_S: f64 = 0.01;
@@ -100,16 +101,6 @@ impl OdometryNoise {
     }
 }
 
-/// What a base knows of its own motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OdometryReading {
-    /// Where it believes to be: the pose in REP-105's `odom` frame, laid so that it is true at the start. It never jumps,
-    /// and drifts from the truth without bound.
-    pub pose: Pose,
-    /// How fast it measures itself to move: the belts' mean speed, and the gyro's turn rate.
-    pub twist: Twist,
-}
-
 /// The sensors of one run.
 #[derive(Clone, Debug)]
 pub(super) struct Odometry {
@@ -132,7 +123,7 @@ pub(super) struct Odometry {
 
 impl Odometry {
     pub(super) fn new(noise: OdometryNoise, start: Pose, seed: u64) -> Self {
-        let mut rng = generator(seed, Source::Odometry);
+        let mut rng = generator(seed, RngStream::Odometry);
         Self {
             noise,
             travel_scale: 1.0 + normal(&mut rng, noise.travel_scale_sigma),

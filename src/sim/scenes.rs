@@ -2,7 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use super::rock::Rock;
+use super::mine_map::MineMapBuilder;
 use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
 
@@ -34,7 +34,7 @@ pub fn scenes() -> Vec<Scene> {
 /// Two roadways joined by cross-cuts, with parked machines: 30 by 20 m.
 #[must_use]
 pub fn roadway() -> Scene {
-    let mut rock = Rock::solid(30.0, 20.0, 1);
+    let mut rock = MineMapBuilder::solid(30.0, 20.0, 1);
     rock.drift(3.8, &[[2.4, 3.6], [9.0, 3.0], [17.5, 4.3], [27.4, 3.5]]);
     rock.drift(
         3.4,
@@ -69,7 +69,7 @@ pub fn roadway() -> Scene {
 /// Rooms and pillars: nine pillars in a chequer of crossings, 24 by 24 m.
 #[must_use]
 pub fn crossing() -> Scene {
-    let mut rock = Rock::solid(24.0, 24.0, 2);
+    let mut rock = MineMapBuilder::solid(24.0, 24.0, 2);
     for place in [2.2, 8.7, 15.3, 21.8] {
         rock.drift(2.9, &[[2.2, place], [21.8, place]]);
         rock.drift(2.9, &[[place, 2.2], [place, 21.8]]);
@@ -94,7 +94,7 @@ pub fn crossing() -> Scene {
 /// A blind heading on the straight line to the goal, and the way round it: 24 by 14 m.
 #[must_use]
 pub fn dead_end() -> Scene {
-    let mut rock = Rock::solid(24.0, 14.0, 3);
+    let mut rock = MineMapBuilder::solid(24.0, 14.0, 3);
     rock.drift(3.2, &[[2.4, 7.4], [14.2, 7.4]]);
     rock.drift(2.6, &[[13.4, 6.6], [13.4, 7.9]]);
     rock.drift(3.0, &[[4.6, 7.2], [5.4, 2.6], [17.0, 2.4], [18.8, 7.4]]);

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SimError;
 use super::error::{above_zero, require};
-use super::noise::{Source, generator, standard_normal};
+use super::rng::{RngStream, generator, standard_normal};
 use crate::documented::documented;
 use crate::geometry::Twist;
 use crate::robot::{TrackSpeeds, TrackedDrive};
@@ -117,7 +117,7 @@ pub(super) struct Ground {
 
 impl Ground {
     pub(super) fn new(slip: Slip, seed: u64) -> Self {
-        let mut rng = generator(seed, Source::Ground);
+        let mut rng = generator(seed, RngStream::Ground);
         let (slip_wander, width_wander) = (standard_normal(&mut rng), standard_normal(&mut rng));
         Self {
             slip,

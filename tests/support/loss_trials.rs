@@ -13,7 +13,8 @@ use inbye::local::{
     Problem,
 };
 use inbye::navigator::Goal;
-use inbye::sim::{Config, Crowd, Mission, MissionResult, Observer, Walkers, crossing, run_mission};
+use inbye::runtime::{Config, Mission, MissionResult, Observer};
+use inbye::sim::{MovingObstacles, PedestrianSpawner, crossing, simulate_mission};
 use libtest_mimic::Failed;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -235,11 +236,11 @@ fn mission(config: &Config) -> Result<Mission, Failed> {
     };
     let ground = scene.map.obstacles(config.unknown);
     let (start, end) = (scene.start.position(), scene.goal);
-    let crowd = Crowd::new(3, scene.seed);
-    let walkers = Walkers::seeded(&crowd, &ground, &[start, end], &[start, end])?;
+    let crowd = PedestrianSpawner::new(3, scene.seed);
+    let moving_obstacles = MovingObstacles::seeded(&crowd, &ground, &[start, end], &[start, end])?;
     Ok(Mission {
         via: [end, start].map(goal).to_vec(),
-        walkers,
+        moving_obstacles,
         seed: 5,
         time_limit_s: 400.0,
         ..Mission::new(Arc::new(scene.map), scene.start, goal(end))
@@ -254,9 +255,9 @@ fn drive(engine: Box<dyn Engine>) -> Result<MissionResult, Failed> {
     config.local.sim_time_s = 2.0;
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut |_| {},
+        on_tick: &mut |_| {},
     };
-    let result = run_mission(&mission(&config)?, &config, engine, &mut observer)?;
+    let result = simulate_mission(&mission(&config)?, &config, engine, &mut observer)?;
     if result.reached && !result.collided {
         Ok(result)
     } else {

@@ -253,7 +253,7 @@ fn times(mut seconds: Vec<f64>) -> Times {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::Config;
+    use crate::runtime::Config;
 
     #[test]
     fn medians_and_tails_are_ranks() {

@@ -5,7 +5,7 @@ use super::drawings::{DRAWINGS, Drawing};
 use super::spread::spread;
 use crate::geometry::Pose;
 use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// Side of a drawing's character, metres.
 const CHARACTER_M: f64 = 0.5;

@@ -22,7 +22,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use inbye::map::OccupancyGrid;
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde_json::json;
 
 use super::playground_arguments::PlaygroundArguments;

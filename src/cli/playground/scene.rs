@@ -7,7 +7,8 @@ use inbye::geometry::{Point, Pose, Vector};
 use inbye::local::{ClearanceField, LocalSettings};
 use inbye::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::robot::Footprint;
-use inbye::sim::{self, Config};
+use inbye::runtime::Config;
+use inbye::sim;
 use serde_json::{Value, json};
 
 /// Largest map, cells: its field stays well within the buffer that every browser grants.

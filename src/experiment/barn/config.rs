@@ -5,7 +5,8 @@ use core::f64::consts::PI;
 use crate::local::{LocalSettings, Stopping, Weights};
 use crate::navigator::NavigatorSettings;
 use crate::robot::{Disc, Footprint, Limits};
-use crate::sim::{Config, DriveDynamics, Fixes, Lidar, RobotConfig};
+use crate::runtime::{Config, RobotConfig};
+use crate::sim::{DriveDynamics, Fixes, Lidar};
 
 /// The wheels' coefficient of friction is 0.5 in `jackal.urdf.xacro`: no wheel of it gains more than 4.9 m/s^2, whatever
 /// its controller allows (20 m/s^2 and 25 rad/s^2 in `jackal_control/config/control.yaml` of `jackal/jackal`).

@@ -6,7 +6,7 @@ use super::{BarnRow, BarnWorld, Cylinder, empty_map, score, truth};
 use crate::experiment::worlds::{RunFigures, RunKey, Verdict, WorldError, WorldTask};
 use crate::geometry::{Point, Pose};
 use crate::navigator::Goal;
-use crate::sim::{Config, Mission, MissionResult};
+use crate::runtime::{Config, Mission, MissionResult};
 
 /// From where to where, and when a run is over.
 #[derive(Clone, Copy, Debug, PartialEq)]

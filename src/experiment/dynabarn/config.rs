@@ -4,7 +4,7 @@ use crate::experiment::barn::barn_config;
 use crate::local::{LocalSettings, Weights};
 use crate::navigator::{Abilities, NavigatorSettings};
 use crate::robot::Limits;
-use crate::sim::{Config, RobotConfig};
+use crate::runtime::{Config, RobotConfig};
 
 /// The highest speed and turn rate that the Jackal's controller allows, m/s, forwards as backwards, and rad/s
 /// (`jackal_control/config/control.yaml` of `jackal/jackal`).

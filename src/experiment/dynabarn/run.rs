@@ -7,7 +7,8 @@ use crate::experiment::worlds::{RunFigures, RunKey, WorldError, WorldTask};
 use crate::geometry::Point;
 use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
 use crate::navigator::Goal;
-use crate::sim::{Config, Mission, MissionResult, Moving, TraceRow, Walkers};
+use crate::runtime::{Config, Mission, MissionResult, TraceRow};
+use crate::sim::{MovingObstacle, MovingObstacles};
 
 /// The goal is reached when the true pose is within this of it, metres: the rule of the BARN Challenge.
 const GOAL_RADIUS_M: f64 = 1.0;
@@ -49,7 +50,7 @@ impl WorldTask for Task<'_> {
         let map = field(self.world).map_err(|error| WorldError::Ground { world, error })?;
         let moving = bodies.iter().map(|body| {
             // It takes no notice of the robot.
-            Moving::scripted(body.radius_m, body.script.clone())
+            MovingObstacle::timed_path(body.radius_m, body.script.clone())
         });
         let moving = moving
             .collect::<Result<_, _>>()
@@ -59,7 +60,7 @@ impl WorldTask for Task<'_> {
             yaw: None,
         };
         Ok(Mission {
-            walkers: Walkers::new(moving),
+            moving_obstacles: MovingObstacles::new(moving),
             seed: self.seed,
             time_limit_s: TIME_LIMIT_S,
             done_within_m: Some(GOAL_RADIUS_M),

@@ -9,7 +9,7 @@ use super::DynaBarnError;
 use crate::experiment::worlds::keep_asked;
 use crate::geometry::{Point, Pose};
 use crate::map::MovingDisc;
-use crate::sim::Script;
+use crate::sim::TimedPath;
 
 /// A cylinder that plays its script over and over.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Body {
     /// Its radius, metres, above zero.
     pub radius_m: f64,
     /// Where it is when, over and over; from its last place it jumps to the first.
-    pub script: Script,
+    pub script: TimedPath,
 }
 
 /// A world.
@@ -159,13 +159,13 @@ impl Check<'_> {
         let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
         let keys: Vec<_> = keyframes_t_x_y.into_iter().map(key).collect();
         let script =
-            Script::new(&keys, Some(loop_s)).map_err(|error| DynaBarnError::NotAWorld {
+            TimedPath::new(&keys, Some(loop_s)).map_err(|error| DynaBarnError::NotAWorld {
                 file: self.file.to_owned(),
                 reason: format!("obstacle {index}: {error}"),
             })?;
         Ok(Body {
             radius_m,
-            script: script.on_a_spline(),
+            script: script.on_spline(),
         })
     }
 

@@ -1,6 +1,6 @@
 //! What drives are to show.
 
-/// When mishaps happen, seconds: the robot is under way.
+/// When faults happen, seconds: the robot is under way.
 pub(super) const MISHAP_S: f64 = 12.0;
 
 /// What a drive is to show.

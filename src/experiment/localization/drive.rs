@@ -14,10 +14,8 @@ use crate::geometry::{Point, Pose};
 use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
 use crate::navigator::{Fault, Goal};
-use crate::sim::{
-    Config, Crowd, Mishap, Mission, MissionError, Moment, Observer, PoseFrom, Walkers, crossing,
-    roadway as roadway_scene, run_mission,
-};
+use crate::runtime::{Config, Mission, MissionError, Observer, PoseSource, TickEvent};
+use crate::sim::{FaultInjection, MovingObstacles, PedestrianSpawner, crossing, roadway as roadway_scene, simulate_mission};
 
 /// Length and width of the smooth roadways, metres.
 const ROADWAY_M: (f64, f64) = (120.0, 3.0);
@@ -58,19 +56,19 @@ impl LocalizationPlan {
         seed: u64,
     ) -> Result<LocalizationRow, MissionError> {
         let config = Config {
-            pose_from: PoseFrom::Scans,
+            pose_source: PoseSource::Scans,
             ..self.config.clone()
         };
         let mission = self.mission(case, seed, &config)?;
         let mut watch = Watch::new(case.mishap_s());
         let mut clock = || 0.0;
-        let result = run_mission(
+        let result = simulate_mission(
             &mission,
             &config,
             Box::new(CpuEngine::single_threaded()),
             &mut Observer {
                 clock: &mut clock,
-                witness: &mut |moment| watch.see(moment),
+                on_tick: &mut |moment| watch.see(moment),
             },
         )?;
         Ok(LocalizationRow {
@@ -124,7 +122,7 @@ impl LocalizationPlan {
             LocalizationCase::Carried => {
                 let before = self.place_at(config, &there)?;
                 Mission {
-                    mishaps: vec![Mishap::Carried {
+                    faults: vec![FaultInjection::Kidnapped {
                         at_s: MISHAP_S,
                         to: before,
                     }],
@@ -132,25 +130,25 @@ impl LocalizationPlan {
                 }
             }
             LocalizationCase::Elsewhere => Mission {
-                mishaps: vec![Mishap::Carried {
+                faults: vec![FaultInjection::Kidnapped {
                     at_s: MISHAP_S,
                     to: self.elsewhere(seed, config),
                 }],
                 ..there
             },
             LocalizationCase::Twin => Mission {
-                mishaps: vec![Mishap::Carried {
+                faults: vec![FaultInjection::Kidnapped {
                     at_s: MISHAP_S,
                     to: Pose::new(20.0, along(20.0).y + 1.0 + width_m, 0.0),
                 }],
                 ..roadway(twin_roadways(length_m, width_m))
             },
             LocalizationCase::Blinded => Mission {
-                mishaps: vec![Mishap::Blinded { from_s, to_s }],
+                faults: vec![FaultInjection::LidarOccluded { from_s, to_s }],
                 ..there
             },
             LocalizationCase::BlindedForAMoment => Mission {
-                mishaps: vec![Mishap::Blinded {
+                faults: vec![FaultInjection::LidarOccluded {
                     from_s,
                     to_s: MISHAP_S + 3.0,
                 }],
@@ -187,27 +185,30 @@ impl LocalizationPlan {
         let ground = self.map.obstacles(config.unknown);
         let path = self.path(config)?;
         let ends = [self.start.position(), self.goal];
-        let crowd = Crowd::new(5, there.seed);
-        let walkers = Walkers::seeded(&crowd, &ground, &path, &ends)?;
+        let crowd = PedestrianSpawner::new(5, there.seed);
+        let moving_obstacles = MovingObstacles::seeded(&crowd, &ground, &path, &ends)?;
         let tour = self.to_and_fro(there, config)?;
-        Ok(Mission { walkers, ..tour })
+        Ok(Mission {
+            moving_obstacles,
+            ..tour
+        })
     }
 
-    /// Two metres behind where the robot is when mishaps happen, by a drive without one.
+    /// Two metres behind where the robot is when faults happen, by a drive without one.
     fn place_at(&self, config: &Config, there: &Mission) -> Result<Pose, MissionError> {
         let mission = Mission {
             time_limit_s: MISHAP_S,
             ..there.clone()
         };
         let mut clock = || 0.0;
-        let mut nobody = |_: &Moment<'_>| {};
-        let result = run_mission(
+        let mut nobody = |_: &TickEvent<'_>| {};
+        let result = simulate_mission(
             &mission,
             config,
             Box::new(CpuEngine::single_threaded()),
             &mut Observer {
                 clock: &mut clock,
-                witness: &mut nobody,
+                on_tick: &mut nobody,
             },
         )?;
         let rows = &result.trace.rows;

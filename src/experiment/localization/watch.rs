@@ -3,7 +3,7 @@
 use super::LocalizationRow;
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::State;
-use crate::sim::Moment;
+use crate::runtime::TickEvent;
 
 /// Within so long a mishap is to be noticed, seconds.
 const NOTICED_S: f64 = 1.0;
@@ -68,7 +68,7 @@ impl Watch {
         }
     }
 
-    pub fn see(&mut self, moment: &Moment<'_>) {
+    pub fn see(&mut self, moment: &TickEvent<'_>) {
         let Some(fix) = moment.fix else {
             return;
         };

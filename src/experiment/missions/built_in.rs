@@ -2,7 +2,8 @@
 
 use super::MissionSite;
 use crate::bench::paper::made_mine;
-use crate::sim::{Config, scenes};
+use crate::runtime::Config;
+use crate::sim::scenes;
 
 /// Seed of the made mine.
 const MINE_SEED: u64 = 1;

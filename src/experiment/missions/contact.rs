@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Point, Vector};
 use crate::robot::Footprint;
-use crate::sim::{TraceRow, World};
+use crate::runtime::TraceRow;
+use crate::sim::World;
 
 /// Closing speed above which the robot's own motion closed the gap, m/s.
 const CLOSING_M_S: f64 = 0.02;

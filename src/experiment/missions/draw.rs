@@ -13,7 +13,7 @@ use super::{MissionSite, MissionsError, People, Rules};
 use crate::geometry::{Point, Pose};
 use crate::global::Plan;
 use crate::navigator::{Goal, RoutePlanner};
-use crate::sim::{Config, Mission};
+use crate::runtime::{Config, Mission};
 
 /// Attempts to find a start that has a goal. A start in a pocket has none.
 const ATTEMPTS: usize = 200;
@@ -57,7 +57,7 @@ impl MissionSite {
         } else {
             (self.obstacles.clone(), 0)
         };
-        let (people, walkers) = people(rules, config, &truth, path, &mut rng);
+        let (people, moving_obstacles) = people(rules, config, &truth, path, &mut rng);
         let path_m = path.length_m();
         let goal = Goal {
             position: goal,
@@ -66,7 +66,7 @@ impl MissionSite {
         let start = Pose::new(start.x, start.y, start_yaw);
         let mission = Mission {
             truth: (unmapped > 0).then_some(truth),
-            walkers,
+            moving_obstacles,
             seed,
             time_limit_s: TIME_S + TIME_S_PER_M * path_m,
             ..Mission::new(Arc::clone(&self.map), start, goal)

@@ -4,7 +4,8 @@ use super::ending::{Verdict, verdict};
 use super::{Drawn, Ending, MissionRow, MissionSite, MissionsError, Rules, Touch};
 use crate::bench::Latencies;
 use crate::local::Engine;
-use crate::sim::{Config, MissionError, MissionResult, Observer, run_mission};
+use crate::runtime::{Config, MissionError, MissionResult, Observer};
+use crate::sim::simulate_mission;
 
 /// Settings under a name.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +37,7 @@ pub fn drive(
         map: site.name.clone(),
         seed,
         people: drawn.people,
-        moving: mission.walkers.len(),
+        moving: mission.moving_obstacles.len(),
         unmapped: drawn.unmapped,
         result: Ending::Failed,
         time_s: 0.0,
@@ -55,7 +56,7 @@ pub fn drive(
         tick_p50_ms: None,
         tick_p99_ms: None,
     };
-    let result = match run_mission(mission, config, engine, observer) {
+    let result = match simulate_mission(mission, config, engine, observer) {
         Ok(result) => result,
         Err(MissionError::Fault(fault)) => {
             row.fault = Some(word(&fault.to_string()));

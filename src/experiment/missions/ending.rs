@@ -2,7 +2,8 @@
 
 use super::{Body, Contact, Ending, Touch};
 use crate::experiment::missions::{Cause, contact};
-use crate::sim::{Config, Mission, MissionResult, TraceRow, World};
+use crate::runtime::{Config, Mission, MissionResult, TraceRow};
+use crate::sim::World;
 
 /// How a mission ended.
 pub(in crate::experiment) struct Verdict {

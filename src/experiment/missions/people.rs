@@ -10,7 +10,8 @@ use super::Rules;
 use crate::geometry::Point;
 use crate::global::Path;
 use crate::map::ObstacleGrid;
-use crate::sim::{Appears, Config, Crowd, Moving, Walkers};
+use crate::runtime::Config;
+use crate::sim::{MovingObstacle, MovingObstacles, PedestrianSpawner, SpawnTrigger};
 
 /// The kind of moving obstacles of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -49,28 +50,28 @@ pub(super) fn people(
     ground: &ObstacleGrid,
     path: &Path,
     rng: &mut Pcg64Mcg,
-) -> (People, Walkers) {
+) -> (People, MovingObstacles) {
     // All draws are made whatever comes of them, so that one rule less does not change the others' missions.
     let count = rng.random_range(0..=rules.most_people);
     let kind = KINDS[rng.random_range(0..KINDS.len())];
     let seed: u64 = rng.random();
-    let walkers = match kind {
-        People::Appearing => appearing(count, config, ground, path, rng),
+    let moving_obstacles = match kind {
+        People::Appearing => spawned_by(count, config, ground, path, rng),
         kind => {
-            let crowd = Crowd {
+            let crowd = PedestrianSpawner {
                 yields: kind == People::Minding,
-                ..config.walkers.crowd(count, seed)
+                ..config.pedestrians.crowd(count, seed)
             };
             along(crowd, ground, path)
         }
     };
-    if walkers.is_empty() {
-        return (People::Nobody, walkers);
+    if moving_obstacles.is_empty() {
+        return (People::Nobody, moving_obstacles);
     }
-    (kind, walkers)
+    (kind, moving_obstacles)
 }
 
-fn along(crowd: Crowd, ground: &ObstacleGrid, path: &Path) -> Walkers {
+fn along(crowd: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> MovingObstacles {
     let points = path.points();
     let ends: Vec<Point> = points
         .iter()
@@ -79,33 +80,34 @@ fn along(crowd: Crowd, ground: &ObstacleGrid, path: &Path) -> Walkers {
         .copied()
         .collect();
     let placed = (1..=crowd.count).rev().find_map(|count| {
-        let crowd = Crowd { count, ..crowd };
-        Walkers::seeded(&crowd, ground, points, &ends).ok()
+        let crowd = PedestrianSpawner { count, ..crowd };
+        MovingObstacles::seeded(&crowd, ground, points, &ends).ok()
     });
     placed.unwrap_or_default()
 }
 
-fn appearing(
+fn spawned_by(
     count: usize,
     config: &Config,
     ground: &ObstacleGrid,
     path: &Path,
     rng: &mut Pcg64Mcg,
-) -> Walkers {
-    let people = config.walkers;
+) -> MovingObstacles {
+    let people = config.pedestrians;
     let stretch = FROM_ENDS_M..path.length_m() - FROM_ENDS_M;
     if stretch.is_empty() {
-        return Walkers::default();
+        return MovingObstacles::default();
     }
     let mut moving = Vec::with_capacity(count);
     for _ in 0..count {
         let place = path.point_at(rng.random_range(stretch.clone()));
         let speed = rng.random_range(people.slowest..=people.fastest);
-        let appears = Appears::Within(rng.random_range(APPEARS_WITHIN_M));
+        let appears = SpawnTrigger::WithinDistance(rng.random_range(APPEARS_WITHIN_M));
         let seed = rng.random();
-        let one = Moving::wanderer(people.radius_m, speed, place, WANDER_M, ground, seed);
+        let one =
+            MovingObstacle::random_waypoint(people.radius_m, speed, place, WANDER_M, ground, seed);
         // A place too narrow to wander from has nobody.
-        moving.extend(one.and_then(|one| one.appearing(appears)).ok());
+        moving.extend(one.and_then(|one| one.spawned_by(appears)).ok());
     }
-    Walkers::new(moving)
+    MovingObstacles::new(moving)
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::digest::BitDigest;
 use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// A map, and where the robot's origin may be on it.
 #[derive(Clone, Debug)]

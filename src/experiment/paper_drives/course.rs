@@ -9,7 +9,8 @@ use crate::geometry::{Point, Pose};
 use crate::global::Plan;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Goal, Route};
-use crate::sim::{Config, Crowd, Mission, Walkers};
+use crate::runtime::{Config, Mission};
+use crate::sim::{MovingObstacles, PedestrianSpawner};
 
 /// Yaw at the start, radians: the paper's initial direction angle.
 pub const START_YAW_RAD: f64 = FRAC_PI_4;
@@ -95,28 +96,33 @@ impl Course {
         seed: u64,
         config: &Config,
     ) -> Result<Mission, PaperError> {
-        let walkers = self.walkers(traffic, seed, config)?;
+        let moving_obstacles = self.moving_obstacles(traffic, seed, config)?;
         Ok(Mission {
-            walkers,
+            moving_obstacles,
             seed,
             time_limit_s: SLOWEST_S_PER_M * self.plan.smoothed.length_m(),
             ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
         })
     }
 
-    fn walkers(&self, traffic: Traffic, seed: u64, config: &Config) -> Result<Walkers, PaperError> {
+    fn moving_obstacles(
+        &self,
+        traffic: Traffic,
+        seed: u64,
+        config: &Config,
+    ) -> Result<MovingObstacles, PaperError> {
         let yields = match traffic {
-            Traffic::Nobody => return Ok(Walkers::default()),
+            Traffic::Nobody => return Ok(MovingObstacles::default()),
             Traffic::Minding => true,
             Traffic::Heedless => false,
         };
-        let crowd = Crowd {
+        let crowd = PedestrianSpawner {
             yields,
-            ..config.walkers.crowd(self.people, seed)
+            ..config.pedestrians.crowd(self.people, seed)
         };
         let path = self.plan.smoothed.points();
         let keep_clear = [self.start.position(), self.goal.position];
-        Walkers::seeded(&crowd, &self.obstacles, path, &keep_clear)
+        MovingObstacles::seeded(&crowd, &self.obstacles, path, &keep_clear)
             .map_err(|error| self.failed(seed, &error))
     }
 

@@ -7,7 +7,8 @@ use crate::bench::paper::PaperError;
 use crate::geometry::Pose;
 use crate::local::CpuEngine;
 use crate::robot::Footprint;
-use crate::sim::{Config, Mission, MissionResult, Observer, Trace, TraceRow, run_mission};
+use crate::runtime::{Config, Mission, MissionResult, Observer, Trace, TraceRow};
+use crate::sim::simulate_mission;
 
 /// Somebody nearer than this was met, metres between the robot's edge and theirs.
 pub const MET_WITHIN_M: f64 = 1.5;
@@ -75,9 +76,9 @@ impl Drive {
         let engine = Box::new(CpuEngine::single_threaded());
         let mut observer = Observer {
             clock: &mut || 0.0,
-            witness: &mut |_| {},
+            on_tick: &mut |_| {},
         };
-        let result = run_mission(&mission, config, engine, &mut observer)
+        let result = simulate_mission(&mission, config, engine, &mut observer)
             .map_err(|error| course.failed(seed, &error))?;
         Ok(Self {
             run: DriveRun::of(course, &mission, &result, config),

@@ -6,7 +6,7 @@ use std::thread;
 
 use super::{Course, Drive, DriveRun, Traffic};
 use crate::bench::paper::PaperError;
-use crate::sim::{Config, Trace};
+use crate::runtime::{Config, Trace};
 
 /// All drives of one kind of traffic.
 #[derive(Clone, Debug, PartialEq)]

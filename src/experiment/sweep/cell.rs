@@ -8,7 +8,7 @@ use super::Label;
 use super::canonical::canonical;
 use super::ground::Ground;
 use crate::digest::BitDigest;
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// Number of the form of inputs and results. It is raised whenever the same inputs may give other results, or results are
 /// written otherwise, while the crate's version stays.

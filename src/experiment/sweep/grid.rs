@@ -7,7 +7,7 @@ use toml::Table;
 
 use super::worlds::{SweepWorld, worlds};
 use super::{Cell, Label, SweepError, SweepPlan};
-use crate::sim::Config;
+use crate::runtime::Config;
 
 /// All cells of a plan, in its order: worlds, settings, weights, samplings, engines, seeds.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use crate::experiment::barn::BarnRow;
 use crate::experiment::dynabarn::{Culprit, DynaBarnRow};
 use crate::experiment::missions::{Ending, Touch};
 use crate::experiment::worlds::Verdict;
-use crate::sim::MissionResult;
+use crate::runtime::MissionResult;
 
 /// How a cell ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -13,7 +13,8 @@ use crate::geometry::Pose;
 use crate::local::{Engine, EngineError, Preference, open_to_drive};
 use crate::map::OccupancyGrid;
 use crate::navigator::Goal;
-use crate::sim::{Config, Mission, MissionError, MissionResult, Observer, Walkers, run_mission};
+use crate::runtime::{Config, Mission, MissionError, MissionResult, Observer};
+use crate::sim::{MovingObstacles, simulate_mission};
 
 /// Opens the engine of a cell.
 ///
@@ -93,9 +94,9 @@ fn driven(
             let driven = mission.and_then(|mission| {
                 let mut observer = Observer {
                     clock,
-                    witness: &mut |_| {},
+                    on_tick: &mut |_| {},
                 };
-                let result = run_mission(&mission, config, engine, &mut observer)?;
+                let result = simulate_mission(&mission, config, engine, &mut observer)?;
                 Ok((mission, result))
             });
             match driven {
@@ -121,7 +122,7 @@ fn driven(
             };
             let mut observer = Observer {
                 clock,
-                witness: &mut |_| {},
+                on_tick: &mut |_| {},
             };
             let driven = missions::drive(&site, seed, rules, &setup, engine, &mut observer);
             let (row, _, result) = driven.map_err(|error| error.to_string())?;
@@ -142,7 +143,7 @@ fn route(
 ) -> Result<Mission, MissionError> {
     let ends = (start.position(), goal.position);
     Ok(Mission {
-        walkers: Walkers::on_the_way(people, seed, map, config, ends)?,
+        moving_obstacles: MovingObstacles::on_route(people, seed, map, config, ends)?,
         seed,
         ..Mission::new(Arc::clone(map), start, goal)
     })

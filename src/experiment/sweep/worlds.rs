@@ -11,7 +11,8 @@ use crate::experiment::{barn, dynabarn};
 use crate::geometry::{Point, Pose};
 use crate::map::{LoadOptions, OccupancyGrid, load};
 use crate::navigator::Goal;
-use crate::sim::{Config, scenes};
+use crate::runtime::Config;
+use crate::sim::scenes;
 
 /// Seed of the made mine.
 const MINE_SEED: u64 = 1;

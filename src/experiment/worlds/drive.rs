@@ -4,7 +4,8 @@ use super::{RunKey, Verdict, WorldError};
 use crate::bench::Latencies;
 use crate::experiment::campaign::Row;
 use crate::local::{CpuEngine, Engine};
-use crate::sim::{Config, Mission, MissionError, MissionResult, Observer, run_mission};
+use crate::runtime::{Config, Mission, MissionError, MissionResult, Observer};
+use crate::sim::simulate_mission;
 
 /// A world to be driven with a seed.
 pub trait WorldTask: Sync {
@@ -74,9 +75,9 @@ pub fn drive_on<T: WorldTask>(
     let mission = task.mission()?;
     let mut observer = Observer {
         clock,
-        witness: &mut |_| {},
+        on_tick: &mut |_| {},
     };
-    let (figures, result) = match run_mission(&mission, config, engine, &mut observer) {
+    let (figures, result) = match simulate_mission(&mission, config, engine, &mut observer) {
         Ok(result) => (RunFigures::of(&result), Some(result)),
         Err(MissionError::Fault(fault)) => (RunFigures::refused(fault.to_string()), None),
         Err(MissionError::Sim(error)) => {

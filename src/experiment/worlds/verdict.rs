@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::sim::MissionResult;
+use crate::runtime::MissionResult;
 
 /// How a run ended, in the challenge's words and one more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

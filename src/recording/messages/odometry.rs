@@ -2,7 +2,7 @@
 
 use crate::recording::cdr::Encoder;
 use crate::recording::parts::{self, BASE, ODOM};
-use crate::sim::OdometryReading;
+use crate::runtime::OdometryReading;
 
 /// A reading at a time.
 pub fn odometry(time_s: f64, reading: &OdometryReading) -> Vec<u8> {

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use serde_json::{Value, json};
 
 use crate::report::number::fixed;
-use crate::sim::{Moment, Troubles};
+use crate::runtime::{FaultEvents, TickEvent};
 
 /// So many are listed in words; the curves and the read-out show the others too.
 const MOST_LISTED: usize = 200;
@@ -25,12 +25,12 @@ struct Span {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
     spans: Vec<Span>,
-    troubles: Troubles,
+    troubles: FaultEvents,
 }
 
 impl Faults {
     /// Takes what went wrong at a tick, which is one after the last.
-    pub fn take(&mut self, tick: usize, moment: &Moment<'_>) {
+    pub fn take(&mut self, tick: usize, moment: &TickEvent<'_>) {
         for what in self.troubles.at(moment) {
             self.note(tick, moment.row.time_s, what);
         }

@@ -4,7 +4,7 @@ use super::faults::Faults;
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::{Fan, Reason, Sampling};
 use crate::map::{MovingDisc, Scan};
-use crate::sim::{Moment, TraceRow};
+use crate::runtime::{TickEvent, TraceRow};
 
 /// Frames that a reel keeps at most: ten minutes of ten a second. A longer run is shown in every second tick, or fourth.
 const MOST_FRAMES: usize = 6000;
@@ -86,7 +86,7 @@ impl Default for Reel {
 
 impl Reel {
     /// Takes the next tick of the run.
-    pub fn take(&mut self, moment: &Moment<'_>) {
+    pub fn take(&mut self, moment: &TickEvent<'_>) {
         self.faults.take(self.ticks, moment);
         let is_kept = self.ticks.is_multiple_of(self.stride);
         self.ticks += 1;
@@ -120,7 +120,7 @@ impl Reel {
 }
 
 impl Frame {
-    fn of(moment: &Moment<'_>) -> Self {
+    fn of(moment: &TickEvent<'_>) -> Self {
         let row = moment.row;
         let place = row.pose.position();
         let disc = |(center, radius): (&Option<Point>, &f64)| {

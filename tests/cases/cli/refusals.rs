@@ -229,7 +229,7 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [navigator]|turn_in_place_until = 3.0 -> [navigator] turn_in_place_until is 3; at most turn_in_place_from
 [lidar]|beams = 0 -> [lidar] beams is 0; 1 to
 [dynamics]|motor_lag_s = -1.0 -> [dynamics] motor_lag_s is -1; at least zero
-[walkers]|slowest = 0.9|fastest = 0.2 -> [walkers] fastest is 0.2; at least slowest
+[pedestrians]|slowest = 0.9|fastest = 0.2 -> [pedestrians] fastest is 0.2; at least slowest
 ";
     for line in table.lines().filter(|line| !line.is_empty()) {
         let (text, words) = line.split_once(" -> ").expect("a line has an arrow");

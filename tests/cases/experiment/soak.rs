@@ -10,7 +10,8 @@ use inbye::global::Searcher;
 use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared};
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
-use inbye::sim::{Config, Observer, crossing, roadway};
+use inbye::runtime::{Config, Observer};
+use inbye::sim::{crossing, roadway};
 
 fn site(config: &Config) -> MissionSite {
     MissionSite::new("crossing", crossing().map, config)
@@ -38,7 +39,7 @@ fn a_mission_belongs_to_its_seed() {
         let goal = (mission.goal.position, mission.goal.yaw);
         (
             (mission.start, goal, drawn.path_m, drawn.people),
-            (mission.walkers, mission.truth, drawn.unmapped),
+            (mission.moving_obstacles, mission.truth, drawn.unmapped),
         )
     };
     let mut kinds = Vec::new();
@@ -80,7 +81,7 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
         let space = FreeSpace::new(&site.obstacles, radius_m);
         assert!(space.is_free(start) && space.is_free(goal), "seed {seed}");
         assert!(searcher.jump_points(&space, start, goal).is_ok());
-        assert!(mission.walkers.len() <= rules.most_people);
+        assert!(mission.moving_obstacles.len() <= rules.most_people);
         if let Some(truth) = &mission.truth {
             stood += drawn.unmapped;
             let blocked = |cells: &[bool]| cells.iter().filter(|&&cell| cell).count();
@@ -154,7 +155,7 @@ fn one_flipped_bit_is_another_trace() {
     let run = |engine: Box<dyn Engine>| -> MissionRow {
         let mut observer = Observer {
             clock: &mut || 0.0,
-            witness: &mut |_| {},
+            on_tick: &mut |_| {},
         };
         let driven = drive(&site, 3, &short(), &setup, engine, &mut observer);
         driven.expect("a sound mission").0

@@ -17,6 +17,7 @@ const ROOMS: [&str; 20] = [
     "local",
     "navigator",
     "base",
+    "runtime",
     "sim",
     "nav2",
     "recording",

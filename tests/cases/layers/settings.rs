@@ -2,7 +2,7 @@
 
 use inbye::base::BaseConfig;
 use inbye::documented::Described;
-use inbye::sim::Config;
+use inbye::runtime::Config;
 use serde::Serialize;
 use toml::{Table, Value};
 

@@ -7,9 +7,8 @@ use std::sync::Arc;
 use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, Sampling};
 use inbye::navigator::{Goal, PLAN_LIVES_S};
-use inbye::sim::{
-    Config, Mission, MissionResult, Moment, Observer, TraceRow, dead_end, run_mission,
-};
+use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
+use inbye::sim::{dead_end, simulate_mission};
 
 const DEADLINE_S: f64 = 0.05;
 const LATE_S: f64 = 0.08;
@@ -35,13 +34,13 @@ fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResul
         now_s.set(now_s.get() + took_s(tick.get()));
         now_s.get()
     };
-    let mut progress = |_: &Moment<'_>| tick.set(tick.get() + 1);
+    let mut progress = |_: &TickEvent<'_>| tick.set(tick.get() + 1);
     let mut observer = Observer {
         clock: &mut clock,
-        witness: &mut progress,
+        on_tick: &mut progress,
     };
     let engine = Box::new(CpuEngine::single_threaded());
-    run_mission(&mission, &config, engine, &mut observer).expect("a mission that can start")
+    simulate_mission(&mission, &config, engine, &mut observer).expect("a mission that can start")
 }
 
 /// Bursts of slow ticks: one alone, two apart, a long one.

@@ -3,7 +3,7 @@
 use inbye::geometry::{Point, Pose, Vector};
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 use inbye::robot::Footprint;
-use inbye::sim::{Appears, Moving, Script, SimError, Walkers, World, YIELD_GAP_M};
+use inbye::sim::{MovingObstacle, MovingObstacles, SimError, SpawnTrigger, TimedPath, World, YIELD_GAP_M};
 
 /// Where the robot is out of everybody's way.
 const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);
@@ -19,14 +19,14 @@ fn robot() -> Footprint {
     Footprint::round(0.4).expect("a valid disc")
 }
 
-fn one(moving: Moving) -> Walkers {
-    Walkers::new(vec![moving])
+fn one(moving: MovingObstacle) -> MovingObstacles {
+    MovingObstacles::new(vec![moving])
 }
 
 /// The only obstacle after some more seconds without the robot.
-fn after(walkers: &mut Walkers, time_s: f64) -> MovingDisc {
-    walkers.step(time_s, &AWAY, &robot());
-    walkers.discs()[0]
+fn after(moving_obstacles: &mut MovingObstacles, time_s: f64) -> MovingDisc {
+    moving_obstacles.step(time_s, &AWAY, &robot());
+    moving_obstacles.discs()[0]
 }
 
 fn assert_at(disc: &MovingDisc, center: [f64; 2], velocity: [f64; 2]) {
@@ -50,51 +50,51 @@ fn scripted_by(
     radius_m: f64,
     keys: &[(f64, Point)],
     loop_s: Option<f64>,
-) -> Result<Moving, SimError> {
-    Moving::scripted(radius_m, Script::new(keys, loop_s)?)
+) -> Result<MovingObstacle, SimError> {
+    MovingObstacle::timed_path(radius_m, TimedPath::new(keys, loop_s)?)
 }
 
-fn scripted(loop_s: Option<f64>) -> Moving {
+fn scripted(loop_s: Option<f64>) -> MovingObstacle {
     let keys = KEYS.map(|(time_s, place)| (time_s, Point::from(place)));
     scripted_by(0.3, &keys, loop_s).expect("a valid script")
 }
 
 #[test]
 fn a_script_played_once_interpolates_and_then_stands() {
-    let mut walkers = one(scripted(None));
-    assert_at(&walkers.discs()[0], [1.0, 1.0], [0.0, 0.0]);
-    assert_at(&after(&mut walkers, 0.5), [1.0, 1.0], [0.0, 0.0]);
-    assert_at(&after(&mut walkers, 1.0), [2.0, 1.0], [2.0, 0.0]);
-    assert_at(&after(&mut walkers, 2.0), [5.0, 1.75], [0.0, 1.5]);
-    assert_at(&after(&mut walkers, 0.7), [5.0, 2.5], [0.0, 0.0]);
-    assert_at(&after(&mut walkers, 50.0), [5.0, 2.5], [0.0, 0.0]);
+    let mut moving_obstacles = one(scripted(None));
+    assert_at(&moving_obstacles.discs()[0], [1.0, 1.0], [0.0, 0.0]);
+    assert_at(&after(&mut moving_obstacles, 0.5), [1.0, 1.0], [0.0, 0.0]);
+    assert_at(&after(&mut moving_obstacles, 1.0), [2.0, 1.0], [2.0, 0.0]);
+    assert_at(&after(&mut moving_obstacles, 2.0), [5.0, 1.75], [0.0, 1.5]);
+    assert_at(&after(&mut moving_obstacles, 0.7), [5.0, 2.5], [0.0, 0.0]);
+    assert_at(&after(&mut moving_obstacles, 50.0), [5.0, 2.5], [0.0, 0.0]);
 }
 
 #[test]
 fn a_script_that_loops_jumps_from_its_last_place_to_its_first() {
-    let mut walkers = one(scripted(Some(4.0)));
-    assert_at(&after(&mut walkers, 3.9), [5.0, 2.35], [0.0, 1.5]);
-    assert_at(&after(&mut walkers, 0.2), [1.0, 1.0], [0.0, 0.0]);
-    assert_at(&after(&mut walkers, 1.9), [3.0, 1.0], [2.0, 0.0]);
-    assert_at(&after(&mut walkers, 40.0), [3.0, 1.0], [2.0, 0.0]);
+    let mut moving_obstacles = one(scripted(Some(4.0)));
+    assert_at(&after(&mut moving_obstacles, 3.9), [5.0, 2.35], [0.0, 1.5]);
+    assert_at(&after(&mut moving_obstacles, 0.2), [1.0, 1.0], [0.0, 0.0]);
+    assert_at(&after(&mut moving_obstacles, 1.9), [3.0, 1.0], [2.0, 0.0]);
+    assert_at(&after(&mut moving_obstacles, 40.0), [3.0, 1.0], [2.0, 0.0]);
 }
 
 #[test]
 fn a_longer_period_is_spent_at_the_last_place() {
-    let mut walkers = one(scripted(Some(6.0)));
-    assert_at(&after(&mut walkers, 5.9), [5.0, 2.5], [0.0, 0.0]);
-    assert_at(&after(&mut walkers, 2.1), [3.0, 1.0], [2.0, 0.0]);
+    let mut moving_obstacles = one(scripted(Some(6.0)));
+    assert_at(&after(&mut moving_obstacles, 5.9), [5.0, 2.5], [0.0, 0.0]);
+    assert_at(&after(&mut moving_obstacles, 2.1), [3.0, 1.0], [2.0, 0.0]);
 }
 
 #[test]
 fn a_script_minds_the_robot_only_when_told_to() {
     let pose = Pose::new(3.0, 1.0, 0.0);
     let smallest_gap = |moving| {
-        let mut walkers = one(moving);
+        let mut moving_obstacles = one(moving);
         let mut smallest = f64::INFINITY;
         for _ in 0..200 {
-            walkers.step(0.05, &pose, &robot());
-            let disc = walkers.discs()[0];
+            moving_obstacles.step(0.05, &pose, &robot());
+            let disc = moving_obstacles.discs()[0];
             smallest = smallest.min(robot().gap_to_disc_m(&pose, &disc.center(), disc.radius));
         }
         smallest
@@ -109,30 +109,33 @@ fn a_script_minds_the_robot_only_when_told_to() {
 
 #[test]
 fn a_script_that_yielded_goes_on_where_it_stopped() {
-    let mut walkers = one(scripted(None).yielding(true));
-    walkers.step(10.0, &Pose::new(3.0, 1.0, 0.0), &robot());
-    let held = walkers.discs()[0];
+    let mut moving_obstacles = one(scripted(None).yielding(true));
+    moving_obstacles.step(10.0, &Pose::new(3.0, 1.0, 0.0), &robot());
+    let held = moving_obstacles.discs()[0];
     assert!((1.9..2.0).contains(&held.x) && held.vx == 0.0, "{held:?}");
-    let next = after(&mut walkers, 0.1);
+    let next = after(&mut moving_obstacles, 0.1);
     assert!((next.x - held.x - 0.2).abs() < 1e-9, "{next:?}");
 }
 
-fn walker() -> Moving {
+fn walker() -> MovingObstacle {
     let route = vec![Point::new(2.0, 1.0), Point::new(8.0, 1.0)];
-    Moving::walker(0.3, 1.0, route).expect("a valid walk")
+    MovingObstacle::patrol(0.3, 1.0, route).expect("a valid walk")
 }
 
 #[test]
 fn who_appears_at_a_time_is_not_there_before_and_begins_at_its_start() {
-    let late = walker().appearing(Appears::AtTime(2.0)).unwrap();
-    let mut walkers = Walkers::new(vec![late, walker()]);
+    let late = walker().spawned_by(SpawnTrigger::AtTime(2.0)).unwrap();
+    let mut moving_obstacles = MovingObstacles::new(vec![late, walker()]);
     let mut seen_s = None;
     for tick in 0..60 {
         let time_s = 0.1 * f64::from(tick);
-        let places = walkers.places();
-        assert_eq!((places.len(), walkers.radii().len()), (2, 2));
+        let places = moving_obstacles.places();
+        assert_eq!((places.len(), moving_obstacles.radii().len()), (2, 2));
         assert!(places[1].is_some(), "the other is there all the time");
-        assert_eq!(walkers.discs().len(), places.iter().flatten().count());
+        assert_eq!(
+            moving_obstacles.discs().len(),
+            places.iter().flatten().count()
+        );
         if let Some(disc) = places[0] {
             let since = *seen_s.get_or_insert(time_s);
             assert!(
@@ -140,7 +143,7 @@ fn who_appears_at_a_time_is_not_there_before_and_begins_at_its_start() {
                 "{disc:?} at {time_s} s"
             );
         }
-        walkers.step(0.1, &AWAY, &robot());
+        moving_obstacles.step(0.1, &AWAY, &robot());
     }
     let seen_s = seen_s.expect("it appeared");
     assert!((seen_s - 2.0).abs() < 1e-9, "{seen_s}");
@@ -148,24 +151,26 @@ fn who_appears_at_a_time_is_not_there_before_and_begins_at_its_start() {
 
 #[test]
 fn who_appears_before_the_robot_waits_for_it_to_come_near() {
-    let hidden = walker().appearing(Appears::Within(3.0)).unwrap();
-    let mut walkers = one(hidden);
-    walkers.step(20.0, &Pose::new(2.0, 4.1, 0.0), &robot());
-    assert!(walkers.discs().is_empty());
-    walkers.step(0.1, &Pose::new(2.0, 3.9, 0.0), &robot());
-    assert_eq!(walkers.discs().len(), 1);
+    let hidden = walker()
+        .spawned_by(SpawnTrigger::WithinDistance(3.0))
+        .unwrap();
+    let mut moving_obstacles = one(hidden);
+    moving_obstacles.step(20.0, &Pose::new(2.0, 4.1, 0.0), &robot());
+    assert!(moving_obstacles.discs().is_empty());
+    moving_obstacles.step(0.1, &Pose::new(2.0, 3.9, 0.0), &robot());
+    assert_eq!(moving_obstacles.discs().len(), 1);
     // Once there it stays, wherever the robot goes.
-    assert!(after(&mut walkers, 1.0).x > 2.9);
+    assert!(after(&mut moving_obstacles, 1.0).x > 2.9);
 }
 
 #[test]
 fn who_yields_does_not_appear_on_top_of_the_robot() {
     let on_top = Pose::new(2.2, 1.0, 0.0);
-    let now = Appears::AtTime(1.0);
-    let mut polite = one(walker().appearing(now).unwrap());
-    let mut rude = one(walker().yielding(false).appearing(now).unwrap());
-    for walkers in [&mut polite, &mut rude] {
-        walkers.step(5.0, &on_top, &robot());
+    let now = SpawnTrigger::AtTime(1.0);
+    let mut polite = one(walker().spawned_by(now).unwrap());
+    let mut rude = one(walker().yielding(false).spawned_by(now).unwrap());
+    for moving_obstacles in [&mut polite, &mut rude] {
+        moving_obstacles.step(5.0, &on_top, &robot());
     }
     assert!(polite.discs().is_empty());
     assert_eq!(rude.discs().len(), 1);
@@ -175,19 +180,20 @@ fn who_yields_does_not_appear_on_top_of_the_robot() {
 
 #[test]
 fn who_is_not_there_is_neither_touched_nor_seen() {
-    let hidden = walker().appearing(Appears::AtTime(1.0)).unwrap();
-    let mut walkers = one(hidden);
+    let hidden = walker().spawned_by(SpawnTrigger::AtTime(1.0)).unwrap();
+    let mut moving_obstacles = one(hidden);
     let mut world = World::new(two_halves());
     let touching = Pose::new(2.0, 1.0, 0.0);
-    world.moving = walkers.discs();
+    world.moving = moving_obstacles.discs();
     assert!(world.gap_m(&robot(), &touching) > 0.0);
-    walkers.step(1.0, &AWAY, &robot());
-    world.moving = walkers.discs();
+    moving_obstacles.step(1.0, &AWAY, &robot());
+    world.moving = moving_obstacles.discs();
     assert!(world.gap_m(&robot(), &touching) < 0.0);
 }
 
-fn wanderer(seed: u64) -> Moving {
-    Moving::wanderer(0.3, 0.7, Point::new(4.0, 3.0), 4.5, &two_halves(), seed).expect("free ground")
+fn wanderer(seed: u64) -> MovingObstacle {
+    MovingObstacle::random_waypoint(0.3, 0.7, Point::new(4.0, 3.0), 4.5, &two_halves(), seed)
+        .expect("free ground")
 }
 
 #[test]
@@ -195,11 +201,11 @@ fn wanderers_stay_on_free_ground_near_home_and_get_about() {
     let world = World::new(two_halves());
     let (mut left, mut right) = (0, 0);
     for seed in 0..20 {
-        let mut walkers = one(wanderer(seed));
-        let mut before = walkers.discs()[0];
+        let mut moving_obstacles = one(wanderer(seed));
+        let mut before = moving_obstacles.discs()[0];
         let (mut highest, mut lowest) = (f64::MIN, f64::MAX);
         for _ in 0..2400 {
-            let disc = after(&mut walkers, 0.05);
+            let disc = after(&mut moving_obstacles, 0.05);
             let place = Pose::new(disc.x, disc.y, 0.0);
             let body = Footprint::round(disc.radius).unwrap();
             let to_wall = world.gap_to_static_m(&body, &place);
@@ -226,30 +232,30 @@ fn wanderers_stay_on_free_ground_near_home_and_get_about() {
 
 #[test]
 fn a_wanderer_that_waited_for_the_robot_goes_elsewhere() {
-    let mut walkers = one(wanderer(3));
+    let mut moving_obstacles = one(wanderer(3));
     let mut held_s = 0.0;
     // The robot stands in its way wherever it wants to go.
     for _ in 0..2000 {
-        let disc = walkers.discs()[0];
+        let disc = moving_obstacles.discs()[0];
         let ahead = Vector::new(disc.vx, disc.vy);
         if ahead.norm() > 0.0 && held_s == 0.0 {
             let center = disc.center() + ahead.normalize() * 1.1;
             let pose = Pose::new(center.x, center.y, 0.0);
-            walkers.step(0.02, &pose, &robot());
+            moving_obstacles.step(0.02, &pose, &robot());
             for _ in 0..200 {
-                if walkers.discs()[0].vx == 0.0 {
+                if moving_obstacles.discs()[0].vx == 0.0 {
                     held_s += 0.02;
                 } else if held_s > 0.0 {
                     assert!((2.9..3.1).contains(&held_s), "{held_s}");
-                    let now = walkers.discs()[0];
+                    let now = moving_obstacles.discs()[0];
                     let turned = Vector::new(now.vx, now.vy).dot(&ahead) / ahead.norm_squared();
                     assert!(turned < 0.999, "it goes on as before");
                     return;
                 }
-                walkers.step(0.02, &pose, &robot());
+                moving_obstacles.step(0.02, &pose, &robot());
             }
         }
-        walkers.step(0.02, &AWAY, &robot());
+        moving_obstacles.step(0.02, &AWAY, &robot());
     }
     panic!("it never held");
 }
@@ -259,12 +265,13 @@ fn the_same_seed_wanders_the_same_and_another_does_not() {
     let json = r#"[{"x": 4, "y": 3, "radius": 0.3, "speed": 0.7, "wander_m": 4},
                    {"x": 4, "y": 3, "radius": 0.3, "speed": 0.7, "wander_m": 4}]"#;
     let run = |seed| {
-        let mut walkers = Walkers::parse(json, "people.json", &two_halves(), seed).unwrap();
+        let mut moving_obstacles =
+            MovingObstacles::parse(json, "people.json", &two_halves(), seed).unwrap();
         let mut seen = Vec::new();
         for tick in 0..400 {
             let pose = Pose::new(0.02 * f64::from(tick), 2.0, 0.0);
-            walkers.step(0.1, &pose, &robot());
-            seen.push(walkers.discs());
+            moving_obstacles.step(0.1, &pose, &robot());
+            seen.push(moving_obstacles.discs());
         }
         seen
     };
@@ -275,16 +282,18 @@ fn the_same_seed_wanders_the_same_and_another_does_not() {
 
 #[test]
 fn a_wanderer_needs_free_ground() {
-    let inside = Moving::wanderer(0.3, 0.7, Point::new(5.0, 1.0), 4.0, &two_halves(), 1);
+    let inside =
+        MovingObstacle::random_waypoint(0.3, 0.7, Point::new(5.0, 1.0), 4.0, &two_halves(), 1);
     assert!(matches!(inside, Err(SimError::NowhereToGo { .. })));
-    let outside = Moving::wanderer(0.3, 0.7, Point::new(-5.0, 1.0), 4.0, &two_halves(), 1);
+    let outside =
+        MovingObstacle::random_waypoint(0.3, 0.7, Point::new(-5.0, 1.0), 4.0, &two_halves(), 1);
     assert!(matches!(outside, Err(SimError::NowhereToGo { .. })));
 }
 
 #[test]
 fn files_say_what_the_constructors_say() {
     let ground = two_halves();
-    let parse = |text: &str, name: &str| Walkers::parse(text, name, &ground, 1).unwrap();
+    let parse = |text: &str, name: &str| MovingObstacles::parse(text, name, &ground, 1).unwrap();
     let json = r#"[{"radius": 0.3, "keyframes": [[1, 1, 1], [3, 5, 1], [4, 5, 2.5]], "loop_s": 4},
                    {"x": 2, "y": 1, "radius": 0.3, "speed": 1, "route": [[8, 1]], "appears_within_m": 3},
                    {"x": 2, "y": 1, "radius": 0.3, "speed": 1, "route": [[8, 1]], "appears_at_s": 7,
@@ -295,12 +304,14 @@ fn files_say_what_the_constructors_say() {
                 appears_within_m = 3.0\n\
                 [[obstacles]]\nx = 2.0\ny = 1.0\nradius = 0.3\nspeed = 1.0\nroute = [[8.0, 1.0]]\n\
                 appears_at_s = 7.0\nyields = false";
-    let built = Walkers::new(vec![
+    let built = MovingObstacles::new(vec![
         scripted(Some(4.0)),
-        walker().appearing(Appears::Within(3.0)).unwrap(),
+        walker()
+            .spawned_by(SpawnTrigger::WithinDistance(3.0))
+            .unwrap(),
         walker()
             .yielding(false)
-            .appearing(Appears::AtTime(7.0))
+            .spawned_by(SpawnTrigger::AtTime(7.0))
             .unwrap(),
     ]);
     assert_eq!(parse(json, "a.json"), built);
@@ -309,7 +320,7 @@ fn files_say_what_the_constructors_say() {
 
 #[test]
 fn scripts_walks_and_moments_out_of_range_are_refused_by_name() {
-    let refusal = |moving: Result<Moving, SimError>| moving.unwrap_err().to_string();
+    let refusal = |moving: Result<MovingObstacle, SimError>| moving.unwrap_err().to_string();
     let place = Point::new(1.0, 1.0);
     let nowhere = Point::new(f64::NAN, 1.0);
     for (error, words) in [
@@ -335,19 +346,19 @@ fn scripts_walks_and_moments_out_of_range_are_refused_by_name() {
             "loop_s is 0",
         ),
         (
-            refusal(Moving::walker(0.3, f64::INFINITY, vec![place])),
+            refusal(MovingObstacle::patrol(0.3, f64::INFINITY, vec![place])),
             "speed is inf",
         ),
         (
-            refusal(Moving::walker(0.3, 1.0, Vec::new())),
+            refusal(MovingObstacle::patrol(0.3, 1.0, Vec::new())),
             "number of points is 0",
         ),
         (
-            refusal(Moving::walker(0.3, 1.0, vec![place, nowhere])),
+            refusal(MovingObstacle::patrol(0.3, 1.0, vec![place, nowhere])),
             "point of a route is NaN",
         ),
         (
-            refusal(walker().appearing(Appears::Within(f64::NAN))),
+            refusal(walker().spawned_by(SpawnTrigger::WithinDistance(f64::NAN))),
             "appears_within_m is NaN",
         ),
     ] {

@@ -7,7 +7,7 @@ mod scene;
 use inbye::geometry::{Point, Pose};
 use inbye::map::{GridFrame, OccupancyGrid};
 use inbye::report::{Report, density_svg, html};
-use inbye::sim::Trace;
+use inbye::runtime::Trace;
 use markup::{attribute, check_well_formed, numbers_that_are_none, opening_tag, pictures};
 use scene::{Scene, closed_loop, comparisons, density, quality, scene, skipped};
 

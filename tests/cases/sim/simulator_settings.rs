@@ -1,6 +1,7 @@
 //! The simulator's tables of a configuration: each key is read, and refused by its table and name.
 
-use inbye::sim::{Config, Fixes, OdometryNoise, Slip};
+use inbye::runtime::Config;
+use inbye::sim::{Fixes, OdometryNoise, Slip};
 
 fn refusal(text: &str) -> String {
     let config: Config = toml::from_str(text).expect("known keys");

@@ -3,7 +3,7 @@
 use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, UnknownPolicy};
 use inbye::robot::Footprint;
-use inbye::sim::{Crowd, Scene, SimError, Walkers, World, YIELD_GAP_M, dead_end, scenes};
+use inbye::sim::{MovingObstacles, PedestrianSpawner, Scene, SimError, World, YIELD_GAP_M, dead_end, scenes};
 
 /// Radius of the robot that must pass everywhere, metres.
 const ROBOT_RADIUS_M: f64 = 0.45;
@@ -52,9 +52,9 @@ fn mission(scene: &Scene) -> Vec<Point> {
     .expect("a passable scene")
 }
 
-fn crowd_of(scene: &Scene, crowd: &Crowd) -> Walkers {
+fn crowd_of(scene: &Scene, crowd: &PedestrianSpawner) -> MovingObstacles {
     let ends = [scene.start.position(), scene.goal];
-    Walkers::seeded(crowd, &ground(scene), &mission(scene), &ends).expect("room for all")
+    MovingObstacles::seeded(crowd, &ground(scene), &mission(scene), &ends).expect("room for all")
 }
 
 fn gap(disc: &MovingDisc, pose: &Pose, radius: f64) -> f64 {
@@ -116,11 +116,11 @@ fn seeded_walkers_stay_on_free_ground_and_off_the_ends_of_the_path() {
     for scene in scenes() {
         let world = World::new(ground(&scene));
         for seed in 0..5 {
-            let crowd = Crowd::new(scene.obstacles, seed);
-            let mut walkers = crowd_of(&scene, &crowd);
-            assert_eq!(walkers.len(), scene.obstacles);
+            let crowd = PedestrianSpawner::new(scene.obstacles, seed);
+            let mut moving_obstacles = crowd_of(&scene, &crowd);
+            assert_eq!(moving_obstacles.len(), scene.obstacles);
             for _ in 0..400 {
-                for disc in walkers.discs() {
+                for disc in moving_obstacles.discs() {
                     let place = Pose::new(disc.x, disc.y, 0.0);
                     let to_wall = world.gap_to_static_m(&robot(disc.radius), &place);
                     assert!(to_wall >= -1e-9, "{} seed {seed}: {to_wall}", scene.name);
@@ -133,7 +133,7 @@ fn seeded_walkers_stay_on_free_ground_and_off_the_ends_of_the_path() {
                         "{speed}"
                     );
                 }
-                walkers.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
+                moving_obstacles.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
             }
         }
     }
@@ -144,18 +144,19 @@ fn every_walk_is_four_to_twelve_metres_and_meets_the_robots_way() {
     for scene in scenes() {
         let path = mission(&scene);
         for seed in 0..5 {
-            let mut walkers = crowd_of(&scene, &Crowd::new(scene.obstacles, seed));
-            let mut nearest = vec![f64::INFINITY; walkers.len()];
-            let mut reach = vec![0.0; walkers.len()];
-            let first = walkers.discs();
+            let mut moving_obstacles =
+                crowd_of(&scene, &PedestrianSpawner::new(scene.obstacles, seed));
+            let mut nearest = vec![f64::INFINITY; moving_obstacles.len()];
+            let mut reach = vec![0.0; moving_obstacles.len()];
+            let first = moving_obstacles.discs();
             for _ in 0..900 {
-                for (index, disc) in walkers.discs().iter().enumerate() {
+                for (index, disc) in moving_obstacles.discs().iter().enumerate() {
                     let to_path = path.iter().map(|point| (disc.center() - point).norm());
                     nearest[index] = to_path.fold(nearest[index], f64::min);
                     let from_first = (disc.center() - first[index].center()).norm();
                     reach[index] = from_first.max(reach[index]);
                 }
-                walkers.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
+                moving_obstacles.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
             }
             assert!(
                 nearest.iter().all(|&distance| distance < 0.1),
@@ -173,12 +174,12 @@ fn every_walk_is_four_to_twelve_metres_and_meets_the_robots_way() {
 fn the_same_seed_walks_the_same_and_another_does_not() {
     let scene = &scenes()[0];
     let run = |seed| {
-        let mut walkers = crowd_of(scene, &Crowd::new(4, seed));
+        let mut moving_obstacles = crowd_of(scene, &PedestrianSpawner::new(4, seed));
         let mut seen = Vec::new();
         for tick in 0..200 {
             let pose = Pose::new(0.1 * f64::from(tick), 4.0, 0.0);
-            walkers.step(0.1, &pose, &robot(ROBOT_RADIUS_M));
-            seen.push(walkers.discs());
+            moving_obstacles.step(0.1, &pose, &robot(ROBOT_RADIUS_M));
+            seen.push(moving_obstacles.discs());
         }
         seen
     };
@@ -191,9 +192,9 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
     let mut smallest = f64::INFINITY;
     for scene in scenes() {
         for seed in 0..3 {
-            let crowd = Crowd {
+            let crowd = PedestrianSpawner {
                 yields,
-                ..Crowd::new(scene.obstacles, seed)
+                ..PedestrianSpawner::new(scene.obstacles, seed)
             };
             let start = crowd_of(&scene, &crowd);
             // Stand where somebody walks in 5 s.
@@ -201,14 +202,14 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
             later.step(5.0, &AWAY, &robot(ROBOT_RADIUS_M));
             for spot in later.discs() {
                 let pose = Pose::new(spot.x, spot.y, 0.0);
-                let mut walkers = start.clone();
+                let mut moving_obstacles = start.clone();
                 let clear = |disc: &MovingDisc| gap(disc, &pose, ROBOT_RADIUS_M) > YIELD_GAP_M;
-                if !walkers.discs().iter().all(clear) {
+                if !moving_obstacles.discs().iter().all(clear) {
                     continue;
                 }
                 for _ in 0..1200 {
-                    walkers.step(0.1, &pose, &robot(ROBOT_RADIUS_M));
-                    for disc in walkers.discs() {
+                    moving_obstacles.step(0.1, &pose, &robot(ROBOT_RADIUS_M));
+                    for disc in moving_obstacles.discs() {
                         smallest = smallest.min(gap(&disc, &pose, ROBOT_RADIUS_M));
                     }
                 }
@@ -250,12 +251,13 @@ const ONE_WALKER: &str =
 
 #[test]
 fn a_walker_holds_before_the_robot_and_turns_round_when_out_of_patience() {
-    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
+    let mut moving_obstacles =
+        MovingObstacles::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
     let pose = Pose::new(5.0, 2.5, 0.0);
     let mut held_s = 0.0;
     for _ in 0..400 {
-        walkers.step(0.05, &pose, &robot(0.4));
-        let disc = walkers.discs()[0];
+        moving_obstacles.step(0.05, &pose, &robot(0.4));
+        let disc = moving_obstacles.discs()[0];
         assert!(gap(&disc, &pose, 0.4) >= YIELD_GAP_M - 1e-9);
         if disc.vx == 0.0 {
             held_s += 0.05;
@@ -269,10 +271,11 @@ fn a_walker_holds_before_the_robot_and_turns_round_when_out_of_patience() {
 
 #[test]
 fn a_walk_goes_back_and_forth_at_its_speed() {
-    let mut walkers = Walkers::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
+    let mut moving_obstacles =
+        MovingObstacles::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
     let mut x_after = |time_s| {
-        walkers.step(time_s, &AWAY, &robot(0.4));
-        walkers.discs()[0].x
+        moving_obstacles.step(time_s, &AWAY, &robot(0.4));
+        moving_obstacles.discs()[0].x
     };
     assert!((x_after(4.0) - 3.0).abs() < 1e-9);
     assert!((x_after(14.0) - 8.0).abs() < 1e-9, "turned at 9 m");
@@ -283,8 +286,8 @@ fn a_walk_goes_back_and_forth_at_its_speed() {
 fn obstacle_files_in_json_and_toml_say_the_same() {
     let toml = "[[obstacles]]\nx = 1.0\ny = 2.5\nradius = 0.3\nspeed = 0.5\nroute = [[9.0, 2.5]]";
     assert_eq!(
-        Walkers::parse(ONE_WALKER, "a.json", &open_ground(), 0),
-        Walkers::parse(toml, "a.toml", &open_ground(), 0)
+        MovingObstacles::parse(ONE_WALKER, "a.json", &open_ground(), 0),
+        MovingObstacles::parse(toml, "a.toml", &open_ground(), 0)
     );
 }
 
@@ -359,7 +362,7 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
         ),
     ];
     for (text, expected) in cases {
-        let message = Walkers::parse(text, "a.json", &open_ground(), 0)
+        let message = MovingObstacles::parse(text, "a.json", &open_ground(), 0)
             .unwrap_err()
             .to_string();
         assert!(
@@ -368,7 +371,7 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
         );
     }
     let toml = "[[obstacles]]\nx = nan\ny = 1\nradius = 0.3\nspeed = inf";
-    let message = Walkers::parse(toml, "a.toml", &open_ground(), 0)
+    let message = MovingObstacles::parse(toml, "a.toml", &open_ground(), 0)
         .unwrap_err()
         .to_string();
     assert!(
@@ -376,14 +379,15 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
         "{message}"
     );
     let toml = "[[obstacles]]\nx = nan\ny = 1.0\nradius = 0.3\nspeed = 1.0\nwho = 1";
-    let message = Walkers::parse(toml, "a.toml", &open_ground(), 0)
+    let message = MovingObstacles::parse(toml, "a.toml", &open_ground(), 0)
         .unwrap_err()
         .to_string();
     assert!(
         message.contains("who") && !message.contains('\n'),
         "{message}"
     );
-    let missing = Walkers::read("no/such/file.json".as_ref(), &open_ground(), 0).unwrap_err();
+    let missing =
+        MovingObstacles::read("no/such/file.json".as_ref(), &open_ground(), 0).unwrap_err();
     assert!(matches!(missing, SimError::Unreadable { .. }), "{missing}");
 }
 
@@ -391,7 +395,8 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
 fn a_crowd_that_finds_no_room_is_an_error_and_none_is_none() {
     let narrow = ObstacleGrid::new(FRAME, vec![true; FRAME.len()]);
     let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
-    let asked = |count| Walkers::seeded(&Crowd::new(count, 1), &narrow, &path, &[]);
+    let asked =
+        |count| MovingObstacles::seeded(&PedestrianSpawner::new(count, 1), &narrow, &path, &[]);
     assert!(matches!(
         asked(2),
         Err(SimError::NoRoom {

@@ -13,7 +13,7 @@ use inbye::base::{BaseConfig, BaseError};
 use inbye::geometry::{Point as Place, Pose, Twist};
 use inbye::localization::{PoseTrack, View};
 use inbye::map::{GridFrame, ObstacleGrid, Sweep};
-use inbye::sim::{Lidar, TurningLidar, World};
+use inbye::sim::{Lidar, RotatingLidar, World};
 use proptest::collection::vec;
 use proptest::prelude::{Strategy, any, prop_assert_eq};
 
@@ -358,7 +358,7 @@ fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
         dropout: 0.0,
         ..Lidar::default()
     };
-    let mut lidar = TurningLidar::new(quiet, world, 1).expect("good settings");
+    let mut lidar = RotatingLidar::new(quiet, world, 1).expect("good settings");
     let (start, twist) = (Pose::new(2.5, 2.0, 0.3), Twist::new(0.8, 0.7));
     let (mut decoder, mut revolutions) = (
         Decoder::default(),

@@ -3,7 +3,7 @@
 use inbye::experiment::barn::{BarnRow, Course, Cylinder, Task, barn_config};
 use inbye::experiment::worlds::{Verdict, drive};
 use inbye::geometry::{Point, Pose};
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 use super::Test;
 

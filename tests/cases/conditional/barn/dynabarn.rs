@@ -7,7 +7,7 @@ use inbye::experiment::barn::barn_config;
 use inbye::experiment::dynabarn::{Blame, Body, Hindsight, State, read_world, read_worlds};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::MovingDisc;
-use inbye::sim::Script;
+use inbye::sim::TimedPath;
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::Test;
@@ -43,7 +43,7 @@ fn plays() {
     ];
     let body = Body {
         radius_m: 0.5,
-        script: Script::new(&keys, Some(5.0)).expect("a sound script"),
+        script: TimedPath::new(&keys, Some(5.0)).expect("a sound script"),
     };
     for (time_s, x, y, vx, vy) in [
         (0.0, 0.0, 0.0, 0.0, 0.0),

@@ -7,7 +7,8 @@ use inbye::experiment::dynabarn::{
 };
 use inbye::experiment::worlds::{Verdict, drive};
 use inbye::geometry::{Point, Pose};
-use inbye::sim::{Config, Script};
+use inbye::runtime::Config;
+use inbye::sim::TimedPath;
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::Test;
@@ -44,7 +45,7 @@ fn scripted(radius_m: f64, keys: &[(f64, [f64; 2])], loop_s: f64) -> Body {
         .iter()
         .map(|&(time_s, place)| (time_s, Point::from(place)))
         .collect();
-    let script = Script::new(&keys, Some(loop_s)).expect("a sound script");
+    let script = TimedPath::new(&keys, Some(loop_s)).expect("a sound script");
     Body { radius_m, script }
 }
 

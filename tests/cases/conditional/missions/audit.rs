@@ -3,7 +3,8 @@
 use inbye::geometry::Twist;
 use inbye::local::CpuEngine;
 use inbye::robot::Footprint;
-use inbye::sim::{Config, MissionResult, Trace, World};
+use inbye::runtime::{Config, MissionResult, Trace};
+use inbye::sim::World;
 
 use super::Test;
 use super::driving::{
@@ -45,7 +46,7 @@ fn least_gap_m(trace: &Trace, ground: &Ground, footprint: &Footprint) -> f64 {
 
 fn with_somebody() -> MissionResult {
     let mut task = mission(&hall(10.0, 5.0), [1.5, 3.0, 0.0], [9.5, 3.0]);
-    task.walkers = people(
+    task.moving_obstacles = people(
         &task,
         r#"[{"x": 5, "y": 1.0, "radius": 0.3, "speed": 0.5, "route": [[5, 5]]}]"#,
     );
@@ -82,7 +83,7 @@ fn too_small() {
 fn contact_ends_a_run() {
     // Nobody can drive away from somebody faster than the robot who does not look.
     let mut task = mission(&hall(12.0, 2.0), [2.0, 1.5, 0.0], [11.5, 1.5]);
-    task.walkers = people(
+    task.moving_obstacles = people(
         &task,
         r#"[{"x": 11.9, "y": 1.5, "radius": 0.3, "speed": 3.0, "route": [[0.8, 1.5]], "yields": false}]"#,
     );

@@ -54,7 +54,7 @@ fn takes_the_other_way() {
     let result = arrive(&closed);
     assert!(result.plans.len() > 1, "{}", story(&result));
     let through_far =
-        |row: &inbye::sim::TraceRow| (5.0..11.0).contains(&row.pose.x) && row.pose.y > 7.5;
+        |row: &inbye::runtime::TraceRow| (5.0..11.0).contains(&row.pose.x) && row.pose.y > 7.5;
     assert!(
         result.trace.rows.iter().any(through_far),
         "{}",

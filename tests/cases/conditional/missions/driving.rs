@@ -5,9 +5,8 @@ use inbye::local::{CpuEngine, Engine};
 use inbye::map::MovingDisc;
 use inbye::navigator::{Goal, Mode};
 use inbye::robot::Limits;
-use inbye::sim::{
-    Config, Mission, MissionError, MissionResult, Observer, Trace, TraceRow, Walkers, run_mission,
-};
+use inbye::runtime::{Config, Mission, MissionError, MissionResult, Observer, Trace, TraceRow};
+use inbye::sim::{MovingObstacles, simulate_mission};
 
 use super::ground::Ground;
 
@@ -25,9 +24,9 @@ pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2
 }
 
 /// People from JSON, as a file would have them.
-pub fn people(mission: &Mission, json: &str) -> Walkers {
+pub fn people(mission: &Mission, json: &str) -> MovingObstacles {
     let ground = mission.map.obstacles(Config::default().unknown);
-    Walkers::parse(json, "people.json", &ground, 0).expect("people on the map")
+    MovingObstacles::parse(json, "people.json", &ground, 0).expect("people on the map")
 }
 
 /// Everybody as they were at a row of a trace, taken to stand.
@@ -53,9 +52,9 @@ pub fn try_drive(
 ) -> Result<MissionResult, MissionError> {
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut |_| {},
+        on_tick: &mut |_| {},
     };
-    run_mission(mission, config, engine, &mut observer)
+    simulate_mission(mission, config, engine, &mut observer)
 }
 
 /// Drives with the default robot, and checks what holds of every drive: lawful commands and no contact.

@@ -7,7 +7,8 @@ use inbye::experiment::{LocalizationCase, LocalizationPlan};
 use inbye::geometry::{Point, Pose};
 use inbye::map::{LoadOptions, UnknownPolicy, load};
 use inbye::navigator::Goal;
-use inbye::sim::{Config, Crowd, Lidar, Mission, Walkers};
+use inbye::runtime::{Config, Mission};
+use inbye::sim::{Lidar, MovingObstacles, PedestrianSpawner};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::driving::{arrive, story};
@@ -84,7 +85,12 @@ fn crosses() -> Result<(), Failed> {
             yaw: None,
         };
         let result = arrive(&Mission {
-            walkers: Walkers::seeded(&Crowd::new(5, seed), &obstacles, path.points(), &ends)?,
+            moving_obstacles: MovingObstacles::seeded(
+                &PedestrianSpawner::new(5, seed),
+                &obstacles,
+                path.points(),
+                &ends,
+            )?,
             seed,
             time_limit_s: 900.0,
             ..Mission::new(Arc::new(map.clone()), start, there)

@@ -1,7 +1,8 @@
 //! People who cross, follow, come towards the robot, stand in its way or appear before it.
 
 use inbye::geometry::{Pose, wrap_angle};
-use inbye::sim::{Config, Mission, MissionResult, World};
+use inbye::runtime::{Config, Mission, MissionResult};
+use inbye::sim::World;
 
 use super::Test;
 use super::driving::{arrive, drive, everybody, mission, people, story, try_drive};
@@ -40,7 +41,7 @@ fn drift() -> Mission {
 }
 
 fn with(mut task: Mission, json: &str) -> Mission {
-    task.walkers = people(&task, json);
+    task.moving_obstacles = people(&task, json);
     task
 }
 

@@ -6,7 +6,7 @@ use inbye::geometry::wrap_angle;
 use inbye::global::PlanError;
 use inbye::local::CpuEngine;
 use inbye::navigator::{Fault, Mode};
-use inbye::sim::{Config, MissionError};
+use inbye::runtime::{Config, MissionError};
 
 use super::Test;
 use super::driving::{arrive, has_mode, mission, story, try_drive};

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use inbye::local::CpuEngine;
 use inbye::map::UnknownPolicy;
 use inbye::navigator::Goal;
-use inbye::sim::{Config, Crowd, Mission, Scene, Walkers, crossing, dead_end, roadway};
+use inbye::runtime::{Config, Mission};
+use inbye::sim::{MovingObstacles, PedestrianSpawner, Scene, crossing, dead_end, roadway};
 
 use super::Test;
 use super::driving::{arrive, try_drive};
@@ -34,14 +35,14 @@ fn task(scene: &Scene, other: u64) -> Mission {
     let plan = planner.plan(&obstacles, start, scene.goal, &mut || 0.0);
     let path = plan.expect("a scene has a way").smoothed;
     let seed = scene.seed + other;
-    let crowd = Crowd::new(scene.obstacles, seed);
+    let crowd = PedestrianSpawner::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
     let goal = Goal {
         position: scene.goal,
         yaw: None,
     };
     Mission {
-        walkers: Walkers::seeded(&crowd, &obstacles, path.points(), &ends)
+        moving_obstacles: MovingObstacles::seeded(&crowd, &obstacles, path.points(), &ends)
             .expect("room for people"),
         seed,
         time_limit_s: 600.0,

@@ -6,7 +6,8 @@ use inbye::geometry::{Point, Pose, Twist, wrap_angle};
 use inbye::local::{CpuEngine, LocalPlanner};
 use inbye::map::{MovingDisc, Scan};
 use inbye::navigator::{Decision, Goal, Journey, Mode, Navigator, Observation};
-use inbye::sim::{Config, Lidar, World};
+use inbye::runtime::Config;
+use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 

@@ -1,7 +1,8 @@
 //! One trace, bit for bit, whatever computes it.
 
 use inbye::local::{CpuEngine, Engine, FanArc, Reason, Sampling};
-use inbye::sim::{Config, Mission, MissionResult, Moment, Observer, run_mission};
+use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
+use inbye::sim::simulate_mission;
 
 use super::Test;
 use super::driving::{mission, people, story, try_drive};
@@ -27,7 +28,7 @@ fn short_drive() -> Mission {
     let mut task = mission(&ground, [1.5, 1.5, 3.0], [9.5, 5.0]);
     task.goal.yaw = Some(-1.0);
     task.truth = Some(ground.wall([6.5, 3.0, 7.0, 3.6]).obstacles());
-    task.walkers = people(
+    task.moving_obstacles = people(
         &task,
         r#"[{"x": 5.2, "y": 6.0, "radius": 0.3, "speed": 0.6, "route": [[5.6, 1.0]]}]"#,
     );
@@ -68,7 +69,7 @@ fn noise() {
 
 fn fans() {
     let (mut seen, mut unseen) = (0, 0);
-    let mut witness = |moment: &Moment<'_>| {
+    let mut on_tick = |moment: &TickEvent<'_>| {
         let Some(counts) = moment.decision.counts else {
             unseen += 1;
             assert_eq!(
@@ -123,11 +124,11 @@ fn fans() {
     };
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut witness,
+        on_tick: &mut on_tick,
     };
     let engine = Box::new(CpuEngine::single_threaded());
-    let driven = run_mission(&short_drive(), &Config::default(), engine, &mut observer);
-    // A witness that looks closely changes nothing.
+    let driven = simulate_mission(&short_drive(), &Config::default(), engine, &mut observer);
+    // A on_tick that looks closely changes nothing.
     assert_eq!(
         driven.expect("a mission that can start").trace.digest(),
         GOLDEN

@@ -6,9 +6,8 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Engine};
 use inbye::navigator::Goal;
 use inbye::report::{MissionView, Outcome, Reel, Report, html};
-use inbye::sim::{
-    Config, Mission, MissionResult, Observer, Walkers, crossing, run_mission, run_mission_with,
-};
+use inbye::runtime::{Config, Mission, MissionResult, Observer, run_mission};
+use inbye::sim::{MovingObstacles, crossing, simulate_mission};
 
 use super::troubled::{Noted, Troubled, mortal_engine};
 
@@ -56,9 +55,9 @@ fn among_people() -> Mission {
     // In the second crossing on the way.
     let people = r#"[{"x": 8.0, "y": 6.8, "radius": 0.3, "speed": 0.4, "route": [[8.0, 9.4]]}]"#;
     let ground = map.obstacles(Config::default().unknown);
-    let walkers = Walkers::parse(people, "people.json", &ground, scene.seed);
+    let moving_obstacles = MovingObstacles::parse(people, "people.json", &ground, scene.seed);
     Mission {
-        walkers: walkers.expect("people on the map"),
+        moving_obstacles: moving_obstacles.expect("people on the map"),
         ..Mission::new(map, scene.start, goal)
     }
 }
@@ -72,7 +71,7 @@ fn to_and_fro(ticks: usize) -> Mission {
     };
     mission.via = (0..100).flat_map(|_| [stop(there), stop(back)]).collect();
     mission.time_limit_s = ticks as f64 * 0.1;
-    mission.walkers = Walkers::default();
+    mission.moving_obstacles = MovingObstacles::default();
     mission
 }
 
@@ -85,14 +84,14 @@ fn run(
     let (mut reel, mut noted) = (Reel::default(), Noted::default());
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut |moment| {
+        on_tick: &mut |moment| {
             reel.take(moment);
             noted.take(moment);
         },
     };
     let result = match base {
-        Some(base) => run_mission_with(&mission, config, engine, base, &mut observer),
-        None => run_mission(&mission, config, engine, &mut observer),
+        Some(base) => run_mission(&mission, config, engine, base, &mut observer),
+        None => simulate_mission(&mission, config, engine, &mut observer),
     };
     Run {
         result: result.expect("a mission that can start"),

@@ -1,4 +1,4 @@
-//! A drive on which much goes wrong, and what a witness of its own noted of it.
+//! A drive on which much goes wrong, and what a on_tick of its own noted of it.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -8,7 +8,8 @@ use inbye::local::{
     CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, LossKind, Prepared,
 };
 use inbye::navigator::Doubt;
-use inbye::sim::{Config, Mission, Moment, OdometryReading, SimBase, Vehicle};
+use inbye::runtime::{Config, Mission, OdometryReading, Robot, TickEvent};
+use inbye::sim::SimBase;
 
 /// Ticks at which the odometer is elsewhere, and those at which it stands.
 const ELSEWHERE: [usize; 2] = [40, 43];
@@ -50,7 +51,7 @@ impl Troubled {
     }
 }
 
-impl Vehicle for Troubled {
+impl Robot for Troubled {
     fn pose(&self) -> Pose {
         *self.base.pose()
     }
@@ -78,7 +79,7 @@ impl Vehicle for Troubled {
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
         self.driven += 1;
-        Vehicle::drive(&mut self.base, command, period_s)
+        Robot::drive(&mut self.base, command, period_s)
     }
 }
 
@@ -139,7 +140,7 @@ pub struct Noted {
 }
 
 impl Noted {
-    pub fn take(&mut self, moment: &Moment<'_>) {
+    pub fn take(&mut self, moment: &TickEvent<'_>) {
         let mut now = Vec::new();
         for (doubt, &count) in moment.navigator.doubts() {
             if self.doubts.insert(*doubt, count).unwrap_or_default() < count {

@@ -4,7 +4,8 @@ use std::io::{self, ErrorKind, Write};
 use std::sync::mpsc::{Receiver, channel};
 
 use inbye::recording::{DiskBusy, Recording, RecordingError};
-use inbye::sim::{Observer, run_mission};
+use inbye::runtime::Observer;
+use inbye::sim::simulate_mission;
 
 use super::drives::{Memory, cpu, record, record_by, replay_on, tour};
 use crate::support::mcap_copy::chunk_ends;
@@ -55,9 +56,9 @@ fn a_full_disk() {
     let (mission, config) = tour();
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut |_| {},
+        on_tick: &mut |_| {},
     };
-    let alone = run_mission(&mission, &config, cpu(1), &mut observer).expect("it can begin");
+    let alone = simulate_mission(&mission, &config, cpu(1), &mut observer).expect("it can begin");
     let (_, whole) = record(&mission, &config);
     for room in [whole.len() / 3, whole.len() / 2 + 1, whole.len() - 1] {
         let file = Memory::default();
@@ -118,7 +119,7 @@ fn a_slow_disk() {
     let mut recorder =
         inbye::recording::Recorder::new(disk, &head, DiskBusy::Stop).expect("the head fits");
     let mut kept = 0;
-    let mut witness = |moment: &inbye::sim::Moment<'_>| {
+    let mut on_tick = |moment: &inbye::runtime::TickEvent<'_>| {
         ticks += 1;
         if recorder.record(moment) && recorder.stopped().is_none() {
             kept += 1;
@@ -126,9 +127,9 @@ fn a_slow_disk() {
     };
     let mut observer = Observer {
         clock: &mut || 0.0,
-        witness: &mut witness,
+        on_tick: &mut on_tick,
     };
-    let result = run_mission(&mission, &config, engine, &mut observer).expect("it can begin");
+    let result = simulate_mission(&mission, &config, engine, &mut observer).expect("it can begin");
     assert_eq!(ticks, result.trace.rows.len());
     // Those of the first chunk, which the disk hung on, and those that wait: that is all the memory there is.
     assert!((64..=64 + 22).contains(&kept), "{kept} of {ticks}");

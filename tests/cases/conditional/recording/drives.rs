@@ -8,9 +8,8 @@ use inbye::local::{CpuEngine, Engine};
 use inbye::map::OccupancyGrid;
 use inbye::navigator::Goal;
 use inbye::recording::{DiskBusy, Head, Recorded, Recorder, Recording, Replay, replay};
-use inbye::sim::{
-    Config, Mission, MissionResult, Moment, Observer, Walkers, crossing, run_mission,
-};
+use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
+use inbye::sim::{MovingObstacles, crossing, simulate_mission};
 
 /// A file in memory that others can look at.
 #[derive(Clone, Default)]
@@ -59,11 +58,12 @@ pub fn tour() -> (Mission, Config) {
     let map = Arc::new(map);
     let known = map.obstacles(config.unknown);
     let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];
-    let crowd = config.walkers.crowd(1, 3);
-    let walkers = Walkers::seeded(&crowd, &known, &way, &way).expect("there is room");
+    let crowd = config.pedestrians.crowd(1, 3);
+    let moving_obstacles =
+        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("there is room");
     let mission = Mission {
         via: vec![goal(5.0, 4.0, Some(1.0))],
-        walkers,
+        moving_obstacles,
         seed: 3,
         time_limit_s: 40.0,
         ..Mission::new(map, Pose::new(1.2, 2.5, 0.0), goal(9.5, 2.5, None))
@@ -108,14 +108,14 @@ pub fn record_by<W: Write + Send + 'static>(
     let engine = cpu(1);
     let head = Head::new(mission, config, engine.name());
     let mut recorder = Recorder::new(file, &head, disk_busy).expect("the head fits");
-    let mut witness = |moment: &Moment<'_>| {
+    let mut on_tick = |moment: &TickEvent<'_>| {
         recorder.record(moment);
     };
     let mut observer = Observer {
         clock,
-        witness: &mut witness,
+        on_tick: &mut on_tick,
     };
-    let result = run_mission(mission, config, engine, &mut observer).expect("it can begin");
+    let result = simulate_mission(mission, config, engine, &mut observer).expect("it can begin");
     let recorded = recorder.finish(result.trace.digest());
     (result, recorded)
 }
@@ -141,10 +141,11 @@ pub fn crowded() -> (Mission, Config) {
     };
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
-    let crowd = config.walkers.crowd(4, 5);
-    let walkers = Walkers::seeded(&crowd, &known, &way, &way).expect("there is room");
+    let crowd = config.pedestrians.crowd(4, 5);
+    let moving_obstacles =
+        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("there is room");
     let mission = Mission {
-        walkers,
+        moving_obstacles,
         seed: 5,
         time_limit_s: 12.0,
         ..Mission::new(Arc::new(scene.map), scene.start, goal)

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use inbye::sim::{Config, Mission};
+use inbye::runtime::{Config, Mission};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::drives::{crowded, record, tour};

@@ -5,7 +5,7 @@ use inbye::experiment::paper_drives::{
     Course, Deviation, DriveRun, DriveTable, Drives, Traffic, drive_all, drive_table,
     printed_table_3, printed_table_4,
 };
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 /// A drive that arrived, off by so much along x, along y and in yaw.
 fn arrived(scene: &str, seed: u64, off: [f64; 3]) -> DriveRun {

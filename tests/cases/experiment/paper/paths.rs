@@ -7,7 +7,7 @@ use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, Stage, TaskRuns, made_mine, measure,
 };
 use inbye::map::FreeSpace;
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 /// Rounding, metres.
 const ROUNDING_M: f64 = 1e-9;

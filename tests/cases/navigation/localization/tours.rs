@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use inbye::experiment::{LocalizationCase, LocalizationPlan, LocalizationRow};
-use inbye::sim::{Config, Lidar, Scene, crossing, roadway};
+use inbye::runtime::Config;
+use inbye::sim::{Lidar, Scene, crossing, roadway};
 
 /// 5 % slip, and a lidar as small ones are. Who is lost gives up soon.
 fn config() -> Config {

@@ -7,7 +7,7 @@ use inbye::map::{Cell, GridFrame, OccupancyGrid};
 use inbye::navigator::Mode;
 use inbye::report::{EngineComparison, MissionView, Outcome};
 use inbye::robot::{Disc, Footprint};
-use inbye::sim::{Trace, TraceRow};
+use inbye::runtime::{Trace, TraceRow};
 use rand::{RngExt, SeedableRng};
 
 /// Everything that a [`MissionView`] borrows.

@@ -3,7 +3,7 @@
 use inbye::base::BaseConfig;
 use inbye::nav2::{Import, Why, import};
 use inbye::robot::Footprint;
-use inbye::sim::Config;
+use inbye::runtime::Config;
 
 use super::files::{DWB, ROBOTS, SHIM};
 

@@ -124,7 +124,7 @@ proptest! {
         let mut text = DWB.to_owned();
         text.replace_range(at..=at, &with);
         if let Ok(taken) = import(&text, None) {
-            let config: inbye::sim::Config = toml::from_str(&taken.config).expect("settings of ours");
+            let config: inbye::runtime::Config = toml::from_str(&taken.config).expect("settings of ours");
             prop_assert_eq!(config.validate(), Ok(()));
         }
     }

@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::simulation::Simulation;
-use super::{
-    Config, Mishap, OdometryReading, SimBase, SimError, Trace, TraceRow, Vehicle, Walkers,
-};
+use super::control_loop::Simulation;
+use super::{Config, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Fan, Incidents, Sampling};
 use crate::localization::Fix;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Decision, Doubt, Fault, Goal, Navigator, Observation, Punctuality};
+use crate::sim::{FaultInjection, MovingObstacles, SimError};
 
 /// What to do, and in which world.
 #[derive(Clone, Debug)]
@@ -27,9 +26,9 @@ pub struct Mission {
     /// Where it shall go in the end.
     pub goal: Goal,
     /// The moving obstacles.
-    pub walkers: Walkers,
+    pub moving_obstacles: MovingObstacles,
     /// What befalls the robot.
-    pub mishaps: Vec<Mishap>,
+    pub faults: Vec<FaultInjection>,
     /// Seed of all noise.
     pub seed: u64,
     /// The run ends after this long, seconds of simulated time.
@@ -49,8 +48,8 @@ impl Mission {
             start,
             via: Vec::new(),
             goal,
-            walkers: Walkers::default(),
-            mishaps: Vec::new(),
+            moving_obstacles: MovingObstacles::default(),
+            faults: Vec::new(),
             seed: 0,
             time_limit_s: 3600.0,
             done_within_m: None,
@@ -137,7 +136,7 @@ pub enum MissionError {
 }
 
 /// One tick: what was seen, decided and driven.
-pub struct Moment<'a> {
+pub struct TickEvent<'a> {
     /// The truth, and what leaves the simulation.
     pub row: &'a TraceRow,
     /// What the robot saw.
@@ -158,7 +157,7 @@ pub struct Moment<'a> {
     pub navigator: &'a Navigator,
 }
 
-impl Moment<'_> {
+impl TickEvent<'_> {
     /// At most so many samples along each axis of the window that was decided on; none in a tick that needed no sampling.
     #[must_use]
     pub fn fan(&self, most: Sampling) -> Option<Fan> {
@@ -172,10 +171,10 @@ pub struct Observer<'a> {
     /// Wall clock, seconds; only differences are used, and nothing depends on it unless the navigator has a deadline.
     pub clock: &'a mut dyn FnMut() -> f64,
     /// Called after each tick: by progress bars and recorders. What it does changes nothing in the run.
-    pub witness: &'a mut dyn FnMut(&Moment<'_>),
+    pub on_tick: &'a mut dyn FnMut(&TickEvent<'_>),
 }
 
-/// Runs a mission to its end: the goal, contact, a fault or the time limit.
+/// Runs a mission with a base of the caller's, which stands at the mission's start; also to the end that it sets itself.
 ///
 /// # Errors
 /// When the world cannot be built or there is no path to begin with.
@@ -183,29 +182,7 @@ pub fn run_mission(
     mission: &Mission,
     config: &Config,
     engine: Box<dyn Engine>,
-    observer: &mut Observer<'_>,
-) -> Result<MissionResult, MissionError> {
-    config.validate()?;
-    let mut base = SimBase::new(
-        config.robot.drive(),
-        config.robot.limits,
-        config.dynamics,
-        config.odometry,
-        mission.start,
-        mission.seed,
-    )?;
-    run_mission_with(mission, config, engine, &mut base, observer)
-}
-
-/// Runs a mission with a base of the caller's, which stands at the mission's start; also to the end that it sets itself.
-///
-/// # Errors
-/// As [`run_mission`].
-pub fn run_mission_with(
-    mission: &Mission,
-    config: &Config,
-    engine: Box<dyn Engine>,
-    vehicle: &mut dyn Vehicle,
+    vehicle: &mut dyn Robot,
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
     Ok(Simulation::new(mission, config, engine, vehicle, observer)?.run(observer))

@@ -4,8 +4,6 @@ use core::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::{above_zero, require};
-use super::{Crowd, DriveDynamics, Fixes, Lidar, OdometryNoise, SimError, Slip};
 use crate::documented::{Described, Keys, commented_toml, described, documented};
 use crate::global;
 use crate::local::{LocalSettings, MAX_DISCS, Weights};
@@ -13,6 +11,8 @@ use crate::localization::LocalizationSettings;
 use crate::map::UnknownPolicy;
 use crate::navigator::{Abilities, NavigatorSettings, RobotModel, RoutePlanner};
 use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
+use crate::sim::error::{above_zero, require};
+use crate::sim::{DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSpawner, SimError, Slip};
 
 documented! {
     /// The robot as a configuration describes it.
@@ -86,7 +86,7 @@ documented! {
     /// Simulated people.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
-    pub struct WalkerSettings {
+    pub struct PedestrianSettings {
         /// Radius of each, metres, above zero and at most 1000.
         pub radius_m: f64,
         /// Speed of the slowest, m/s, above zero and at most 1000.
@@ -98,14 +98,14 @@ documented! {
     }
 }
 
-impl Default for WalkerSettings {
+impl Default for PedestrianSettings {
     fn default() -> Self {
-        let Crowd {
+        let PedestrianSpawner {
             radius_m,
             speed_m_s: (slowest, fastest),
             yields,
             ..
-        } = Crowd::new(0, 0);
+        } = PedestrianSpawner::new(0, 0);
         Self {
             radius_m,
             slowest,
@@ -115,7 +115,7 @@ impl Default for WalkerSettings {
     }
 }
 
-impl WalkerSettings {
+impl PedestrianSettings {
     /// Checks every number.
     ///
     /// # Errors
@@ -143,9 +143,9 @@ impl WalkerSettings {
 
     /// So many of these people.
     #[must_use]
-    pub const fn crowd(&self, count: usize, seed: u64) -> Crowd {
+    pub const fn crowd(&self, count: usize, seed: u64) -> PedestrianSpawner {
         let speed_m_s = (self.slowest, self.fastest);
-        Crowd {
+        PedestrianSpawner {
             count,
             seed,
             radius_m: self.radius_m,
@@ -158,7 +158,7 @@ impl WalkerSettings {
 /// Where a robot has its pose from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum PoseFrom {
+pub enum PoseSource {
     /// Simulated fixes of the true pose.
     #[default]
     Fixes,
@@ -175,7 +175,7 @@ documented! {
         pub unknown: UnknownPolicy,
         /// Where the robot has its pose from: `fixes`, simulated ones that hold its odometry to the map, or `scans`, those of its lidar
         /// matched to the map.
-        pub pose_from: PoseFrom,
+        pub pose_source: PoseSource,
         /// The robot.
         pub robot: RobotConfig,
         /// Global planning.
@@ -195,7 +195,7 @@ documented! {
         /// Matching of scans to the map.
         pub localization: LocalizationSettings,
         /// Simulated people.
-        pub walkers: WalkerSettings,
+        pub pedestrians: PedestrianSettings,
     }
 }
 
@@ -215,7 +215,7 @@ const TABLES: [(&str, Keys); 15] = [
     ("odometry", OdometryNoise::KEYS),
     ("fixes", Fixes::KEYS),
     ("localization", LocalizationSettings::KEYS),
-    ("walkers", WalkerSettings::KEYS),
+    ("pedestrians", PedestrianSettings::KEYS),
 ];
 
 /// What its text begins with.
@@ -261,7 +261,7 @@ impl Config {
         check("odometry", self.odometry.validate())?;
         check("fixes", self.fixes.validate())?;
         check("localization", self.localization.validate())?;
-        check("walkers", self.walkers.validate())
+        check("pedestrians", self.pedestrians.validate())
     }
 }
 

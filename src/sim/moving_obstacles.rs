@@ -1,6 +1,6 @@
 //! All that moves in a simulation but the robot.
 
-use super::Moving;
+use super::MovingObstacle;
 use crate::geometry::Pose;
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
@@ -10,7 +10,7 @@ use crate::robot::Footprint;
 pub const YIELD_GAP_M: f64 = 0.3;
 
 /// How long, seconds, a yielding obstacle stands before it goes another way.
-pub const YIELD_PATIENCE_S: f64 = 3.0;
+pub const YIELD_TIMEOUT_S: f64 = 3.0;
 
 /// Longest step of a walk, seconds: at 1 m/s a walker looks again every 2 cm.
 const SUB_STEP_S: f64 = 0.02;
@@ -18,14 +18,14 @@ const SUB_STEP_S: f64 = 0.02;
 /// All moving obstacles of a simulation, each known by its place in the list from start to end. They do not mind each
 /// other.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Walkers {
-    moving: Vec<Moving>,
+pub struct MovingObstacles {
+    moving: Vec<MovingObstacle>,
 }
 
-impl Walkers {
+impl MovingObstacles {
     /// These obstacles.
     #[must_use]
-    pub const fn new(moving: Vec<Moving>) -> Self {
+    pub const fn new(moving: Vec<MovingObstacle>) -> Self {
         Self { moving }
     }
 
@@ -58,18 +58,21 @@ impl Walkers {
     /// Radius of each, metres.
     #[must_use]
     pub fn radii(&self) -> Vec<f64> {
-        self.moving.iter().map(Moving::radius_m).collect()
+        self.moving.iter().map(MovingObstacle::radius_m).collect()
     }
 
     /// Where each is now and how it moves; none for one that has not yet appeared.
     #[must_use]
     pub fn places(&self) -> Vec<Option<MovingDisc>> {
-        self.moving.iter().map(Moving::disc).collect()
+        self.moving.iter().map(MovingObstacle::disc).collect()
     }
 
-    /// Those that are there, in order: as [`Walkers::places`] without the gaps.
+    /// Those that are there, in order: as [`MovingObstacles::places`] without the gaps.
     #[must_use]
     pub fn discs(&self) -> Vec<MovingDisc> {
-        self.moving.iter().filter_map(Moving::disc).collect()
+        self.moving
+            .iter()
+            .filter_map(MovingObstacle::disc)
+            .collect()
     }
 }

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use rand_pcg::Pcg64Mcg;
 
 use super::SimError;
-use super::noise::{Source, generator};
-use super::walk::roaming_walk;
+use super::rng::{RngStream, generator};
+use super::route_sampler::roaming_walk;
 use crate::geometry::{Point, Vector};
 use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid};
 
 /// Somebody who walks over free ground near home, always on the way to a random place.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Wander {
+pub(super) struct RandomWaypoint {
     ground: Arc<FreeSpace>,
     home: Point,
     reach_m: f64,
@@ -24,7 +24,7 @@ pub(super) struct Wander {
     along_m: f64,
 }
 
-impl Wander {
+impl RandomWaypoint {
     pub(super) fn new(
         ground: &ObstacleGrid,
         radius_m: f64,
@@ -38,7 +38,7 @@ impl Wander {
             home,
             reach_m,
             speed_m_s,
-            rng: generator(seed, Source::Obstacles),
+            rng: generator(seed, RngStream::Obstacles),
             route: Path::new(vec![home]),
             along_m: 0.0,
         };

@@ -3,26 +3,27 @@
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::mishap::{Carried, spoil, spoilt};
-use super::mission::{Mission, MissionError, MissionResult, Moment, Observer, StopError};
-use super::whereabouts::{Seen, Whereabouts};
-use super::{Config, OdometryReading, Trace, TraceRow, Vehicle, Walkers, World};
+use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
+use super::pose_source::{PoseEstimator, Seen};
+use super::{Config, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
 use crate::localization::{PoseTrack, View};
 use crate::map::{MovingDisc, Scan, Sweep};
 use crate::navigator::{Journey, Mode, Navigator, Observation};
+use crate::sim::fault_injection::{Carried, spoil, spoilt};
+use crate::sim::{MovingObstacles, World};
 
 pub(super) struct Simulation<'a> {
     mission: &'a Mission,
     config: &'a Config,
     world: World,
-    walkers: Walkers,
-    vehicle: &'a mut dyn Vehicle,
+    moving_obstacles: MovingObstacles,
+    vehicle: &'a mut dyn Robot,
     carried: Carried,
     /// Whether the vehicle can go on.
     goes_on: bool,
-    whereabouts: Whereabouts,
+    pose_source: PoseEstimator,
     /// Where it truly was, and where odometry had it, of late.
     truth: PoseTrack,
     odometry: PoseTrack,
@@ -42,7 +43,7 @@ impl<'a> Simulation<'a> {
         mission: &'a Mission,
         config: &'a Config,
         engine: Box<dyn Engine>,
-        vehicle: &'a mut dyn Vehicle,
+        vehicle: &'a mut dyn Robot,
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
         config.validate()?;
@@ -51,7 +52,7 @@ impl<'a> Simulation<'a> {
         let route_planner = config.route_planner(known.frame().resolution_m);
         let planner = LocalPlanner::new(engine, config.local.clone());
         let engine = planner.engine_name();
-        let whereabouts = Whereabouts::new(config, &known, mission)?;
+        let pose_source = PoseEstimator::new(config, &known, mission)?;
         let navigator = Navigator::new(
             known,
             &Journey {
@@ -68,11 +69,11 @@ impl<'a> Simulation<'a> {
             mission,
             config,
             world: World::new(truth),
-            walkers: mission.walkers.clone(),
+            moving_obstacles: mission.moving_obstacles.clone(),
             vehicle,
             carried: Carried::default(),
             goes_on: true,
-            whereabouts,
+            pose_source,
             truth: PoseTrack::new(),
             odometry: PoseTrack::new(),
             view: View::default(),
@@ -80,7 +81,7 @@ impl<'a> Simulation<'a> {
             navigator,
             lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
             trace: Trace {
-                moving_radii: mission.walkers.radii(),
+                moving_radii: mission.moving_obstacles.radii(),
                 ..Trace::default()
             },
             decision_s: Vec::new(),
@@ -134,7 +135,7 @@ impl<'a> Simulation<'a> {
             mode: decision.mode,
             path: self.navigator.plans().len() - 1,
             moving: self
-                .walkers
+                .moving_obstacles
                 .places()
                 .iter()
                 .map(|place| place.as_ref().map(MovingDisc::center))
@@ -143,12 +144,13 @@ impl<'a> Simulation<'a> {
         let period_s = self.config.local.control_period_s;
         self.goes_on = self.vehicle.drive(&decision.command, period_s);
         let trouble = self.vehicle.trouble();
-        self.walkers.step(period_s, &self.pose(), footprint);
-        (observer.witness)(&Moment {
+        self.moving_obstacles
+            .step(period_s, &self.pose(), footprint);
+        (observer.on_tick)(&TickEvent {
             row: &row,
             observation: &observation,
             odometry: &odometry,
-            fix: self.whereabouts.fix(),
+            fix: self.pose_source.fix(),
             decision: &decision,
             took_s,
             moving_radii: &self.trace.moving_radii,
@@ -160,16 +162,16 @@ impl<'a> Simulation<'a> {
 
     /// What the robot can know: its odometry, what its lidar sees, and where both have it in the map.
     fn observe(&mut self, time_s: f64) -> (Observation, OdometryReading) {
-        self.world.moving = self.walkers.discs();
+        self.world.moving = self.moving_obstacles.discs();
         let odometry = self.vehicle.odometry();
         let own = self.vehicle.sweep(time_s);
         self.has_own_lidar = own.is_some();
         let own_pose = self.vehicle.pose();
-        let truth = self.carried.pose(&self.mission.mishaps, time_s, &own_pose);
+        let truth = self.carried.pose(&self.mission.faults, time_s, &own_pose);
         self.truth.record(time_s, &truth);
         self.odometry.record(time_s, &odometry.pose);
         let seen = own.map_or_else(|| self.simulated(time_s), Seen::Sweep);
-        self.whereabouts
+        self.pose_source
             .observe(time_s, &odometry.pose, &truth, &seen);
         let (scan, scan_s) = match seen {
             Seen::Scan(scan) => (scan, time_s),
@@ -177,8 +179,8 @@ impl<'a> Simulation<'a> {
         };
         let observation = Observation {
             time_s,
-            pose: self.whereabouts.pose(),
-            lost: self.whereabouts.lost(),
+            pose: self.pose_source.pose(),
+            lost: self.pose_source.lost(),
             twist: odometry.twist,
             scan,
             scan_s,
@@ -191,16 +193,16 @@ impl<'a> Simulation<'a> {
         let (world, rng) = (&self.world, &mut self.lidar_noise);
         let truth = &self.truth;
         let pose_at = |time_s: f64| truth.at(time_s).unwrap_or_default();
-        let mishaps = &self.mission.mishaps;
+        let faults = &self.mission.faults;
         if lidar.sweep_s > 0.0 {
             let mut sweep = lidar.sweep(world, pose_at, time_s, rng);
             for beam in &mut sweep.beams {
-                beam.range = spoilt(mishaps, beam.time_s, beam.range);
+                beam.range = spoilt(faults, beam.time_s, beam.range);
             }
             return Seen::Sweep(sweep);
         }
         let mut scan = lidar.scan(world, &pose_at(time_s), rng).scan;
-        spoil(mishaps, time_s, &mut scan);
+        spoil(faults, time_s, &mut scan);
         Seen::Scan(scan)
     }
 
@@ -213,7 +215,7 @@ impl<'a> Simulation<'a> {
     /// Where the vehicle truly is; where it believes to be, of one whose world is not simulated.
     fn pose(&self) -> Pose {
         if self.has_own_lidar {
-            self.whereabouts.pose()
+            self.pose_source.pose()
         } else {
             self.carried.here(&self.vehicle.pose())
         }

@@ -5,23 +5,23 @@ use crate::map::Scan;
 
 /// Something that befalls the simulated robot, at its time in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Mishap {
+pub enum FaultInjection {
     /// It is carried to another pose of the map, which its odometry does not notice.
-    Carried {
+    Kidnapped {
         /// When.
         at_s: f64,
         /// Where to.
         to: Pose,
     },
     /// Its lidar sees nothing within its range: a window that fogged up, say.
-    Blinded {
+    LidarOccluded {
         /// From when on.
         from_s: f64,
         /// Until when; infinite for the rest of the time.
         to_s: f64,
     },
     /// Its lidar measures nothing at all.
-    Silenced {
+    LidarSilent {
         /// From when on.
         from_s: f64,
         /// Until when; infinite for the rest of the time.
@@ -31,7 +31,7 @@ pub enum Mishap {
 
 /// Where a vehicle is of which that thinks so, after all that carried it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Carried {
+pub(crate) struct Carried {
     /// The pose of the vehicle's own frame in the map's.
     frame: Pose,
     until_s: f64,
@@ -39,9 +39,9 @@ pub(super) struct Carried {
 
 impl Carried {
     /// The vehicle's pose in the map at a time, seconds, that does not descend.
-    pub fn pose(&mut self, mishaps: &[Mishap], time_s: f64, own: &Pose) -> Pose {
-        for mishap in mishaps {
-            if let Mishap::Carried { at_s, to } = mishap
+    pub fn pose(&mut self, faults: &[FaultInjection], time_s: f64, own: &Pose) -> Pose {
+        for mishap in faults {
+            if let FaultInjection::Kidnapped { at_s, to } = mishap
                 && (self.until_s..time_s).contains(at_s)
             {
                 self.frame = to.frame_of(own);
@@ -61,14 +61,16 @@ impl Carried {
 }
 
 /// What is left of a range that was measured at a time, seconds.
-pub(super) fn spoilt(mishaps: &[Mishap], time_s: f64, range: f64) -> f64 {
+pub(crate) fn spoilt(faults: &[FaultInjection], time_s: f64, range: f64) -> f64 {
     let mut range = range;
-    for mishap in mishaps {
+    for mishap in faults {
         match mishap {
-            Mishap::Blinded { from_s, to_s } if (*from_s..*to_s).contains(&time_s) => {
+            FaultInjection::LidarOccluded { from_s, to_s }
+                if (*from_s..*to_s).contains(&time_s) =>
+            {
                 range = f64::INFINITY;
             }
-            Mishap::Silenced { from_s, to_s } if (*from_s..*to_s).contains(&time_s) => {
+            FaultInjection::LidarSilent { from_s, to_s } if (*from_s..*to_s).contains(&time_s) => {
                 range = f64::NAN;
             }
             _ => {}
@@ -78,8 +80,8 @@ pub(super) fn spoilt(mishaps: &[Mishap], time_s: f64, range: f64) -> f64 {
 }
 
 /// The same of a whole scan.
-pub(super) fn spoil(mishaps: &[Mishap], time_s: f64, scan: &mut Scan) {
+pub(crate) fn spoil(faults: &[FaultInjection], time_s: f64, scan: &mut Scan) {
     for range in &mut scan.ranges {
-        *range = spoilt(mishaps, time_s, *range);
+        *range = spoilt(faults, time_s, *range);
     }
 }

@@ -13,13 +13,13 @@ const FREE: i8 = 0;
 const OCCUPIED: i8 = 100;
 
 /// A block of rock, seen from above, with workings in it. Lengths are in metres from its lower-left corner.
-pub(super) struct Rock {
+pub(super) struct MineMapBuilder {
     frame: GridFrame,
     cells: Vec<i8>,
     seed: u64,
 }
 
-impl Rock {
+impl MineMapBuilder {
     /// Solid rock. The seed shapes the walls of what is cut into it.
     pub(super) fn solid(width_m: f64, height_m: f64, seed: u64) -> Self {
         let frame = GridFrame {

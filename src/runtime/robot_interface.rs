@@ -1,12 +1,20 @@
 //! What a mission moves: the simulated base, or one whose reported motion counts as true.
 
-use super::{OdometryReading, SimBase};
-use crate::base::Base;
 use crate::geometry::{Pose, Twist};
 use crate::map::Sweep;
 
+/// What a base knows of its own motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometryReading {
+    /// Where it believes to be: the pose in REP-105's `odom` frame, laid so that it is true at the start. It never jumps,
+    /// and drifts from the truth without bound.
+    pub pose: Pose,
+    /// How fast it measures itself to move: the belts' mean speed, and the gyro's turn rate.
+    pub twist: Twist,
+}
+
 /// A base in the simulated world.
-pub trait Vehicle {
+pub trait Robot {
     /// Where it truly is.
     fn pose(&self) -> Pose;
 
@@ -30,26 +38,4 @@ pub trait Vehicle {
     /// Takes a command, which is finite, and lets a control period pass, seconds: simulated, or in truth. False when it was
     /// stopped for good, and the mission is over.
     fn drive(&mut self, command: &Twist, period_s: f64) -> bool;
-}
-
-impl Vehicle for SimBase {
-    fn pose(&self) -> Pose {
-        *self.pose()
-    }
-
-    fn twist(&self) -> Twist {
-        self.twist()
-    }
-
-    fn odometry(&self) -> OdometryReading {
-        self.odometry()
-    }
-
-    fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
-        // It refuses only commands that are not finite.
-        let sent = self.send(command);
-        debug_assert!(sent.is_ok());
-        self.step(period_s);
-        true
-    }
 }

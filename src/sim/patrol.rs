@@ -5,7 +5,7 @@ use crate::global::Path;
 
 /// Somebody on a route, who goes to and fro between its ends at one speed.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct ToAndFro {
+pub(super) struct Patrol {
     pub(super) route: Path,
     pub(super) speed_m_s: f64,
     /// Distance along the route.
@@ -13,7 +13,7 @@ pub(super) struct ToAndFro {
     pub(super) forward: bool,
 }
 
-impl ToAndFro {
+impl Patrol {
     pub(super) const fn new(route: Path, speed_m_s: f64) -> Self {
         Self {
             route,

@@ -1,4 +1,4 @@
-//! Walkers placed by a seed along the way that the robot means to take.
+//! MovingObstacles placed by a seed along the way that the robot means to take.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -6,9 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::error::above_zero;
-use super::to_and_fro::ToAndFro;
-use super::walk::{straight_walk, winding_walk};
-use super::{Moving, SimError, Walkers};
+use super::patrol::Patrol;
+use super::route_sampler::{straight_walk, winding_walk};
+use super::{MovingObstacle, MovingObstacles, SimError};
 use crate::geometry::{Point, bearing};
 use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid};
@@ -16,7 +16,7 @@ use crate::map::{FreeSpace, ObstacleGrid};
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
 
-/// Walkers keep this far from the places kept clear, metres.
+/// MovingObstacles keep this far from the places kept clear, metres.
 const KEEP_CLEAR_M: f64 = 5.0;
 
 /// Attempts to find each walker a walk; after half of them its place need not be its own part of the path.
@@ -27,7 +27,7 @@ const SLANTS_RAD: [f64; 7] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75];
 
 /// How many people walk where the robot drives, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Crowd {
+pub struct PedestrianSpawner {
     /// How many.
     pub count: usize,
     /// Same seed, same walkers.
@@ -40,7 +40,7 @@ pub struct Crowd {
     pub yields: bool,
 }
 
-impl Crowd {
+impl PedestrianSpawner {
     /// People of usual size and pace, who mind the robot.
     #[must_use]
     pub const fn new(count: usize, seed: u64) -> Self {
@@ -54,8 +54,8 @@ impl Crowd {
     }
 }
 
-impl Walkers {
-    /// Walkers spread along the robot's path, each crossing the drift there or following it, on a walk of 4 to 12 m
+impl MovingObstacles {
+    /// MovingObstacles spread along the robot's path, each crossing the drift there or following it, on a walk of 4 to 12 m
     /// over ground that is free for it.
     ///
     /// No walk comes within 5 m of a place to keep clear, the robot's start and goal say; on a path shorter than
@@ -65,7 +65,7 @@ impl Walkers {
     /// [`SimError::BadSetting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where
     /// some found no walk.
     pub fn seeded(
-        crowd: &Crowd,
+        crowd: &PedestrianSpawner,
         obstacles: &ObstacleGrid,
         path: &[Point],
         keep_clear: &[Point],
@@ -83,11 +83,11 @@ impl Walkers {
         }
         let places = Places::new(obstacles, crowd.radius_m, path, keep_clear);
         let mut rng = Pcg64Mcg::seed_from_u64(crowd.seed);
-        let mut walkers = Vec::with_capacity(crowd.count);
+        let mut moving_obstacles = Vec::with_capacity(crowd.count);
         for index in 0..crowd.count {
             let Some(route) = places.walk(index, crowd.count, &mut rng) else {
                 return Err(SimError::NoRoom {
-                    placed: walkers.len(),
+                    placed: moving_obstacles.len(),
                     asked: crowd.count,
                     least_m: *WALK_M.start(),
                     most_m: *WALK_M.end(),
@@ -95,12 +95,16 @@ impl Walkers {
             };
             let share = rng.random::<f64>();
             let speed = slowest + (fastest - slowest) * share;
-            let mut walk = ToAndFro::new(route, speed);
+            let mut walk = Patrol::new(route, speed);
             walk.along_m = walk.route.length_m() * rng.random::<f64>();
             walk.forward = rng.random_bool(0.5);
-            walkers.push(Moving::under_way(crowd.radius_m, crowd.yields, walk)?);
+            moving_obstacles.push(MovingObstacle::under_way(
+                crowd.radius_m,
+                crowd.yields,
+                walk,
+            )?);
         }
-        Ok(Self::new(walkers))
+        Ok(Self::new(moving_obstacles))
     }
 }
 

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 /// were; the values are arbitrary words.
 #[derive(Clone, Copy)]
 #[repr(u64)]
-pub(super) enum Source {
+pub(super) enum RngStream {
     Ground = 0x6a09_e667_f3bc_c908,
     Odometry = 0xbb67_ae85_84ca_a73b,
     Fixes = 0x3c6e_f372_fe94_f82b,
@@ -17,7 +17,7 @@ pub(super) enum Source {
 }
 
 /// The generator of one source in a run.
-pub(super) fn generator(seed: u64, source: Source) -> Pcg64Mcg {
+pub(super) fn generator(seed: u64, source: RngStream) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ source as u64)
 }
 

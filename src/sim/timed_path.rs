@@ -18,13 +18,13 @@ enum Course {
 /// Places at given times, and a way from each to the next. Before the first time its place is the first, after the last one
 /// the last; a script with a period begins anew after it, wherever that is.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Script {
+pub struct TimedPath {
     keys: Vec<(f64, Point)>,
     loop_s: Option<f64>,
     course: Course,
 }
 
-impl Script {
+impl TimedPath {
     /// A script that goes straight and evenly from place to place. Times in seconds, places in metres, the period in seconds.
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl Script {
     /// tangent at a place is half the way from the place before it to the one after, whatever their times; at an end that is
     /// not also the beginning it is half the way to its neighbour.
     #[must_use]
-    pub fn on_a_spline(self) -> Self {
+    pub fn on_spline(self) -> Self {
         Self {
             course: Course::Spline,
             ..self
@@ -158,14 +158,14 @@ fn sum(weights: [f64; 2], [one, other]: [Vector; 2]) -> Vector {
 
 /// Somebody who plays a script.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Keyframes {
-    script: Script,
+pub(super) struct TimedPathPlayer {
+    script: TimedPath,
     /// Since the script began; below the period of a loop.
     time_s: f64,
 }
 
-impl Keyframes {
-    pub(super) const fn new(script: Script) -> Self {
+impl TimedPathPlayer {
+    pub(super) const fn new(script: TimedPath) -> Self {
         Self {
             script,
             time_s: 0.0,
@@ -193,12 +193,12 @@ impl Keyframes {
 mod tests {
     use super::*;
 
-    fn script(keys: &[(f64, f64, f64)], loop_s: Option<f64>) -> Script {
+    fn script(keys: &[(f64, f64, f64)], loop_s: Option<f64>) -> TimedPath {
         let keys: Vec<_> = keys
             .iter()
             .map(|&(time_s, x, y)| (time_s, Point::new(x, y)))
             .collect();
-        Script::new(&keys, loop_s).expect("a sound script")
+        TimedPath::new(&keys, loop_s).expect("a sound script")
     }
 
     #[test]
@@ -209,7 +209,7 @@ mod tests {
             (3.0, 4.0, 2.0),
             (4.0, 4.0, 0.0),
         ];
-        let spline = script(&keys, None).on_a_spline();
+        let spline = script(&keys, None).on_spline();
         for (time_s, x, y) in keys {
             assert_eq!(spline.at(time_s).0, Point::new(x, y), "{time_s}");
         }
@@ -238,7 +238,7 @@ mod tests {
         ];
         for script in [
             script(&keys, Some(5.0)),
-            script(&keys, Some(5.0)).on_a_spline(),
+            script(&keys, Some(5.0)).on_spline(),
         ] {
             for tick in 0..240_u32 {
                 let time_s = 0.013 + f64::from(tick) * 0.05;
@@ -260,7 +260,7 @@ mod tests {
             (2.0, 1.0, 2.0),
             (3.0, 0.0, 0.0),
         ];
-        let spline = script(&keys, Some(3.0)).on_a_spline();
+        let spline = script(&keys, Some(3.0)).on_spline();
         let (end, begin) = (spline.at(3.0 - 1e-9).1, spline.at(1e-9).1);
         assert!((end - begin).norm() < 1e-6, "{end} {begin}");
         assert!((begin - Vector::new(0.5, -1.0)).norm() < 1e-6);

@@ -1,10 +1,10 @@
 //! One moving obstacle: how it moves, whether it minds the robot, and since when it is there.
 
 use super::error::{above_zero, at_least_zero, require};
-use super::keyframes::{Keyframes, Script};
-use super::to_and_fro::ToAndFro;
-use super::wander::Wander;
-use super::{SimError, YIELD_GAP_M, YIELD_PATIENCE_S};
+use super::patrol::Patrol;
+use super::random_waypoint::RandomWaypoint;
+use super::timed_path::{TimedPath, TimedPathPlayer};
+use super::{SimError, YIELD_GAP_M, YIELD_TIMEOUT_S};
 use crate::geometry::{Point, Pose, Vector};
 use crate::global::Path;
 use crate::map::{MovingDisc, ObstacleGrid};
@@ -12,24 +12,24 @@ use crate::robot::Footprint;
 
 /// When an obstacle appears that is not there from the start. Until then it touches nothing and nothing sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Appears {
+pub enum SpawnTrigger {
     /// At a time, seconds after the start.
     AtTime(f64),
     /// When the robot's origin comes within a distance, metres, of the place where it appears.
-    Within(f64),
+    WithinDistance(f64),
 }
 
 /// A disc that moves by itself.
 ///
 /// One that yields holds while its next step would bring it within [`YIELD_GAP_M`] of the robot and nearer than it is,
-/// and gives up its way after [`YIELD_PATIENCE_S`]; nor does it appear within that gap. So it never walks into the robot,
+/// and gives up its way after [`YIELD_TIMEOUT_S`]; nor does it appear within that gap. So it never walks into the robot,
 /// though the robot may drive into it. One that does not yield takes no notice of the robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moving {
+pub struct MovingObstacle {
     radius_m: f64,
     yields: bool,
     /// None once it is there.
-    appears: Option<Appears>,
+    appears: Option<SpawnTrigger>,
     /// How long it has been waited for.
     waited_s: f64,
     /// How long it has stood for the robot; zero while it moves.
@@ -39,19 +39,19 @@ pub struct Moving {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Motion {
-    ToAndFro(ToAndFro),
-    Keyframes(Keyframes),
-    Wander(Box<Wander>),
+    Patrol(Patrol),
+    TimedPathPlayer(TimedPathPlayer),
+    RandomWaypoint(Box<RandomWaypoint>),
 }
 
-impl Moving {
+impl MovingObstacle {
     /// Somebody who walks a route from end to end and back, at a speed in m/s, which may be zero; yields. Patience gone,
     /// it turns round. Whether the route is free is the caller's affair.
     ///
     /// # Errors
     /// [`SimError::BadSetting`] for a radius that is not above zero, a speed below zero, a route of no point, or any of
     /// these not finite.
-    pub fn walker(radius_m: f64, speed_m_s: f64, route: Vec<Point>) -> Result<Self, SimError> {
+    pub fn patrol(radius_m: f64, speed_m_s: f64, route: Vec<Point>) -> Result<Self, SimError> {
         at_least_zero("speed", speed_m_s)?;
         let points = route.len() as f64;
         require(points > 0.0, "number of points", points, "at least one")?;
@@ -61,7 +61,7 @@ impl Moving {
         Self::new(
             radius_m,
             true,
-            Motion::ToAndFro(ToAndFro::new(Path::new(route), speed_m_s)),
+            Motion::Patrol(Patrol::new(Path::new(route), speed_m_s)),
         )
     }
 
@@ -70,8 +70,12 @@ impl Moving {
     ///
     /// # Errors
     /// [`SimError::BadSetting`] for a radius that is not finite and above zero.
-    pub fn scripted(radius_m: f64, script: Script) -> Result<Self, SimError> {
-        Self::new(radius_m, false, Motion::Keyframes(Keyframes::new(script)))
+    pub fn timed_path(radius_m: f64, script: TimedPath) -> Result<Self, SimError> {
+        Self::new(
+            radius_m,
+            false,
+            Motion::TimedPathPlayer(TimedPathPlayer::new(script)),
+        )
     }
 
     /// Somebody who starts at a place and walks, at a speed in m/s, to one random place after another, round corners, over
@@ -81,7 +85,7 @@ impl Moving {
     /// # Errors
     /// [`SimError::BadSetting`] for a radius, speed or distance that is not finite and above zero;
     /// [`SimError::NowhereToGo`] where the start is not free ground or has none about it.
-    pub fn wanderer(
+    pub fn random_waypoint(
         radius_m: f64,
         speed_m_s: f64,
         start: Point,
@@ -92,8 +96,8 @@ impl Moving {
         above_zero("radius", radius_m)?;
         above_zero("speed", speed_m_s)?;
         above_zero("wander_m", wander_m)?;
-        let wander = Wander::new(ground, radius_m, speed_m_s, start, wander_m, seed)?;
-        Self::new(radius_m, true, Motion::Wander(Box::new(wander)))
+        let wander = RandomWaypoint::new(ground, radius_m, speed_m_s, start, wander_m, seed)?;
+        Self::new(radius_m, true, Motion::RandomWaypoint(Box::new(wander)))
     }
 
     fn new(radius_m: f64, yields: bool, motion: Motion) -> Result<Self, SimError> {
@@ -109,8 +113,8 @@ impl Moving {
     }
 
     /// A walk that is already under way.
-    pub(super) fn under_way(radius_m: f64, yields: bool, walk: ToAndFro) -> Result<Self, SimError> {
-        Self::new(radius_m, yields, Motion::ToAndFro(walk))
+    pub(super) fn under_way(radius_m: f64, yields: bool, walk: Patrol) -> Result<Self, SimError> {
+        Self::new(radius_m, yields, Motion::Patrol(walk))
     }
 
     /// The same, minding the robot or not.
@@ -123,10 +127,12 @@ impl Moving {
     ///
     /// # Errors
     /// [`SimError::BadSetting`] for a time or distance that is not finite and at least zero.
-    pub fn appearing(self, appears: Appears) -> Result<Self, SimError> {
+    pub fn spawned_by(self, appears: SpawnTrigger) -> Result<Self, SimError> {
         match appears {
-            Appears::AtTime(time_s) => at_least_zero("appears_at_s", time_s)?,
-            Appears::Within(distance_m) => at_least_zero("appears_within_m", distance_m)?,
+            SpawnTrigger::AtTime(time_s) => at_least_zero("appears_at_s", time_s)?,
+            SpawnTrigger::WithinDistance(distance_m) => {
+                at_least_zero("appears_within_m", distance_m)?
+            }
         }
         Ok(Self {
             appears: Some(appears),
@@ -169,8 +175,10 @@ impl Moving {
             let start = self.center();
             let is_time = match appears {
                 // The sum of many steps may fall short of their number by its rounding.
-                Appears::AtTime(at_s) => self.waited_s >= at_s - 1e-9,
-                Appears::Within(distance_m) => (start - robot.position()).norm() <= distance_m,
+                SpawnTrigger::AtTime(at_s) => self.waited_s >= at_s - 1e-9,
+                SpawnTrigger::WithinDistance(distance_m) => {
+                    (start - robot.position()).norm() <= distance_m
+                }
             };
             if is_time && !(self.yields && gap(start) < YIELD_GAP_M) {
                 self.appears = None;
@@ -186,19 +194,19 @@ impl Moving {
         }
         self.held_s = 0.0;
         match &mut self.motion {
-            Motion::ToAndFro(walk) => walk.step(time_s),
-            Motion::Keyframes(script) => script.step(time_s),
-            Motion::Wander(wander) => wander.step(time_s),
+            Motion::Patrol(walk) => walk.step(time_s),
+            Motion::TimedPathPlayer(script) => script.step(time_s),
+            Motion::RandomWaypoint(wander) => wander.step(time_s),
         }
     }
 
     fn hold(&mut self, time_s: f64) {
         self.held_s += time_s;
-        if self.held_s >= YIELD_PATIENCE_S {
+        if self.held_s >= YIELD_TIMEOUT_S {
             match &mut self.motion {
-                Motion::ToAndFro(walk) => walk.turn_round(),
-                Motion::Keyframes(_) => return,
-                Motion::Wander(wander) => wander.choose(),
+                Motion::Patrol(walk) => walk.turn_round(),
+                Motion::TimedPathPlayer(_) => return,
+                Motion::RandomWaypoint(wander) => wander.choose(),
             }
             self.held_s = 0.0;
         }
@@ -206,25 +214,25 @@ impl Moving {
 
     fn center(&self) -> Point {
         match &self.motion {
-            Motion::ToAndFro(walk) => walk.center(),
-            Motion::Keyframes(script) => script.center(),
-            Motion::Wander(wander) => wander.center(),
+            Motion::Patrol(walk) => walk.center(),
+            Motion::TimedPathPlayer(script) => script.center(),
+            Motion::RandomWaypoint(wander) => wander.center(),
         }
     }
 
     fn velocity(&self) -> Vector {
         match &self.motion {
-            Motion::ToAndFro(walk) => walk.velocity(),
-            Motion::Keyframes(script) => script.velocity(),
-            Motion::Wander(wander) => wander.velocity(),
+            Motion::Patrol(walk) => walk.velocity(),
+            Motion::TimedPathPlayer(script) => script.velocity(),
+            Motion::RandomWaypoint(wander) => wander.velocity(),
         }
     }
 
     fn center_after(&self, time_s: f64) -> Point {
         match &self.motion {
-            Motion::ToAndFro(walk) => walk.center_after(time_s),
-            Motion::Keyframes(script) => script.center_after(time_s),
-            Motion::Wander(wander) => wander.center_after(time_s),
+            Motion::Patrol(walk) => walk.center_after(time_s),
+            Motion::TimedPathPlayer(script) => script.center_after(time_s),
+            Motion::RandomWaypoint(wander) => wander.center_after(time_s),
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Where a simulated robot has its pose from: its odometry, held to the map by fixes or by scans.
 
-use super::fixes::FixSource;
-use super::{Config, Mission, PoseFrom, SimError};
+use super::{Config, Mission, PoseSource};
 use crate::geometry::Pose;
 use crate::localization::{Fix, Localizer, Lost};
 use crate::map::{ObstacleGrid, Scan, Sweep};
 use crate::navigator::{PoseFilter, PoseFix};
+use crate::sim::{FixSource, SimError};
 
 /// A deviation that is as good as none, metres and radians: a filter must not divide by zero.
 const LEAST_SIGMA: f64 = 1e-6;
@@ -22,7 +22,7 @@ pub(super) enum Seen {
     clippy::large_enum_variant,
     reason = "there is one of it in a simulation"
 )]
-pub(super) enum Whereabouts {
+pub(super) enum PoseEstimator {
     Fixes {
         source: FixSource,
         filter: PoseFilter,
@@ -35,10 +35,10 @@ pub(super) enum Whereabouts {
     },
 }
 
-impl Whereabouts {
+impl PoseEstimator {
     pub fn new(config: &Config, known: &ObstacleGrid, mission: &Mission) -> Result<Self, SimError> {
         let start = mission.start;
-        if config.pose_from == PoseFrom::Scans {
+        if config.pose_source == PoseSource::Scans {
             let localizer = Localizer::new(known, config.localization, &start)?;
             return Ok(Self::Scans {
                 localizer: Box::new(localizer),

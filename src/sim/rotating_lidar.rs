@@ -22,7 +22,7 @@ const CLOCK_MS: f64 = 30_000.0;
 const INTENSITY: u8 = 200;
 
 /// A lidar at the origin of a robot that moves in a world.
-pub struct TurningLidar {
+pub struct RotatingLidar {
     lidar: Lidar,
     /// The world, to move things in.
     pub world: World,
@@ -33,7 +33,7 @@ pub struct TurningLidar {
     packet: Packet,
 }
 
-impl TurningLidar {
+impl RotatingLidar {
     /// One that is switched on at time zero. Noise and dropouts are those of a simulated lidar; number of beams, field of view, range
     /// and time of a turn are the LD19's own.
     ///

@@ -1,20 +1,20 @@
 //! What goes wrong on a drive, tick by tick and in words: senses that are not believed, a GPU that is lost, trouble with the
 //! base, contact, and why a mission is given up.
 
-use super::Moment;
+use super::TickEvent;
 use crate::local::LossKind;
 use crate::navigator::Mode;
 
 /// Tells what is wrong at each tick of one drive, shown to it in order.
 #[derive(Clone, Debug, Default)]
-pub struct Troubles {
+pub struct FaultEvents {
     /// Incidents of the engine up to the last tick.
     incidents: u64,
 }
 
-impl Troubles {
+impl FaultEvents {
     /// A sentence for each thing that is wrong at the next tick; none where all is well.
-    pub fn at(&mut self, moment: &Moment<'_>) -> Vec<String> {
+    pub fn at(&mut self, moment: &TickEvent<'_>) -> Vec<String> {
         let navigator = moment.navigator;
         let mut now: Vec<String> = navigator
             .doubted()
@@ -34,7 +34,7 @@ impl Troubles {
     }
 
     /// What happened to a GPU with a stand-in since the last tick. That there is none to begin with is no fault.
-    fn of_engine(&mut self, moment: &Moment<'_>) -> Vec<String> {
+    fn of_engine(&mut self, moment: &TickEvent<'_>) -> Vec<String> {
         let Some(incidents) = moment.navigator.planner().incidents() else {
             return Vec::new();
         };

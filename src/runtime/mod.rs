@@ -1,0 +1,17 @@
+//! The control loop of a robot on a mission: configuration, the interface of a robot, ticks, and the trace of a drive.
+
+mod config;
+mod control_loop;
+mod fault_events;
+mod mission;
+mod pose_source;
+mod robot_interface;
+mod trace;
+
+pub use config::{Config, PedestrianSettings, PoseSource, RobotConfig};
+pub use fault_events::FaultEvents;
+pub use mission::{
+    Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
+};
+pub use robot_interface::{OdometryReading, Robot};
+pub use trace::{Trace, TraceRow};
