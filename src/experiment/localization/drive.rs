@@ -15,7 +15,10 @@ use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
 use crate::navigator::{Fault, Goal};
 use crate::runtime::{Config, Mission, MissionError, Observer, PoseSource, TickEvent};
-use crate::sim::{FaultInjection, MovingObstacles, PedestrianSpawner, crossing, roadway as roadway_scene, simulate_mission};
+use crate::sim::{
+    FaultInjection, MovingObstacles, PedestrianSpawner, crossing, roadway as roadway_scene,
+    simulate_mission,
+};
 
 /// Length and width of the smooth roadways, metres.
 const ROADWAY_M: (f64, f64) = (120.0, 3.0);

@@ -3,7 +3,9 @@
 use inbye::geometry::{Point, Pose, Vector};
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 use inbye::robot::Footprint;
-use inbye::sim::{MovingObstacle, MovingObstacles, SimError, SpawnTrigger, TimedPath, World, YIELD_GAP_M};
+use inbye::sim::{
+    MovingObstacle, MovingObstacles, SimError, SpawnTrigger, TimedPath, World, YIELD_GAP_M,
+};
 
 /// Where the robot is out of everybody's way.
 const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);

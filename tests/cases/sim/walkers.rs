@@ -3,7 +3,9 @@
 use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, UnknownPolicy};
 use inbye::robot::Footprint;
-use inbye::sim::{MovingObstacles, PedestrianSpawner, Scene, SimError, World, YIELD_GAP_M, dead_end, scenes};
+use inbye::sim::{
+    MovingObstacles, PedestrianSpawner, Scene, SimError, World, YIELD_GAP_M, dead_end, scenes,
+};
 
 /// Radius of the robot that must pass everywhere, metres.
 const ROBOT_RADIUS_M: f64 = 0.45;
