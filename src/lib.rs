@@ -18,12 +18,12 @@
 //! | [`base`] | what goes over the wire? |
 //! | [`runtime`] | what does the robot do, tick by tick? |
 //! | [`sim`] | what would happen? |
-//! | [`nav2`] | what would a Nav2 file say here? |
-//! | `recording` | what was decided, and is it decided so again? (feature `mcap`) |
-//! | [`node`] | what do other ROS 2 nodes hear of it? |
+//! | [`ros`] | ROS 2: messages, Nav2 parameter files, a node |
+//! | `recording` | MCAP recordings of drives and their replay (feature `mcap`) |
 //! | [`mod@bench`] | how fast, and is it right? |
 //! | [`experiment`] | how do worlds, settings and seeds compare? |
 //! | [`report`] | what does it look like? |
+//! | `playground` | a web page that decides with the GPU engine's shaders (feature `playground`) |
 //!
 //! [`geometry`], [`numeric`], [`digest`], [`documented`] and [`spelling`] stand above them all.
 //!
@@ -89,14 +89,16 @@ pub mod runtime;
 
 pub mod sim;
 
-pub mod nav2;
+pub mod ros;
+
 #[cfg(feature = "mcap")]
 pub mod recording;
-
-pub mod node;
 
 pub mod bench;
 
 pub mod experiment;
 
 pub mod report;
+
+#[cfg(feature = "playground")]
+pub mod playground;

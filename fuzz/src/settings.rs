@@ -136,7 +136,7 @@ pub fn nav2_params(data: &[u8]) {
         return;
     };
     for namespace in [None, Some("robot")] {
-        match inbye::nav2::import(text, namespace) {
+        match inbye::ros::nav2::import(text, namespace) {
             Err(error) => one_line(&error),
             Ok(import) => {
                 let read = toml::from_str::<Config>(&import.config).expect("settings are TOML");

@@ -67,7 +67,7 @@ pub enum Command {
     /// Drive a robot among ROS 2 nodes: map, scan, odometry and goal in, velocity out.
     Node(super::node_arguments::NodeArguments),
     /// Drag robot, goal and obstacles in a browser, which decides with the same shaders.
-    Playground(super::playground_arguments::PlaygroundArguments),
+    Playground(super::playground::PlaygroundArguments),
     /// Print the completions of a shell.
     Completions(super::completions::CompletionsArguments),
     /// Print the manual page, or write those of all commands.

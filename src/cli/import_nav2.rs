@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
-use inbye::nav2::{Import, import};
+use inbye::ros::nav2::{Import, import};
 
 use super::config_arguments::ImportArguments;
 use super::output;

@@ -52,9 +52,7 @@ mod plain_words;
 mod plan;
 mod plan_drawing;
 mod plan_words;
-#[cfg(feature = "playground")]
 mod playground;
-mod playground_arguments;
 mod problem_file;
 mod record_file;
 mod recording;
@@ -99,12 +97,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Devices) => devices::run(json),
         Some(Command::Config(command)) => config_command::run(command, json),
         Some(Command::Node(command)) => node::run(command, json),
-        #[cfg(feature = "playground")]
         Some(Command::Playground(command)) => playground::run(command, json),
-        #[cfg(not(feature = "playground"))]
-        Some(Command::Playground(_)) => anyhow::bail!(
-            "inbye playground: this program was built without it: build it with `cargo build --release --features playground`"
-        ),
         Some(Command::Completions(command)) => completions::run(command, json),
         Some(Command::Man(command)) => man::run(command, json),
         Some(Command::Sweep(command)) => sweep::run(command, json),

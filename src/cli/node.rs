@@ -21,9 +21,9 @@ mod wired {
     use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
     use anyhow::{Context, anyhow};
-    use inbye::node::dds::{WireSettings, Wires};
-    use inbye::node::msg::Time;
-    use inbye::node::{NodeCore, NodeSettings, Published};
+    use inbye::ros::msg::Time;
+    use inbye::ros::node::dds::{WireSettings, Wires};
+    use inbye::ros::node::{NodeCore, NodeSettings, Published};
     use serde_json::json;
 
     use super::super::clock::wall_clock;

@@ -19,12 +19,12 @@ const ROOMS: [&str; 20] = [
     "base",
     "runtime",
     "sim",
-    "nav2",
+    "ros",
     "recording",
-    "node",
     "bench",
     "experiment",
     "report",
+    "playground",
     "cli",
 ];
 /// So many of them are single files that all rooms build on.

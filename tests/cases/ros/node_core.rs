@@ -4,8 +4,8 @@ mod messages;
 mod robot;
 
 use inbye::geometry::{Pose, Twist};
-use inbye::node::Arrived;
-use inbye::node::msg::TFMessage;
+use inbye::ros::msg::TFMessage;
+use inbye::ros::node::Arrived;
 use robot::{GOAL, Robot, goal, grid, map, transform};
 
 #[test]
@@ -115,7 +115,7 @@ fn a_scan_sent_again_is_an_old_one() {
     robot.until(50, |robot| robot.speed() > 0.8);
     robot.has_scan = false;
     let scan = {
-        let mut scan = inbye::node::msg::LaserScan {
+        let mut scan = inbye::ros::msg::LaserScan {
             angle_max: 1.0,
             angle_increment: 1.0,
             range_max: 5.0,

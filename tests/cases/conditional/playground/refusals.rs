@@ -168,12 +168,12 @@ fn heads() -> Result<(), Failed> {
         (
             "GET / HTTP/1.1\r\n\r\n".to_owned(),
             400,
-            "names its Host once",
+            "exactly one Host",
         ),
         (
             format!("GET / HTTP/1.1\r\n{host}{host}\r\n"),
             400,
-            "names its Host once",
+            "exactly one Host",
         ),
         (
             format!("GET / HTTP/1.1\r\n{host}{long}\r\n"),
@@ -271,7 +271,7 @@ fn strangers() -> Result<(), Failed> {
         assert_refused(
             &ask(&own, origin, "application/json")?,
             403,
-            "may not ask here",
+            "are rejected",
         );
     }
     // What a foreign page may send without asking first.

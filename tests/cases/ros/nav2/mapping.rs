@@ -1,8 +1,8 @@
 //! What the settings become, and why others do not.
 
 use inbye::base::BaseConfig;
-use inbye::nav2::{Import, Why, import};
 use inbye::robot::Footprint;
+use inbye::ros::nav2::{Import, Why, import};
 use inbye::runtime::Config;
 
 use super::files::{DWB, ROBOTS, SHIM};

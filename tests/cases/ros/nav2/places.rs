@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use inbye::nav2::import;
+use inbye::ros::nav2::import;
 use proptest::prelude::*;
 use serde_json::Value;
 

@@ -1,6 +1,6 @@
 //! Files that give no settings, and what is said of them.
 
-use inbye::nav2::import;
+use inbye::ros::nav2::import;
 
 use super::files::{DWB, ROBOTS};
 

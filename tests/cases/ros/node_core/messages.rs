@@ -1,8 +1,8 @@
 //! Messages that cannot be used: refused, counted, told once; what was known before stays.
 
 use inbye::geometry::Pose;
-use inbye::node::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped};
-use inbye::node::{Arrived, Topic};
+use inbye::ros::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped};
+use inbye::ros::node::{Arrived, Topic};
 
 use super::robot::{Robot, goal, grid, header, map, transform};
 

@@ -3,7 +3,8 @@
 use inbye::geometry::{Pose, Twist};
 use inbye::local::CpuEngine;
 use inbye::map::{OccupancyGrid, UnknownPolicy};
-use inbye::node::{Arrived, NodeCore, NodeSettings, Published, msg};
+use inbye::ros::msg;
+use inbye::ros::node::{Arrived, NodeCore, NodeSettings, Published};
 use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;

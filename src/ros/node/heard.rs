@@ -2,13 +2,13 @@
 
 use super::arrived::{Chart, Motion};
 use super::frames::Frames;
-use super::msg::{LaserScan, Odometry, Time};
 use super::scan::{from_now, from_origin, scan, sweep};
 use super::{MessageError, Missing};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::PoseTrack;
 use crate::map::{Scan, Sweep};
 use crate::navigator::Observation;
+use crate::ros::msg::{LaserScan, Odometry, Time};
 
 /// A stamp this much before the last, seconds, is a clock that was set anew.
 const CLOCK_SET_S: f64 = 1.0;
@@ -152,8 +152,8 @@ mod tests {
     use super::*;
     use crate::geometry::{Point, Twist};
     use crate::map::{GridFrame, OccupancyGrid};
-    use crate::node::msg::{Header, TFMessage, Transform, TransformStamped};
-    use crate::node::plane::in_space;
+    use crate::ros::msg::{Header, TFMessage, Transform, TransformStamped};
+    use crate::ros::node::plane::in_space;
 
     /// A round room, metres, about the origin.
     const RADIUS_M: f64 = 5.0;

@@ -1,8 +1,9 @@
 //! What goes out.
 
-use super::msg::{Header, Path, PoseStamped, Time, Twist, TwistStamped, Vector3};
-use super::{msg, plane};
+use super::plane;
 use crate::geometry::{self, Point, Pose, bearing};
+use crate::ros::msg;
+use crate::ros::msg::{Header, Path, PoseStamped, Time, Twist, TwistStamped, Vector3};
 
 /// What to publish at a tick.
 #[derive(Clone, Debug, Default, PartialEq)]

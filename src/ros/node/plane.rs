@@ -1,8 +1,8 @@
 //! Poses of the ground out of poses in space.
 
 use super::MessageError;
-use super::msg;
 use crate::geometry::Pose;
+use crate::ros::msg;
 
 /// A quaternion's length may be off by so much: some drivers send few digits.
 const LENGTH_OFF: f64 = 0.01;

@@ -10,7 +10,6 @@ mod error;
 mod frames;
 mod heard;
 mod markers;
-pub mod msg;
 mod node_core;
 mod plane;
 pub mod published;

@@ -1,8 +1,8 @@
 // Takes a decision at each change: the latest wins, and nothing that is drawn waits for it.
 import { Gpu } from "./gpu.js";
-import * as answer from "./answer.js";
+import * as answer from "./evaluation.js";
 import { View } from "./view.js";
-import { after, arcOf, draw, groundOf, readColours } from "./picture.js";
+import { after, arcOf, draw, groundOf, readColours } from "./drawing.js";
 import { Handles } from "./handles.js";
 import { makeControls } from "./controls.js";
 import * as results from "./results.js";
@@ -37,7 +37,7 @@ function trouble(text) {
 function changed() {
   version += 1;
   busy.setAttribute("aria-busy", "true");
-  showControls(setup.bounds);
+  showControls(setup.limits);
   drawSoon();
   if (!isRunning) run();
 }
@@ -200,7 +200,7 @@ function removeObstacle(index) {
 
 function addObstacle() {
   const { obstacles, robot: { pose } } = state.problem;
-  if (obstacles.length >= setup.bounds.obstacles) return trouble(`There are ${obstacles.length} obstacles already.`);
+  if (obstacles.length >= setup.limits.obstacles) return trouble(`There are ${obstacles.length} obstacles already.`);
   // Rows of five ahead of the robot, on their way to it.
   const [x, y, yaw] = after(pose, 2 + 0.8 * Math.floor(obstacles.length / 5), 0, 1), side = 0.7 * (obstacles.length % 5 - 2);
   const round = (value) => Math.round(value * 1e4) / 1e4;

@@ -34,14 +34,14 @@ export function makeControls(box, problem, changed) {
   const shows = [...SLIDERS.map((slider) => makeSlider(box, problem, changed, slider)), ...CHOICES.map((choice) => makeChoice(box, problem, changed, choice))];
   const product = element("p", { className: "bound" });
   box.append(product);
-  return (bounds) => {
+  return (limits) => {
     for (const show of shows) show();
     const { vx_samples, vtheta_samples, sim_time_s, sim_step_s, robot, obstacles } = problem();
     const samples = vx_samples * vtheta_samples, steps = Math.round(sim_time_s / sim_step_s);
     const meetings = samples * steps * robot.footprint.length * (1 + obstacles.length);
     product.textContent = `${whole(vx_samples)} × ${whole(vtheta_samples)} = ${whole(samples)} samples of ${steps} steps, ` +
-      `${obstacles.length} obstacles: at most ${whole(bounds.samples)} samples, ${bounds.obstacles} obstacles. ` +
-      `Samples × steps × discs × (1 + obstacles) = ${whole(meetings)}: at most ${whole(bounds.meetings)}.`;
+      `${obstacles.length} obstacles: at most ${whole(limits.samples)} samples, ${limits.obstacles} obstacles. ` +
+      `Samples × steps × discs × (1 + obstacles) = ${whole(meetings)}: at most ${whole(limits.disc_checks)}.`;
   };
 }
 

@@ -1,9 +1,11 @@
 //! The local planner at work, for `RViz` and Foxglove: some of its arcs by score, the one it chose, and what moves.
 
-use super::msg::{ColorRGBA, Duration, Header, Marker, MarkerArray, Point, Vector3, action, shape};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Fan, Sampling};
 use crate::map::MovingDisc;
+use crate::ros::msg::{
+    ColorRGBA, Duration, Header, Marker, MarkerArray, Point, Vector3, action, shape,
+};
 
 /// Arcs shown along each axis of the window: Nav2 warns of more (`nav2_mppi_controller/README.md`).
 pub const SHOWN: Sampling = Sampling {

@@ -5,13 +5,13 @@ use std::fmt::Display;
 use super::arrived::{self, Chart};
 use super::heard::Heard;
 use super::markers::{SHOWN, markers};
-use super::msg::{Header, Time};
 use super::shared_engine::SharedEngine;
 use super::told::Told;
 use super::{Arrived, MessageError, Published, Tally, published};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Engine, LocalPlanner};
 use crate::navigator::{Decision, Fault, Goal, Journey, Mode, Navigator};
+use crate::ros::msg::{Header, Time};
 use crate::runtime::Config;
 
 /// After a goal, zeros are published for this long, seconds; then the node is silent, and another may drive.

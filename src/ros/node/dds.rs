@@ -12,7 +12,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::published::{twist, twist_stamped};
-use super::{Arrived, NodeError, Published, Topic, msg};
+use super::{Arrived, NodeError, Published, Topic};
+use crate::ros::msg;
 
 /// Most messages of a topic that are taken at a time.
 const AT_ONCE: usize = 64;

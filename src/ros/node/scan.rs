@@ -3,10 +3,10 @@
 use core::f64::consts::TAU;
 
 use super::MessageError;
-use super::msg::LaserScan;
 use crate::geometry::Pose;
 use crate::localization::{PoseTrack, View};
 use crate::map::{Beam, Scan, Sweep};
+use crate::ros::msg::LaserScan;
 
 /// So many beams may be missing or too many by the angles: drivers round them.
 const BEAMS_OFF: f64 = 2.0;

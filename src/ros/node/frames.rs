@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::msg::TFMessage;
 use super::{MessageError, plane};
 use crate::geometry::Pose;
+use crate::ros::msg::TFMessage;
 
 /// So many parents above a frame are looked through: more is a circle.
 const DEEPEST: usize = 32;

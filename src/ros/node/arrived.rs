@@ -3,11 +3,11 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::frames::frame_name;
-use super::msg;
 use super::{MessageError, plane};
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::navigator::Goal;
+use crate::ros::msg;
 
 /// A topic that is listened to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

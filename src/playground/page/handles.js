@@ -1,5 +1,5 @@
 // What is moved by pointer or by keys: a button over each thing on the map.
-import { noseOf, tipOf, velocityOf } from "./picture.js";
+import { noseOf, tipOf, velocityOf } from "./drawing.js";
 
 const [FINE_M, COARSE_M, FINE_RAD, COARSE_RAD, SPEED] = [0.05, 0.5, 0.05, 0.5, 0.1];
 const FASTEST = 5;

@@ -1,0 +1,240 @@
+//! The scenes of the playground: a map and an initial situation.
+
+use std::sync::Arc;
+
+use hyper::body::Bytes;
+use serde_json::{Value, json};
+
+use crate::geometry::{Point, Pose, Vector, wrap_angle};
+use crate::local::{ClearanceField, LocalSettings, ProblemError};
+use crate::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
+use crate::robot::Footprint;
+use crate::runtime::Config;
+use crate::sim;
+
+/// Maximum number of cells: the field of such a map is well below the buffer size that every browser supports.
+const MAX_CELLS: usize = 1 << 24;
+
+/// The control period of the initial problem, seconds: its dynamic window shows a wide fan.
+const INITIAL_PERIOD_S: f64 = 0.5;
+/// Farthest initial goal, metres.
+const GOAL_DISTANCE_M: f64 = 5.0;
+/// Number of directions in which an initial goal is searched.
+const DIRECTIONS: u32 = 32;
+
+/// Why a map cannot be a scene.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The map has too many cells.
+    #[error(
+        "the map has {cells} cells, the playground supports {MAX_CELLS}: use a part of the map"
+    )]
+    TooLarge {
+        /// Number of cells.
+        cells: usize,
+    },
+    /// The resolution of the map is out of range.
+    #[error(transparent)]
+    Field(#[from] ProblemError),
+}
+
+/// A map to evaluate decisions on.
+pub struct Scene {
+    /// One word, used in problems and paths.
+    pub(super) name: String,
+    /// One line.
+    pub(super) title: String,
+    pub(super) field: Arc<ClearanceField>,
+    /// How the field treats unknown cells.
+    pub(super) unknown: UnknownPolicy,
+    /// A byte for each cell, lowest row first: 0 free, 1 occupied, 2 unknown.
+    pub(super) cells: Bytes,
+    /// The field as the shaders read it: two cells a word.
+    pub(super) field_bytes: Bytes,
+    /// The initial problem, in the format of `problem.json`.
+    pub(super) problem: Value,
+}
+
+/// The initial state of a scene.
+struct Situation {
+    pose: Pose,
+    goal: Point,
+    obstacles: Vec<MovingDisc>,
+}
+
+impl Situation {
+    /// The situation of a built-in scene: the robot's pose, the goal, and x, y, vx, vy of an obstacle.
+    fn built_in(name: &str) -> Option<Self> {
+        let (pose, [goal_x, goal_y], [x, y, vx, vy]) = match name {
+            "roadway" => ([9.6, 3.7, 0.0], [14.4, 4.0], [13.1, 4.6, -0.4, 0.0]),
+            "crossing" => ([2.3, 8.7, 0.0], [7.4, 8.9], [4.9, 9.3, -0.3, -0.1]),
+            "dead_end" => ([9.2, 7.3, 0.0], [13.2, 7.3], [12.0, 8.0, -0.4, -0.2]),
+            _ => return None,
+        };
+        let radius = 0.3;
+        Some(Self {
+            pose: Pose::from(pose),
+            goal: Point::new(goal_x, goal_y),
+            obstacles: vec![MovingDisc {
+                x,
+                y,
+                radius,
+                vx,
+                vy,
+            }],
+        })
+    }
+}
+
+impl Scene {
+    /// The name of the scene: one word.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The built-in scenes.
+    ///
+    /// # Errors
+    /// Never: the built-in maps are small enough.
+    pub fn built_in(config: &Config) -> Result<Vec<Self>, SceneError> {
+        let scene = |scene: sim::Scene| {
+            let situation = Situation::built_in(scene.name);
+            Self::new(scene.name, scene.title, &scene.map, config, situation)
+        };
+        sim::scenes().into_iter().map(scene).collect()
+    }
+
+    /// A scene on a map of the user. The robot is where it has most clearance.
+    ///
+    /// # Errors
+    /// When the map has too many cells or its resolution is out of range.
+    pub fn from_map(title: &str, map: &OccupancyGrid, config: &Config) -> Result<Self, SceneError> {
+        Self::new("map", title, map, config, None)
+    }
+
+    fn new(
+        name: &str,
+        title: &str,
+        map: &OccupancyGrid,
+        config: &Config,
+        situation: Option<Situation>,
+    ) -> Result<Self, SceneError> {
+        let count = map.frame().len();
+        if count > MAX_CELLS {
+            let cells = count;
+            return Err(SceneError::TooLarge { cells });
+        }
+        let obstacles = map.obstacles(config.unknown);
+        let field = ClearanceField::new(&obstacles)?;
+        let footprint = &config.robot.footprint;
+        let situation = situation.unwrap_or_else(|| most_clearance(&field, footprint));
+        Ok(Self {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            unknown: config.unknown,
+            cells: cells(map, &obstacles),
+            field_bytes: field_bytes(&field),
+            problem: problem(name, config, &situation),
+            field: Arc::new(field),
+        })
+    }
+}
+
+fn cells(map: &OccupancyGrid, obstacles: &ObstacleGrid) -> Bytes {
+    let both = map.cells().iter().zip(obstacles.cells());
+    both.map(|(&value, &blocked)| match (value, blocked) {
+        (UNKNOWN, _) => 2,
+        (_, blocked) => u8::from(blocked),
+    })
+    .collect()
+}
+
+fn field_bytes(field: &ClearanceField) -> Bytes {
+    let units = field.units().iter().flat_map(|units| units.to_le_bytes());
+    let mut bytes: Vec<u8> = units.collect();
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    bytes.into()
+}
+
+/// A robot at the position farthest from all obstacles, in the direction with the longest free path, and a goal there.
+fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> Situation {
+    let frame = field.frame();
+    let units = field.units().iter().enumerate();
+    // Of equal cells the one nearest to the middle: on an empty map the robot starts there.
+    let middle = frame.index(Cell::new(frame.width / 2, frame.height / 2));
+    let best =
+        units.max_by_key(|(index, units)| (**units, core::cmp::Reverse(index.abs_diff(middle))));
+    let center = frame.center_of(frame.cell_at(best.map_or(0, |(index, _)| index)));
+    let clearance = footprint.circumscribed_radius_m();
+    let step = frame.resolution_m.min(clearance);
+    let ahead = |yaw: f64| {
+        let (sine, cosine) = libm::sincos(yaw);
+        let mut distance = 0.0;
+        loop {
+            let next = distance + step;
+            let at = center + Vector::new(cosine, sine) * next;
+            let free = frame.cell_of(&at).is_some_and(|cell| {
+                f64::from(field.units()[frame.index(cell)]) * field.unit_m() > clearance
+            });
+            if !free || next > GOAL_DISTANCE_M {
+                return distance;
+            }
+            distance = next;
+        }
+    };
+    let yaws = (0..DIRECTIONS).map(|part| {
+        let yaw = wrap_angle(core::f64::consts::TAU * f64::from(part) / f64::from(DIRECTIONS));
+        (yaw, ahead(yaw))
+    });
+    // Of equal distances the first.
+    let (yaw, distance) = yaws.fold(
+        (0.0, -1.0),
+        |best, next| if next.1 > best.1 { next } else { best },
+    );
+    let pose = Pose::new(center.x, center.y, yaw);
+    Situation {
+        pose,
+        goal: pose.transform(&Point::new(distance.max(step), 0.0)),
+        obstacles: Vec::new(),
+    }
+}
+
+fn problem(name: &str, config: &Config, situation: &Situation) -> Value {
+    let LocalSettings {
+        vx_samples,
+        vtheta_samples,
+        sim_time_s,
+        sim_step_s,
+        max_clearance_m,
+        outside,
+        weights,
+        normalization,
+        stopping,
+        ..
+    } = config.local;
+    let Pose { x, y, yaw } = situation.pose;
+    json!({
+        "map": { "file": name },
+        "unknown": config.unknown,
+        "robot": {
+            "pose": [x, y, yaw],
+            "velocity": [0.5, 0.0],
+            "footprint": config.robot.footprint,
+        },
+        "limits": config.robot.limits,
+        "vx_samples": vx_samples,
+        "vtheta_samples": vtheta_samples,
+        "control_period_s": INITIAL_PERIOD_S,
+        "sim_time_s": sim_time_s,
+        "sim_step_s": sim_step_s,
+        "max_clearance_m": max_clearance_m,
+        "outside": outside,
+        "obstacles": situation.obstacles,
+        "target": [situation.goal.x, situation.goal.y],
+        "weights": weights,
+        "normalization": normalization,
+        "stopping": stopping,
+    })
+}
