@@ -165,11 +165,7 @@ fn heads() -> Result<(), Failed> {
     let post = "POST /decision HTTP/1.1\r\n";
     let raw: [(String, u16, &str); 12] = [
         ("hello\r\n\r\n".to_owned(), 400, "not HTTP/1.1"),
-        (
-            "GET / HTTP/1.1\r\n\r\n".to_owned(),
-            400,
-            "exactly one Host",
-        ),
+        ("GET / HTTP/1.1\r\n\r\n".to_owned(), 400, "exactly one Host"),
         (
             format!("GET / HTTP/1.1\r\n{host}{host}\r\n"),
             400,
@@ -268,11 +264,7 @@ fn strangers() -> Result<(), Failed> {
         &format!("https://{own}"),
         "http://127.0.0.1:1",
     ] {
-        assert_refused(
-            &ask(&own, origin, "application/json")?,
-            403,
-            "are rejected",
-        );
+        assert_refused(&ask(&own, origin, "application/json")?, 403, "are rejected");
     }
     // What a foreign page may send without asking first.
     for content_type in [
