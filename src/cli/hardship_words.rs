@@ -1,7 +1,7 @@
-//! What a drive survived: a lost GPU, late decisions, senses that could not be believed.
+//! What a drive survived: a lost GPU, late decisions, faulty observations.
 
 use inbye::local::{Incidents, LossKind, Sampling};
-use inbye::navigator::Punctuality;
+use inbye::navigator::DeadlineStats;
 use inbye::runtime::MissionResult;
 use serde_json::{Value, json};
 
@@ -13,8 +13,8 @@ pub fn fields(result: &MissionResult) -> [(&'static str, Value); 6] {
         ("gpu_reopened", json!(incidents.map(|one| one.reopened))),
         ("gpu_incidents", json!(incidents.map(|one| &one.told))),
         ("cpu_ticks", json!(incidents.map(|one| one.on_cpu))),
-        ("deadline", json!(result.punctuality)),
-        ("doubts", json!(result.doubts)),
+        ("deadline", json!(result.deadline_stats)),
+        ("observation_faults", json!(result.observation_faults)),
     ]
 }
 
@@ -32,15 +32,15 @@ pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
     }
     facts.extend(
         result
-            .punctuality
+            .deadline_stats
             .iter()
             .map(|one| ("deadline", misses(one))),
     );
     facts.extend(
         result
-            .doubts
+            .observation_faults
             .iter()
-            .map(|(doubt, count)| ("senses", format!("not believed {count} times: {doubt}"))),
+            .map(|(fault, count)| ("sensors", format!("{count} faulty observations: {fault}"))),
     );
     facts
 }
@@ -49,7 +49,7 @@ fn losses(incidents: &Incidents) -> String {
     let kinds: Vec<String> = incidents
         .losses
         .iter()
-        .map(|(kind, count)| format!("{count} {}", kind.word()))
+        .map(|(kind, count)| format!("{count} {}", kind.as_str()))
         .collect();
     format!(
         "lost: {}; opened anew: {}; decided by the CPU meanwhile: {} of {}",
@@ -60,15 +60,15 @@ fn losses(incidents: &Incidents) -> String {
     )
 }
 
-fn misses(punctuality: &Punctuality) -> String {
+fn misses(stats: &DeadlineStats) -> String {
     let Sampling {
         vx_samples,
         vtheta_samples,
-    } = punctuality.lowest;
+    } = stats.lowest;
     format!(
         "{} of {} decisions took longer than {} ms; fewest samples {vx_samples} x {vtheta_samples}",
-        punctuality.misses,
-        punctuality.decisions,
-        punctuality.deadline_s * 1e3,
+        stats.misses,
+        stats.decisions,
+        stats.deadline_s * 1e3,
     )
 }

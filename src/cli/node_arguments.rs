@@ -19,8 +19,8 @@ use super::known_words;
     the same name, as it stands. The lidar is where tf says on the robot, else at its origin; what the robot drove while it turned is taken out by the stamps of scan and odometry. All names are within the namespace, \
     tf too.\n\
     Without a goal nothing is published. With one, a velocity at each control_period_s: the robot brakes to zero while map, \
-    scan, odometry or transform are missing or older than senses_timeout_s, and goes on when they come; it gives up when scans \
-    stay away for senses_patience_s. Another goal or another map on the way stops it first; then it plans. An orientation of \
+    scan, odometry or transform are missing or older than scan_timeout_s, and goes on when they come; it gives up when scans \
+    stay away for sensor_fault_patience_s. Another goal or another map on the way stops it first; then it plans. An orientation of \
     all zeros leaves the goal's yaw free. At the goal, and when a goal is given up, zeros for a second; at the end, too.\n\
     ROS_DOMAIN_ID names the domain; ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, or ROS_LOCALHOST_ONLY=1, keeps discovery off \
     other machines. Needs a program built with `--features ros2`, and no ROS."

@@ -38,7 +38,7 @@ impl Story {
         }
         self.wrong = wrong;
         if self.mode != Some(row.mode) {
-            output::detail(format!("{}: {}", at(), row.mode.word().replace('_', " ")));
+            output::detail(format!("{}: {}", at(), row.mode.as_str().replace('_', " ")));
         }
         self.mode = Some(row.mode);
         self.plans = plans.len();

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
 use crate::bench::Columns;
-use crate::navigator::Abilities;
+use crate::navigator::NavigatorFeatures;
 use crate::runtime::Config;
 
 /// The navigator with some of its parts.
@@ -17,51 +17,51 @@ pub struct AblationVariant {
     /// One line.
     pub title: &'static str,
     /// What is switched on.
-    pub abilities: Abilities,
+    pub features: NavigatorFeatures,
 }
 
-const NOTHING: Abilities = Abilities {
+const NOTHING: NavigatorFeatures = NavigatorFeatures {
     global_path: false,
     progress: false,
     tracking: false,
     replanning: false,
-    caution: false,
+    passive_safety: false,
     recovery: false,
 };
 
-const fn variant(name: &'static str, title: &'static str, abilities: Abilities) -> AblationVariant {
+const fn variant(name: &'static str, title: &'static str, features: NavigatorFeatures) -> AblationVariant {
     AblationVariant {
         name,
         title,
-        abilities,
+        features,
     }
 }
 
 /// From the dynamic window alone to the whole navigator; each has one part more than the one before.
 pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
-    let astar = Abilities {
+    let astar = NavigatorFeatures {
         global_path: true,
         ..NOTHING
     };
-    let progress = Abilities {
+    let progress = NavigatorFeatures {
         progress: true,
         ..astar
     };
-    let tracking = Abilities {
+    let tracking = NavigatorFeatures {
         tracking: true,
         ..progress
     };
-    let replanning = Abilities {
+    let replanning = NavigatorFeatures {
         replanning: true,
         ..tracking
     };
-    let caution = Abilities {
-        caution: true,
+    let passive_safety = NavigatorFeatures {
+        passive_safety: true,
         ..replanning
     };
-    let recovery = Abilities {
+    let recovery = NavigatorFeatures {
         recovery: true,
-        ..caution
+        ..passive_safety
     };
     [
         variant("dwa", "DWA alone, the goal its target", NOTHING),
@@ -69,7 +69,7 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
         variant("progress", "+ progress along the path", progress),
         variant("tracking", "+ moving obstacles tracked", tracking),
         variant("replanning", "+ paths planned anew", replanning),
-        variant("caution", "+ caution towards people", caution),
+        variant("passive_safety", "+ passive safety near people", passive_safety),
         variant("recovery", "+ recovery: all", recovery),
     ]
 };
@@ -79,7 +79,7 @@ impl AblationVariant {
     #[must_use]
     pub fn setup(&self, config: &Config) -> Setup {
         let mut config = config.clone();
-        config.navigator.abilities = self.abilities;
+        config.navigator.features = self.features;
         Setup {
             name: self.name.to_owned(),
             config,

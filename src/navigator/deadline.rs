@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Decision, Density, Fading, Navigator, Observation};
+use super::{Decision, AdaptiveSampling, CommandDecay, Navigator, Observation};
 use crate::geometry::Twist;
 use crate::local::{LocalSettings, Sampling};
 use crate::robot::Limits;
@@ -13,15 +13,15 @@ pub struct Deadline {
     limit_s: f64,
     period_s: f64,
     limits: Limits,
-    fading: Fading,
-    density: Density,
+    fading: CommandDecay,
+    density: AdaptiveSampling,
     decisions: u64,
     misses: u64,
 }
 
 /// How punctual decisions were.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Punctuality {
+pub struct DeadlineStats {
     /// The deadline, seconds.
     pub deadline_s: f64,
     /// Decisions taken.
@@ -42,15 +42,15 @@ impl Deadline {
             limit_s,
             period_s: settings.control_period_s,
             limits: *limits,
-            fading: Fading::default(),
-            density: Density::new(settings.sampling()),
+            fading: CommandDecay::default(),
+            density: AdaptiveSampling::new(settings.sampling()),
             decisions: 0,
             misses: 0,
         }
     }
 
     /// What to send at a tick, of which the observation is of `time_s` and the decision took `took_s`, both in seconds: the
-    /// decision, or where it is late the last one that was not, as [`Fading`] has it. A late decision is never sent: it
+    /// decision, or where it is late the last one that was not, as [`CommandDecay`] has it. A late decision is never sent: it
     /// is for where the robot was thought to be by then.
     pub fn settle(&mut self, time_s: f64, took_s: f64, decided: Twist) -> Twist {
         self.decisions += 1;
@@ -72,8 +72,8 @@ impl Deadline {
 
     /// The counts so far.
     #[must_use]
-    pub fn punctuality(&self) -> Punctuality {
-        Punctuality {
+    pub fn stats(&self) -> DeadlineStats {
+        DeadlineStats {
             deadline_s: self.limit_s,
             decisions: self.decisions,
             misses: self.misses,
@@ -104,7 +104,7 @@ impl Navigator {
 
     /// Whether decisions came in time; none without a deadline.
     #[must_use]
-    pub fn punctuality(&self) -> Option<Punctuality> {
-        self.deadline.as_ref().map(Deadline::punctuality)
+    pub fn deadline_stats(&self) -> Option<DeadlineStats> {
+        self.deadline.as_ref().map(Deadline::stats)
     }
 }

@@ -1,86 +1,66 @@
-//! Why a mission cannot go on, in Nav2's words.
+//! Why a mission failed, under Nav2's error names where Nav2 has one.
 
 use thiserror::Error;
 
-use super::Doubt;
+use super::ObservationFault;
 use crate::global::PlanError;
 use crate::local::ChooseError;
 
-/// What ended a mission, or kept it from starting.
+/// Why a mission failed or could not start.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum Fault {
-    /// No path, or an endpoint that no path can have.
+    /// There is no global path, or an end of it lies on an obstacle or off the map.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The local planner could not decide.
+    /// The local planner failed.
     #[error(transparent)]
     Choose(#[from] ChooseError),
-    /// Nothing admissible for longer than the patience allows, whatever was tried.
+    /// The robot found no admissible velocity for longer than `movement_time_allowance`, and no escape.
     #[error(
-        "NO_VALID_CONTROL: {stuck_s:.0} s without an admissible velocity, {left_m:.1} m from the goal: something stands \
+        "NO_VALID_CONTROL: {stuck_s:.0} s without an admissible velocity, {left_m:.1} m from the goal: obstacles are \
          within the margins on all sides"
     )]
     NoControl {
-        /// How long, seconds.
+        /// Time without progress, seconds.
         stuck_s: f64,
-        /// Path left, metres.
+        /// Remaining length of the path, metres.
         left_m: f64,
     },
-    /// No progress along the path for longer than the patience allows.
+    /// The robot made no progress along the path for longer than `movement_time_allowance`.
     #[error(
         "FAILED_TO_MAKE_PROGRESS: {stuck_s:.0} s without {radius_m} m of progress, {left_m:.1} m from the goal"
     )]
     NoProgress {
-        /// How long, seconds.
+        /// Time without progress, seconds.
         stuck_s: f64,
-        /// What would have counted, metres.
+        /// Length that counts as progress, metres.
         radius_m: f64,
-        /// Path left, metres.
+        /// Remaining length of the path, metres.
         left_m: f64,
     },
-    /// The system gives no thread to plan on.
-    #[error("no thread to plan on: {reason}")]
+    /// The operating system started no thread for the global planner.
+    #[error("the planning thread did not start: {reason}")]
     NoThread {
-        /// As the system says it.
+        /// The error of the operating system.
         reason: String,
     },
-    /// A setting out of range.
+    /// A setting is out of range.
     #[error("{name} is {value}: it must be {expected}")]
     BadSetting {
-        /// Its name.
+        /// Name of the setting.
         name: &'static str,
-        /// As given.
+        /// Its value.
         value: f64,
-        /// What would be accepted.
+        /// The accepted range.
         expected: &'static str,
     },
-    /// Senses that could not be believed for longer than the patience allows.
-    #[error("INVALID_OBSERVATION: {doubt}, {times} times in a row; the robot stops")]
-    BadObservation {
-        /// Why the last of them was not believed.
-        doubt: Doubt,
-        /// How many.
-        times: u32,
+    /// Observations were faulty for longer than the settings allow.
+    #[error("INVALID_OBSERVATION: {fault}, {count} times in a row; the robot stops")]
+    FaultyObservation {
+        /// What was wrong with the last one.
+        fault: ObservationFault,
+        /// How many observations in a row were faulty.
+        count: u32,
     },
-}
-
-impl Fault {
-    /// Nav2's number of the error (`nav2_msgs`), where it has one.
-    #[must_use]
-    pub const fn nav2_code(&self) -> Option<u16> {
-        match self {
-            Self::Plan(PlanError::StartOutsideMap { .. }) => Some(203),
-            Self::Plan(PlanError::GoalOutsideMap { .. }) => Some(204),
-            Self::Plan(PlanError::StartOccupied { .. }) => Some(205),
-            Self::Plan(PlanError::GoalOccupied { .. }) => Some(206),
-            Self::Plan(PlanError::NoValidPath { .. }) => Some(208),
-            Self::NoProgress { .. } => Some(105),
-            Self::NoControl { .. } => Some(106),
-            Self::Plan(PlanError::BadSetting { .. })
-            | Self::Choose(_)
-            | Self::NoThread { .. }
-            | Self::BadSetting { .. }
-            | Self::BadObservation { .. } => None,
-        }
-    }
 }

@@ -13,7 +13,7 @@ pub struct Goal {
 
 /// A mission's start and stops: a tour where there are several, an inspection round say.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Journey {
+pub struct Waypoints {
     /// Where the robot stands.
     pub start: Point,
     /// Where it shall go, one after the other; at least one.

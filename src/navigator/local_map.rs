@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Isometry2;
 
 use super::tracker::FARTHEST_M;
-use super::view::seen_to_m;
+use super::scan_visibility::seen_to_m;
 use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan};

@@ -1,48 +1,49 @@
-//! What the navigator is doing at a tick.
+//! What the navigator does at a tick.
 
 use serde::Serialize;
 
-/// The state of a mission, one for each tick.
+/// What the navigator does at a tick: the behaviour that decided it, or the state of the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Mode {
-    /// Following the path with the command the local planner chose.
+    /// The robot follows the path with the command of the local planner.
     Driving,
-    /// Turning in place towards the path.
-    Turning,
-    /// Stopped: no sample was admissible.
+    /// The robot rotates in place towards the path.
+    Rotating,
+    /// The robot brakes: the local planner found no admissible sample.
     Blocked,
-    /// Backing away from where nothing was admissible.
-    BackingUp,
-    /// At the goal.
+    /// The robot leaves a place from which the local planner finds no way on.
+    Escaping,
+    /// The robot stands at the goal.
     Arrived,
-    /// Given up, with a reason.
+    /// The mission has failed; [`Navigator::fault`](super::Navigator::fault) has the reason.
     Failed,
-    /// Within reach of a stop, on the last decimetres to it.
+    /// The robot drives the last decimetres to a goal.
     Parking,
-    /// Standing at a stop that is not the last.
-    Stopped,
-    /// Getting out of somebody's way.
+    /// The robot stands at a waypoint and goes on after a pause.
+    AtWaypoint,
+    /// The robot avoids an approaching moving obstacle.
     Evading,
-    /// Stopped: what it senses cannot be believed.
-    Doubting,
+    /// The robot brakes: the observation is faulty.
+    SensorFault,
 }
 
 impl Mode {
-    /// Its word in JSON and diagnostics.
+    /// Returns the name used in JSON and diagnostics.
     #[must_use]
-    pub const fn word(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Driving => "driving",
-            Self::Turning => "turning",
+            Self::Rotating => "rotating",
             Self::Blocked => "blocked",
-            Self::BackingUp => "backing_up",
+            Self::Escaping => "escaping",
             Self::Arrived => "arrived",
             Self::Failed => "failed",
             Self::Parking => "parking",
-            Self::Stopped => "stopped",
+            Self::AtWaypoint => "at_waypoint",
             Self::Evading => "evading",
-            Self::Doubting => "doubting",
+            Self::SensorFault => "sensor_fault",
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::geometry::{Pose, wrap_angle};
 
 /// A pose in the map frame, measured, and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseFix {
+pub struct PoseMeasurement {
     /// The pose, metres and radians.
     pub pose: Pose,
     /// Standard deviation along each axis, metres, above zero.
@@ -47,7 +47,7 @@ pub struct PoseFilter {
 impl PoseFilter {
     /// A filter for a robot that stands at a pose of the map, known to within the fix's deviations.
     #[must_use]
-    pub fn new(start: &PoseFix) -> Self {
+    pub fn new(start: &PoseMeasurement) -> Self {
         Self {
             pose: start.pose,
             covariance: noise(start),
@@ -108,7 +108,7 @@ impl PoseFilter {
 
     /// Takes in a fix of where the robot is now. Returns whether it was believed: one that is not finite never is, and
     /// one far off only after many like it.
-    pub fn fixed(&mut self, fix: &PoseFix) -> bool {
+    pub fn fixed(&mut self, fix: &PoseMeasurement) -> bool {
         if !(fix.pose.is_finite() && fix.sigma_m > 0.0 && fix.sigma_rad > 0.0) {
             return false;
         }
@@ -148,7 +148,7 @@ impl PoseFilter {
     }
 }
 
-fn noise(fix: &PoseFix) -> Matrix3<f64> {
+fn noise(fix: &PoseMeasurement) -> Matrix3<f64> {
     let position = fix.sigma_m * fix.sigma_m;
     Matrix3::from_diagonal(&Vector3::new(
         position,
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
     use core::f64::consts::FRAC_PI_2;
 
-    const START: PoseFix = PoseFix {
+    const START: PoseMeasurement = PoseMeasurement {
         pose: Pose::new(3.0, -2.0, FRAC_PI_2),
         sigma_m: 0.01,
         sigma_rad: 0.005,
@@ -204,7 +204,7 @@ mod tests {
                 true_pose.yaw,
             ));
             let pose = START.pose.isometry() * true_pose.isometry();
-            let fix = PoseFix {
+            let fix = PoseMeasurement {
                 pose: Pose::new(
                     pose.translation.x,
                     pose.translation.y,
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn one_wild_fix_is_not_believed_but_many_alike_are() {
         let mut filter = PoseFilter::new(&START);
-        let wild = PoseFix {
+        let wild = PoseMeasurement {
             pose: Pose::new(4.0, -2.0, FRAC_PI_2),
             ..START
         };
@@ -234,7 +234,7 @@ mod tests {
         }
         assert!(filter.fixed(&wild));
         assert_eq!(*filter.pose(), wild.pose);
-        let nan = PoseFix {
+        let nan = PoseMeasurement {
             pose: Pose::new(f64::NAN, 0.0, 0.0),
             ..START
         };

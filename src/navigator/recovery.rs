@@ -1,8 +1,8 @@
 //! Backing out of where nothing goes on: when, for how long, and where to.
 
-use super::outlook::Outlook;
-use super::trail::Trail;
-use super::watch::Since;
+use super::predicted_state::PredictedState;
+use super::breadcrumbs::Breadcrumbs;
+use super::progress_checker::Since;
 use crate::geometry::{Point, Pose};
 
 /// How long the first attempt to back out lasts, seconds; each further one twice as long, up to so many doublings.
@@ -15,7 +15,7 @@ const CREEPING: f64 = 0.05;
 
 /// Attempts to back out, one longer than the other until there is progress.
 pub struct Recovery {
-    trail: Trail,
+    trail: Breadcrumbs,
     held_up: Since,
     attempts: u32,
     backing_until_s: f64,
@@ -25,7 +25,7 @@ pub struct Recovery {
 impl Default for Recovery {
     fn default() -> Self {
         Self {
-            trail: Trail::default(),
+            trail: Breadcrumbs::default(),
             held_up: Since::default(),
             attempts: 0,
             backing_until_s: f64::NEG_INFINITY,
@@ -45,9 +45,9 @@ impl Recovery {
         self.held_up = Since::default();
     }
 
-    /// Notes a tick of driving, `stuck_s` after the last progress; a robot held up for longer than `patience_s` backs
+    /// Notes a tick of driving, `stuck_s` after the last progress; a robot held up for longer than `stuck_patience_s` backs
     /// out from the next tick on.
-    pub fn drove(&mut self, now: &Outlook, stuck_s: f64, patience_s: f64) {
+    pub fn drove(&mut self, now: &PredictedState, stuck_s: f64, stuck_patience_s: f64) {
         let now_s = now.time_s;
         self.trail.note(&now.pose.position());
         if stuck_s == 0.0 {
@@ -55,7 +55,7 @@ impl Recovery {
         }
         let creeps = now.twist.linear.abs() < CREEPING;
         let held_up_s = self.held_up.update(now_s, creeps);
-        let is_patient = held_up_s <= patience_s && stuck_s <= WIGGLING * patience_s;
+        let is_patient = held_up_s <= stuck_patience_s && stuck_s <= WIGGLING * stuck_patience_s;
         if is_patient || now_s < self.next_s {
             return;
         }
@@ -65,7 +65,7 @@ impl Recovery {
         self.held_up = Since::default();
         self.backing_until_s = now_s + BACKING_S * f64::from(1_u32 << doublings);
         // The way found after backing out gets its chance before the next attempt.
-        self.next_s = self.backing_until_s + 2.0 * patience_s;
+        self.next_s = self.backing_until_s + 2.0 * stuck_patience_s;
     }
 
     /// The place to back out to: on the way it came, or straight behind where it came from nowhere.

@@ -1,9 +1,9 @@
 //! When to plan anew, and which of two paths to follow.
 
-use super::background::{BackgroundPlanner, Order};
-use super::hybrid::Navigator;
-use super::outlook::Outlook;
-use super::watch::Since;
+use super::async_planner::{AsyncPlanner, PlanRequest};
+use super::navigator::Navigator;
+use super::predicted_state::PredictedState;
+use super::progress_checker::Since;
 use super::{Fault, Mode, RoutePlanner};
 use crate::geometry::{Point, Pose};
 use crate::global::{Plan, PlanError};
@@ -46,7 +46,7 @@ enum Reason {
 
 /// Planning beside the control loop.
 pub(super) struct Replanning {
-    background: BackgroundPlanner<Reason>,
+    background: AsyncPlanner<Reason>,
     next_s: f64,
     next_shorter_s: f64,
     least_radius_m: f64,
@@ -63,7 +63,7 @@ impl Replanning {
     pub fn new(known: ObstacleGrid, planner: RoutePlanner) -> Result<Self, Fault> {
         Ok(Self {
             least_radius_m: planner.least_radius_m(),
-            background: BackgroundPlanner::new(known, planner)?,
+            background: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shorter_s: f64::NEG_INFINITY,
             blocked: Since::default(),
@@ -99,13 +99,13 @@ impl Replanning {
 impl Navigator {
     /// How many answers of the planning thread it has taken, plans or that there is none.
     #[must_use]
-    pub const fn answers_taken(&self) -> u64 {
+    pub const fn plans_received(&self) -> u64 {
         self.replanning.taken
     }
 
     /// Tells whether the next step takes the answer that is due. Without `wait_for_plans` that is a matter of how busy the
     /// machine is: who repeats a run tells what it was.
-    pub const fn repeat_answer(&mut self, is_taken: bool) {
+    pub const fn replay_plan_arrival(&mut self, is_taken: bool) {
         self.replanning.told = Some(is_taken);
     }
 
@@ -113,12 +113,12 @@ impl Navigator {
     /// long behind something moving, or from time to time for a shorter way.
     pub(super) fn replan(
         &mut self,
-        now: &Outlook,
+        now: &PredictedState,
         field: &ClearanceField,
         off_path_m: f64,
         stuck_s: f64,
     ) {
-        if !self.settings.abilities.replanning {
+        if !self.settings.features.replanning {
             return;
         }
         let is_blocked = self.is_blocked(field);
@@ -152,7 +152,7 @@ impl Navigator {
         } else {
             Vec::new()
         };
-        let order = Order {
+        let order = PlanRequest {
             start: now.pose.position(),
             goal: self.tour.goal().position,
             marks: self.surroundings.marks().collect(),
@@ -164,19 +164,19 @@ impl Navigator {
 
     fn reason(
         &self,
-        now: &Outlook,
+        now: &PredictedState,
         field: &ClearanceField,
         is_blocked: bool,
         off_path_m: f64,
         stuck_s: f64,
     ) -> Option<Reason> {
         // A robot that backs out leaves its path on purpose; where it goes on from is known when it has done so.
-        let backs = self.mode == Mode::BackingUp;
+        let backs = self.mode == Mode::Escaping;
         if !backs && self.has_strayed(now, field, off_path_m) {
             Some(Reason::Strayed)
         } else if is_blocked {
             Some(Reason::Blocked)
-        } else if backs || stuck_s > STUCK_PATIENCES * self.settings.patience_s {
+        } else if backs || stuck_s > STUCK_PATIENCES * self.settings.stuck_patience_s {
             Some(Reason::Waited)
         } else {
             let may_be_shorter = now.time_s >= self.replanning.next_shorter_s
@@ -186,7 +186,7 @@ impl Navigator {
     }
 
     /// Whether the robot is far off its path, or near it with something between them.
-    fn has_strayed(&self, now: &Outlook, field: &ClearanceField, off_path_m: f64) -> bool {
+    fn has_strayed(&self, now: &PredictedState, field: &ClearanceField, off_path_m: f64) -> bool {
         let back = self.route.path().point_at(self.route.progress_m());
         off_path_m > OFF_PATH_M
             || off_path_m > BESIDE_PATH_M
@@ -206,7 +206,7 @@ impl Navigator {
                 .is_some_and(|clearance_m| clearance_m < 0.0)
         };
         self.route
-            .ahead(self.settings.check_ahead_m, LOOKS_EVERY_M)
+            .ahead(self.settings.path_check_distance_m, LOOKS_EVERY_M)
             .any(is_near)
     }
 
@@ -241,7 +241,7 @@ impl Navigator {
                     || length_m - left_m <= SMALL_DETOUR_M + driven_m(blocked_s)
             }
             Reason::Waited => length_m - left_m <= driven_m(stuck_s),
-            Reason::Shorter => length_m < left_m * (1.0 - self.settings.shorter_share),
+            Reason::Shorter => length_m < left_m * (1.0 - self.settings.min_shortcut_share),
         };
         if is_better {
             self.follow(plan);

@@ -1,6 +1,6 @@
 //! Where on the path the robot is, and the key node it makes for.
 
-use super::{Abilities, NavigatorSettings};
+use super::{NavigatorFeatures, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{Path, Plan};
 
@@ -24,14 +24,14 @@ const TOUCH_M: f64 = 0.5;
 
 impl Route {
     /// The route of a plan: its key nodes are the pruned path's nodes and, where those are further apart than the settings
-    /// allow, points between them. Fewer nodes, or only the goal, where the abilities say so.
+    /// allow, points between them. Fewer nodes, or only the goal, where the features say so.
     #[must_use]
     pub fn new(plan: &Plan, settings: &NavigatorSettings) -> Self {
-        let Abilities {
+        let NavigatorFeatures {
             global_path,
             progress,
             ..
-        } = settings.abilities;
+        } = settings.features;
         if !global_path {
             let ends = plan.raw.points();
             let straight = Path::new(vec![ends[0], ends[ends.len() - 1]]);

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Abilities, Fault};
+use super::{NavigatorFeatures, Fault};
 use crate::documented::documented;
 
 documented! {
@@ -24,9 +24,9 @@ documented! {
         /// A goal this near and straight ahead is driven at by distance alone, metres, 0 to 10000.
         pub parking_distance_m: f64,
         /// When this is over and it stands within the goal's tolerances, it has arrived all the same, seconds, 0 to 10000.
-        pub parking_patience_s: f64,
+        pub parking_timeout_s: f64,
         /// How long it stands at each stop of a tour, seconds, 0 to 10000.
-        pub stop_s: f64,
+        pub waypoint_pause_s: f64,
         /// From a command to its effect, seconds, 0 to 10000: the robot's motion until then is taken for granted.
         pub actuation_delay_s: f64,
         /// Gap kept to everything beyond the footprint, metres, 0 to 10000, on top of the map's own coarseness.
@@ -47,25 +47,25 @@ documented! {
         /// 10000, if it is in sight: as far as the robot gets within the horizon, or it would dawdle.
         pub lookahead_m: f64,
         /// And if not, one nearer that is, down to the first at least this far ahead, metres, 0 to 10000.
-        pub least_lookahead_m: f64,
+        pub min_lookahead_m: f64,
         /// The path is checked for new obstacles this far ahead, metres, 0 to 10000, as far as the local window shows.
-        pub check_ahead_m: f64,
+        pub path_check_distance_m: f64,
         /// The robot turns in place when the target lies further off its heading than this, radians, above zero and at most
         /// pi.
-        pub turn_in_place_from: f64,
-        /// It drives on when the target lies within this, radians, above zero and at most `turn_in_place_from`.
-        pub turn_in_place_until: f64,
+        pub rotate_in_place_from: f64,
+        /// It drives on when the target lies within this, radians, above zero and at most `rotate_in_place_from`.
+        pub rotate_in_place_until: f64,
         /// It tries something else after standing or creeping for this long, seconds, 0 to 10000.
-        pub patience_s: f64,
+        pub stuck_patience_s: f64,
         /// Time from one attempt to plan anew to the next, seconds, 0 to 10000.
         pub replan_period_s: f64,
         /// Age of a scan, seconds, above zero and at most 10000, from which the robot stops: Nav2's
         /// `costmap_update_timeout`.
-        pub senses_timeout_s: f64,
+        pub scan_timeout_s: f64,
         /// It gives up when its senses could not be believed for so many seconds' worth of ticks, 0 to 10000.
-        pub senses_patience_s: f64,
+        pub sensor_fault_patience_s: f64,
         /// The same of a robot whose localisation says that it is lost, 0 to 10000: it stands until it is found.
-        pub lost_patience_s: f64,
+        pub localization_patience_s: f64,
         /// A new plan is followed so long after it was asked for, seconds, 0 to 10000; planning runs beside the control
         /// loop.
         pub planning_budget_s: f64,
@@ -78,16 +78,16 @@ documented! {
         /// What has blocked the path for so long is taken to stay, however long the way round is, seconds, 0 to 10000.
         pub detour_patience_s: f64,
         /// A way found that is shorter than the rest of the path by this share is taken, 0 to 1, though nothing blocks the path.
-        pub shorter_share: f64,
+        pub min_shortcut_share: f64,
         /// Progress along the path that counts as such, metres, above zero and at most 10000 (Nav2:
         /// `required_movement_radius`).
         pub required_movement_radius: f64,
         /// The mission is given up after this long without progress, seconds, above zero and at most 10000.
-        pub give_up_after_s: f64,
+        pub movement_time_allowance: f64,
         /// Speed at which the robot backs out of a dead end, m/s, above zero and at most 10000.
-        pub backing_speed: f64,
+        pub escape_speed: f64,
         /// What it does beyond the dynamic window.
-        pub abilities: Abilities,
+        pub features: NavigatorFeatures,
     }
 }
 
@@ -99,8 +99,8 @@ impl Default for NavigatorSettings {
             xy_parking_tolerance: 0.006,
             yaw_parking_tolerance: 0.003,
             parking_distance_m: 1.0,
-            parking_patience_s: 30.0,
-            stop_s: 5.0,
+            parking_timeout_s: 30.0,
+            waypoint_pause_s: 5.0,
             actuation_delay_s: 0.08,
             safety_margin_m: 0.05,
             moving_margin_m: 0.35,
@@ -110,24 +110,24 @@ impl Default for NavigatorSettings {
             comfort_detour: 1.5,
             key_node_spacing_m: 0.5,
             lookahead_m: 3.0,
-            least_lookahead_m: 1.0,
-            check_ahead_m: 8.0,
-            turn_in_place_from: 1.2,
-            turn_in_place_until: 0.3,
-            patience_s: 3.0,
+            min_lookahead_m: 1.0,
+            path_check_distance_m: 8.0,
+            rotate_in_place_from: 1.2,
+            rotate_in_place_until: 0.3,
+            stuck_patience_s: 3.0,
             replan_period_s: 0.5,
-            senses_timeout_s: 0.3,
-            senses_patience_s: 3.0,
-            lost_patience_s: 30.0,
+            scan_timeout_s: 0.3,
+            sensor_fault_patience_s: 3.0,
+            localization_patience_s: 30.0,
             planning_budget_s: 0.1,
             wait_for_plans: true,
             deadline_s: None,
             detour_patience_s: 10.0,
-            shorter_share: 0.1,
+            min_shortcut_share: 0.1,
             required_movement_radius: 0.5,
-            give_up_after_s: 90.0,
-            backing_speed: 0.25,
-            abilities: Abilities::default(),
+            movement_time_allowance: 90.0,
+            escape_speed: 0.25,
+            features: NavigatorFeatures::default(),
         }
     }
 }
@@ -147,8 +147,8 @@ impl NavigatorSettings {
                 self.xy_parking_tolerance,
                 above_zero,
             ),
-            ("parking_patience_s", self.parking_patience_s, at_least_zero),
-            ("stop_s", self.stop_s, at_least_zero),
+            ("parking_timeout_s", self.parking_timeout_s, at_least_zero),
+            ("waypoint_pause_s", self.waypoint_pause_s, at_least_zero),
             ("parking_distance_m", self.parking_distance_m, at_least_zero),
             ("detour_patience_s", self.detour_patience_s, at_least_zero),
             ("actuation_delay_s", self.actuation_delay_s, at_least_zero),
@@ -159,20 +159,20 @@ impl NavigatorSettings {
             ("passing_speed", self.passing_speed, above_zero),
             ("comfort_margin_m", self.comfort_margin_m, at_least_zero),
             ("lookahead_m", self.lookahead_m, above_zero),
-            ("least_lookahead_m", self.least_lookahead_m, at_least_zero),
-            ("check_ahead_m", self.check_ahead_m, at_least_zero),
-            ("patience_s", self.patience_s, at_least_zero),
+            ("min_lookahead_m", self.min_lookahead_m, at_least_zero),
+            ("path_check_distance_m", self.path_check_distance_m, at_least_zero),
+            ("stuck_patience_s", self.stuck_patience_s, at_least_zero),
             ("replan_period_s", self.replan_period_s, at_least_zero),
-            ("senses_timeout_s", self.senses_timeout_s, above_zero),
-            ("senses_patience_s", self.senses_patience_s, at_least_zero),
-            ("lost_patience_s", self.lost_patience_s, at_least_zero),
+            ("scan_timeout_s", self.scan_timeout_s, above_zero),
+            ("sensor_fault_patience_s", self.sensor_fault_patience_s, at_least_zero),
+            ("localization_patience_s", self.localization_patience_s, at_least_zero),
             (
                 "required_movement_radius",
                 self.required_movement_radius,
                 above_zero,
             ),
-            ("give_up_after_s", self.give_up_after_s, above_zero),
-            ("backing_speed", self.backing_speed, above_zero),
+            ("movement_time_allowance", self.movement_time_allowance, above_zero),
+            ("escape_speed", self.escape_speed, above_zero),
         ] {
             let least = if expected == above_zero {
                 f64::MIN_POSITIVE
@@ -198,7 +198,7 @@ impl NavigatorSettings {
         for (name, value) in [
             ("yaw_goal_tolerance", self.yaw_goal_tolerance),
             ("yaw_parking_tolerance", self.yaw_parking_tolerance),
-            ("turn_in_place_from", self.turn_in_place_from),
+            ("rotate_in_place_from", self.rotate_in_place_from),
         ] {
             within(
                 name,
@@ -217,14 +217,14 @@ impl NavigatorSettings {
                 above_zero,
             )?;
         }
-        within("shorter_share", self.shorter_share, 0.0, 1.0, "0 to 1")?;
-        let until = self.turn_in_place_until;
-        let expected = "above zero and at most turn_in_place_from";
+        within("min_shortcut_share", self.min_shortcut_share, 0.0, 1.0, "0 to 1")?;
+        let until = self.rotate_in_place_until;
+        let expected = "above zero and at most rotate_in_place_from";
         within(
-            "turn_in_place_until",
+            "rotate_in_place_until",
             until,
             f64::MIN_POSITIVE,
-            self.turn_in_place_from,
+            self.rotate_in_place_from,
             expected,
         )
     }

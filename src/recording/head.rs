@@ -8,7 +8,7 @@ use super::RecordingError;
 use super::error::FORMAT;
 use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, OccupancyGrid};
-use crate::navigator::{Goal, Journey};
+use crate::navigator::{Goal, Waypoints};
 use crate::runtime::{Config, Mission};
 
 /// The attachment with the configuration, as `--config` reads it.
@@ -22,7 +22,7 @@ pub struct Head {
     /// Every setting.
     pub config: Config,
     /// Start and stops.
-    pub journey: Journey,
+    pub journey: Waypoints,
     /// The map that the robot has.
     pub map: Arc<OccupancyGrid>,
     /// What decided, by name.
@@ -44,7 +44,7 @@ impl Head {
     pub fn new(mission: &Mission, config: &Config, engine: String) -> Self {
         Self {
             config: config.clone(),
-            journey: Journey {
+            journey: Waypoints {
                 start: mission.start.position(),
                 stops: mission.stops(),
             },
@@ -103,7 +103,7 @@ impl Head {
         let [x, y] = drive.start;
         Ok(Self {
             config,
-            journey: Journey {
+            journey: Waypoints {
                 start: Point::new(x, y),
                 stops: drive.stops.iter().map(Stop::goal).collect(),
             },
@@ -186,7 +186,7 @@ mod tests {
         };
         Head {
             config,
-            journey: Journey {
+            journey: Waypoints {
                 start: Point::new(third, 5e-324),
                 stops: vec![goal(None), goal(Some(third.next_up()))],
             },

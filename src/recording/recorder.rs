@@ -208,7 +208,7 @@ fn entries(recorder: &Recorder, moment: &TickEvent<'_>) -> Vec<Entry> {
         engine: &recorder.engine,
     };
     add(Topic::Diagnostics, time_s, messages::diagnostics(&status));
-    let counters = (plans.len() as u64, navigator.answers_taken());
+    let counters = (plans.len() as u64, navigator.plans_received());
     let tick = messages::tick(recorder.ticks, observation, decision, counters, took_s);
     add(Topic::Tick, time_s, tick);
     entries

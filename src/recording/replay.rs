@@ -111,15 +111,15 @@ fn navigator(head: &Head, engine: Box<dyn Engine>) -> Result<Navigator, Recordin
 }
 
 fn decide_again(navigator: &mut Navigator, tick: &Tick) -> Option<Difference> {
-    let took_before = navigator.answers_taken();
-    navigator.repeat_answer(tick.answers_taken > took_before);
+    let took_before = navigator.plans_received();
+    navigator.replay_plan_arrival(tick.plans_received > took_before);
     // Read when a decision begins and when it ends.
     let mut readings = [0.0, tick.took_s].into_iter();
     let mut clock = || readings.next().unwrap_or(tick.took_s);
     let (decision, _) = navigator.step_by(&tick.observation, &mut clock);
-    let recorded = numbers(&tick.decision, tick.plans, tick.answers_taken);
+    let recorded = numbers(&tick.decision, tick.plans, tick.plans_received);
     let plans = navigator.plans().len() as u64;
-    let replayed = numbers(&decision, plans, navigator.answers_taken());
+    let replayed = numbers(&decision, plans, navigator.plans_received());
     let pairs = recorded.into_iter().zip(replayed);
     let different = |((field, recorded), (_, replayed)): (Named, Named)| {
         (recorded.bits() != replayed.bits()).then_some(Difference {
@@ -136,7 +136,7 @@ fn decide_again(navigator: &mut Navigator, tick: &Tick) -> Option<Difference> {
 type Named = (&'static str, Number);
 
 /// Everything that a decision consists of.
-fn numbers(decision: &Decision, plans: u64, answers_taken: u64) -> [Named; 12] {
+fn numbers(decision: &Decision, plans: u64, plans_received: u64) -> [Named; 12] {
     let Decision {
         command,
         mode,
@@ -146,9 +146,9 @@ fn numbers(decision: &Decision, plans: u64, answers_taken: u64) -> [Named; 12] {
     let [admissible, collision, cannot_stop, outside] =
         counts.unwrap_or_default().to_array().map(u64::from);
     [
-        ("mode", Number::Word(mode.word(), *mode as u64)),
+        ("mode", Number::Word(mode.as_str(), *mode as u64)),
         ("plans", Number::Whole(plans)),
-        ("answers_taken", Number::Whole(answers_taken)),
+        ("plans_received", Number::Whole(plans_received)),
         ("target_x", Number::Real(local_target.x)),
         ("target_y", Number::Real(local_target.y)),
         ("sampled", Number::Whole(u64::from(counts.is_some()))),

@@ -93,13 +93,13 @@ fn lines(panel: &Panel, rows: &[TraceRow], value: impl Fn(&Twist) -> f64) -> Mar
 /// All modes, in the order of the legend.
 const MODES: [Mode; 10] = [
     Mode::Driving,
-    Mode::Turning,
+    Mode::Rotating,
     Mode::Blocked,
-    Mode::BackingUp,
+    Mode::Escaping,
     Mode::Evading,
     Mode::Parking,
-    Mode::Stopped,
-    Mode::Doubting,
+    Mode::AtWaypoint,
+    Mode::SensorFault,
     Mode::Arrived,
     Mode::Failed,
 ];
@@ -108,13 +108,13 @@ const MODES: [Mode; 10] = [
 pub(super) fn mode_words(mode: Mode) -> &'static str {
     match mode {
         Mode::Driving => "driving",
-        Mode::Turning => "turning in place",
+        Mode::Rotating => "rotating in place",
         Mode::Blocked => "blocked",
-        Mode::BackingUp => "backing up",
+        Mode::Escaping => "escaping",
         Mode::Evading => "evading",
-        Mode::Doubting => "senses in doubt",
+        Mode::SensorFault => "sensor fault",
         Mode::Parking => "parking",
-        Mode::Stopped => "at a stop",
+        Mode::AtWaypoint => "at a waypoint",
         Mode::Arrived => "arrived",
         Mode::Failed => "failed",
     }
@@ -123,12 +123,12 @@ pub(super) fn mode_words(mode: Mode) -> &'static str {
 fn class(mode: Mode) -> &'static str {
     match mode {
         Mode::Driving => "mode driving",
-        Mode::Turning => "mode turning",
-        Mode::Blocked | Mode::Doubting => "mode blocked",
-        Mode::BackingUp => "mode backing",
+        Mode::Rotating => "mode turning",
+        Mode::Blocked | Mode::SensorFault => "mode blocked",
+        Mode::Escaping => "mode backing",
         Mode::Evading => "mode evading",
         Mode::Parking => "mode parking",
-        Mode::Stopped => "mode stopped",
+        Mode::AtWaypoint => "mode stopped",
         Mode::Arrived => "mode arrived",
         Mode::Failed => "mode failed",
     }

@@ -9,7 +9,7 @@ use crate::global;
 use crate::local::{LocalSettings, MAX_DISCS, Weights};
 use crate::localization::LocalizationSettings;
 use crate::map::UnknownPolicy;
-use crate::navigator::{Abilities, NavigatorSettings, RobotModel, RoutePlanner};
+use crate::navigator::{NavigatorFeatures, NavigatorSettings, RobotModel, RoutePlanner};
 use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
 use crate::sim::error::{above_zero, require};
 use crate::sim::{DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSpawner, SimError, Slip};
@@ -208,7 +208,7 @@ const TABLES: [(&str, Keys); 15] = [
     ("local", LocalSettings::KEYS),
     ("local.weights", Weights::KEYS),
     ("navigator", NavigatorSettings::KEYS),
-    ("navigator.abilities", Abilities::KEYS),
+    ("navigator.features", NavigatorFeatures::KEYS),
     ("lidar", Lidar::KEYS),
     ("dynamics", DriveDynamics::KEYS),
     ("dynamics.slip", Slip::KEYS),

@@ -10,7 +10,7 @@ use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
 use crate::localization::{PoseTrack, View};
 use crate::map::{MovingDisc, Scan, Sweep};
-use crate::navigator::{Journey, Mode, Navigator, Observation};
+use crate::navigator::{Waypoints, Mode, Navigator, Observation};
 use crate::sim::fault_injection::{Carried, spoil, spoilt};
 use crate::sim::{MovingObstacles, World};
 
@@ -55,7 +55,7 @@ impl<'a> Simulation<'a> {
         let pose_source = PoseEstimator::new(config, &known, mission)?;
         let navigator = Navigator::new(
             known,
-            &Journey {
+            &Waypoints {
                 start: mission.start.position(),
                 stops: mission.stops(),
             },
@@ -224,7 +224,7 @@ impl<'a> Simulation<'a> {
     /// Measures how well it stands at each stop but the last, once.
     fn note_stop(&mut self, mode: Mode) {
         let (stop, number) = self.navigator.stop();
-        if mode == Mode::Stopped && self.stop_errors.len() == number {
+        if mode == Mode::AtWaypoint && self.stop_errors.len() == number {
             let error = StopError::of(&self.pose(), stop);
             self.stop_errors.push(error);
         }
@@ -257,9 +257,9 @@ impl<'a> Simulation<'a> {
             final_yaw_error: error.yaw_rad,
             stop_errors: self.stop_errors,
             fault: self.navigator.fault().cloned(),
-            doubts: self.navigator.doubts().clone(),
+            observation_faults: self.navigator.observation_faults().clone(),
             incidents: self.navigator.planner().incidents().cloned(),
-            punctuality: self.navigator.punctuality(),
+            deadline_stats: self.navigator.deadline_stats(),
             decision_s: self.decision_s,
             engine: self.engine,
             plans,

@@ -1,4 +1,4 @@
-//! What goes wrong on a drive, tick by tick and in words: senses that are not believed, a GPU that is lost, trouble with the
+//! What goes wrong on a drive, tick by tick and in words: faulty observations, a GPU that is lost, trouble with the
 //! base, contact, and why a mission is given up.
 
 use super::TickEvent;
@@ -17,8 +17,8 @@ impl FaultEvents {
     pub fn at(&mut self, moment: &TickEvent<'_>) -> Vec<String> {
         let navigator = moment.navigator;
         let mut now: Vec<String> = navigator
-            .doubted()
-            .map(|doubt| format!("senses: {doubt}"))
+            .observation_fault()
+            .map(|fault| format!("sensors: {fault}"))
             .into_iter()
             .collect();
         now.extend(self.of_engine(moment));

@@ -9,7 +9,7 @@ use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Fan, Incidents, Sampling};
 use crate::localization::Fix;
 use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{Decision, Doubt, Fault, Goal, Navigator, Observation, Punctuality};
+use crate::navigator::{Decision, ObservationFault, Fault, Goal, Navigator, Observation, DeadlineStats};
 use crate::sim::{FaultInjection, MovingObstacles, SimError};
 
 /// What to do, and in which world.
@@ -94,11 +94,11 @@ pub struct MissionResult {
     /// What the decisions were computed on, to begin with.
     pub engine: String,
     /// How many observations were not believed, by why.
-    pub doubts: BTreeMap<Doubt, u64>,
+    pub observation_faults: BTreeMap<ObservationFault, u64>,
     /// What happened to an engine with a stand-in; none for one without.
     pub incidents: Option<Incidents>,
     /// Whether decisions came in time; none where there was no deadline.
-    pub punctuality: Option<Punctuality>,
+    pub deadline_stats: Option<DeadlineStats>,
 }
 
 /// How far from a stop the robot truly stood.

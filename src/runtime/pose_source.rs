@@ -4,7 +4,7 @@ use super::{Config, Mission, PoseSource};
 use crate::geometry::Pose;
 use crate::localization::{Fix, Localizer, Lost};
 use crate::map::{ObstacleGrid, Scan, Sweep};
-use crate::navigator::{PoseFilter, PoseFix};
+use crate::navigator::{PoseFilter, PoseMeasurement};
 use crate::sim::{FixSource, SimError};
 
 /// A deviation that is as good as none, metres and radians: a filter must not divide by zero.
@@ -26,7 +26,7 @@ pub(super) enum PoseEstimator {
     Fixes {
         source: FixSource,
         filter: PoseFilter,
-        accuracy: PoseFix,
+        accuracy: PoseMeasurement,
     },
     Scans {
         localizer: Box<Localizer>,
@@ -45,7 +45,7 @@ impl PoseEstimator {
                 looked_s: None,
             });
         }
-        let accuracy = PoseFix {
+        let accuracy = PoseMeasurement {
             pose: start,
             sigma_m: config.fixes.sigma_m.max(LEAST_SIGMA),
             sigma_rad: config.fixes.sigma_rad.max(LEAST_SIGMA),
@@ -67,7 +67,7 @@ impl PoseEstimator {
             } => {
                 filter.moved(odometry);
                 if let Some(pose) = source.fix(time_s, truth) {
-                    filter.fixed(&PoseFix { pose, ..*accuracy });
+                    filter.fixed(&PoseMeasurement { pose, ..*accuracy });
                 }
             }
             Self::Scans {

@@ -23,7 +23,7 @@ TYPES = {
     "/diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     "/inbye/tick": "inbye_msgs/msg/Tick",
 }
-MODES = "driving turning blocked backing_up arrived failed parking stopped evading doubting".split()
+MODES = "driving rotating blocked escaping arrived failed parking at_waypoint evading sensor_fault".split()
 LINE_LIST, LINE_STRIP, CYLINDER, DELETE_ALL = 5, 4, 3, 3
 
 

@@ -82,10 +82,10 @@ pub fn barn_config(max_speed: f64) -> Config {
             // In ten metres of cylinders every one counts at once.
             replan_period_s: 0.3,
             lookahead_m: 1.2,
-            least_lookahead_m: 0.4,
+            min_lookahead_m: 0.4,
             key_node_spacing_m: 0.25,
             // Nothing is gained by giving up early, but a run that is stuck this long never got free.
-            give_up_after_s: 60.0,
+            movement_time_allowance: 60.0,
             ..NavigatorSettings::default()
         },
         ..Config::default()

@@ -2,7 +2,7 @@
 
 use crate::experiment::barn::barn_config;
 use crate::local::{LocalSettings, Weights};
-use crate::navigator::{Abilities, NavigatorSettings};
+use crate::navigator::{NavigatorFeatures, NavigatorSettings};
 use crate::robot::Limits;
 use crate::runtime::{Config, RobotConfig};
 
@@ -48,13 +48,13 @@ pub fn dynabarn_config() -> Config {
             passing_speed: MAX_SPEED,
             comfort_margin_m: 0.3,
             lookahead_m: 4.0,
-            least_lookahead_m: 1.0,
+            min_lookahead_m: 1.0,
             // As much as never: a robot that turns in place stands, and standing is being hit.
-            turn_in_place_from: 2.8,
+            rotate_in_place_from: 2.8,
             // Cylinders mind nobody: to stand before they come is to be hit.
-            abilities: Abilities {
-                caution: false,
-                ..Abilities::default()
+            features: NavigatorFeatures {
+                passive_safety: false,
+                ..NavigatorFeatures::default()
             },
             ..standing.navigator
         },

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::super::view::{View, proves_free};
+use super::super::scan_visibility::{StampedScan, proves_free};
 use crate::geometry::{Point, Pose};
 use crate::map::Scan;
 
@@ -25,7 +25,7 @@ pub(super) fn free_margin_m(apart_s: f64) -> f64 {
 /// Views, the newest last.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    views: VecDeque<(f64, View)>,
+    views: VecDeque<(f64, StampedScan)>,
     /// Those that are asked now, and how old they are, seconds.
     asked: Vec<(usize, f64)>,
 }
@@ -41,7 +41,7 @@ impl History {
     pub fn look_back_from(&mut self, time_s: f64) {
         self.asked.clear();
         for age_s in AGES_S {
-            let old_enough = |(seen_s, _): &(f64, View)| time_s - seen_s >= age_s;
+            let old_enough = |(seen_s, _): &(f64, StampedScan)| time_s - seen_s >= age_s;
             if let Some(place) = self.views.iter().rposition(old_enough)
                 && !self.asked.iter().any(|&(other, _)| other == place)
             {
@@ -68,9 +68,9 @@ impl History {
         let mut view = if self.views.len() >= KEPT {
             self.views
                 .pop_front()
-                .map_or_else(View::default, |(_, view)| view)
+                .map_or_else(StampedScan::default, |(_, view)| view)
         } else {
-            View::default()
+            StampedScan::default()
         };
         view.copy(pose, scan);
         self.views.push_back((time_s, view));

@@ -6,21 +6,21 @@
 //! through ground where its points were. Corners that come into view, walls behind a doorway and posts that merge into
 //! one do neither.
 
-mod disc;
+mod disc_fit;
 mod filter;
 mod history;
-mod sighting;
+mod cluster;
 mod track;
 
 use nalgebra::Matrix2;
 
 use super::local_map::Known;
-use super::view::{proves_free, seen_to_m};
+use super::scan_visibility::{proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
-use disc::Fit;
+use disc_fit::Fit;
 use history::{History, free_margin_m};
-use sighting::{LONGEST_M, Return, Sighting};
+use cluster::{LONGEST_M, Return, Cluster};
 use track::{Proof, Track};
 
 /// Returns from beyond this distance, metres, are left alone: a person shows no three beams of 1 degree there.
@@ -64,7 +64,7 @@ pub struct Tracker {
     moved_over: Vec<(MovingDisc, f64)>,
     returns: Vec<Return>,
     runs: Vec<(usize, usize)>,
-    sightings: Vec<Sighting>,
+    sightings: Vec<Cluster>,
     pairs: Vec<Pair>,
     taken: Vec<Option<usize>>,
 }
@@ -91,7 +91,7 @@ impl Tracker {
         self.history.look_back_from(time_s);
         self.moved_over.clear();
         self.collect(pose, scan, known);
-        sighting::sightings(
+        cluster::sightings(
             pose,
             scan,
             &self.returns,
@@ -303,7 +303,7 @@ fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
 /// Every so-manieth point of a sighting.
 fn points<'a>(
     returns: &'a [Return],
-    sighting: &Sighting,
+    sighting: &Cluster,
     stride: usize,
 ) -> impl Iterator<Item = &'a Point> + Clone {
     let first = sighting.first;
@@ -313,7 +313,7 @@ fn points<'a>(
 }
 
 /// The first, middle and last point of a sighting.
-fn sample(returns: &[Return], sighting: &Sighting) -> [Point; 3] {
+fn sample(returns: &[Return], sighting: &Cluster) -> [Point; 3] {
     [0, sighting.count / 2, sighting.count - 1]
         .map(|step| returns[(sighting.first + step) % returns.len()].point)
 }

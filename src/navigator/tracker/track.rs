@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::disc::{Fit, RADII_M, Radius};
+use super::disc_fit::{Fit, RADII_M, Radius};
 use super::filter::Filter;
 use super::history::{AGES_S, INTERVAL_S, KEPT};
 use crate::geometry::{Point, Vector};

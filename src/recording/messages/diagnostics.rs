@@ -47,12 +47,12 @@ fn judged(status: &Status<'_>) -> (u8, String) {
     let mode = status.decision.mode;
     let level = match mode {
         Mode::Failed => ERROR,
-        Mode::Blocked | Mode::Doubting => WARN,
+        Mode::Blocked | Mode::SensorFault => WARN,
         _ => OK,
     };
     match status.navigator.fault() {
         Some(fault) => (ERROR, fault.to_string()),
-        None => (level, mode.word().to_owned()),
+        None => (level, mode.as_str().to_owned()),
     }
 }
 
@@ -64,21 +64,21 @@ fn values(status: &Status<'_>) -> Vec<(&'static str, String)> {
         ..
     } = status;
     let counts = decision.counts.unwrap_or_default();
-    let doubts: u64 = navigator.doubts().values().sum();
+    let observation_faults: u64 = navigator.observation_faults().values().sum();
     let mut values = vec![
-        ("mode", decision.mode.word().to_owned()),
+        ("mode", decision.mode.as_str().to_owned()),
         ("latency_ms", (took_s * 1e3).to_string()),
         ("admissible", counts.admissible.to_string()),
         ("collision", counts.collision.to_string()),
         ("cannot_stop", counts.cannot_stop.to_string()),
         ("outside", counts.outside.to_string()),
         ("plans", navigator.plans().len().to_string()),
-        ("doubts", doubts.to_string()),
+        ("observation_faults", observation_faults.to_string()),
     ];
-    if let Some(punctuality) = navigator.punctuality() {
-        let deadline_ms = punctuality.deadline_s * 1e3;
+    if let Some(stats) = navigator.deadline_stats() {
+        let deadline_ms = stats.deadline_s * 1e3;
         values.push(("deadline_ms", deadline_ms.to_string()));
-        values.push(("deadline_misses", punctuality.misses.to_string()));
+        values.push(("deadline_misses", stats.misses.to_string()));
     }
     if let Some(incidents) = navigator.planner().incidents() {
         let losses: u64 = incidents.losses.values().sum();

@@ -20,7 +20,7 @@ pub struct Tick {
     /// Global plans after it.
     pub plans: u64,
     /// Answers taken from the planning thread after it.
-    pub answers_taken: u64,
+    pub plans_received: u64,
     /// What the decision took, seconds.
     pub took_s: f64,
 }
@@ -28,15 +28,15 @@ pub struct Tick {
 /// In the order of the message's numbers.
 const MODES: [Mode; 10] = [
     Mode::Driving,
-    Mode::Turning,
+    Mode::Rotating,
     Mode::Blocked,
-    Mode::BackingUp,
+    Mode::Escaping,
     Mode::Arrived,
     Mode::Failed,
     Mode::Parking,
-    Mode::Stopped,
+    Mode::AtWaypoint,
     Mode::Evading,
-    Mode::Doubting,
+    Mode::SensorFault,
 ];
 
 /// In the order of the message's numbers, from one; zero is a pose that is believed.
@@ -53,7 +53,7 @@ pub fn tick(
     tick: u64,
     observation: &Observation,
     decision: &Decision,
-    (plans, answers_taken): (u64, u64),
+    (plans, plans_received): (u64, u64),
     took_s: f64,
 ) -> Vec<u8> {
     let Observation {
@@ -80,7 +80,7 @@ pub fn tick(
     let counts = decision.counts.unwrap_or_default().to_array();
     counts.into_iter().for_each(|count| message.u32(count));
     message.u64(plans);
-    message.u64(answers_taken);
+    message.u64(plans_received);
     message.f64(took_s);
     message.u8(lost.map_or(0, |why| why as u8 + 1));
     message.finish()
@@ -128,7 +128,7 @@ impl Tick {
             observation,
             decision,
             plans: read.u64()?,
-            answers_taken: read.u64()?,
+            plans_received: read.u64()?,
             took_s: read.f64()?,
         };
         tick.observation.lost = match read.u8()? {
@@ -147,7 +147,7 @@ mod tests {
     fn modes_are_numbered_as_the_definition_has_them() {
         for (number, mode) in MODES.iter().enumerate() {
             assert_eq!(*mode as usize, number);
-            let line = format!("uint8 {}={number}\n", mode.word().to_uppercase());
+            let line = format!("uint8 {}={number}\n", mode.as_str().to_uppercase());
             assert!(crate::recording::definitions::schema("inbye_msgs/Tick").contains(&line));
         }
     }
@@ -196,7 +196,7 @@ mod tests {
             decision.counts = counts;
             let message = tick(5, &observation, &decision, (6, 7), 0.001);
             let read = Tick::read(&message).expect("it is whole");
-            assert_eq!((read.tick, read.plans, read.answers_taken), (5, 6, 7));
+            assert_eq!((read.tick, read.plans, read.plans_received), (5, 6, 7));
             assert_eq!((&read.decision, read.took_s), (&decision, 0.001));
             assert_eq!(read.observation.scan, observation.scan);
             assert_eq!(read.observation.pose, observation.pose);

@@ -20,7 +20,7 @@ const RULES: [Rule; 13] = [
     (
         "failure_tolerance",
         Why::OtherMeaning,
-        "there the controller gives up; here the robot brakes at once, and tries something else after navigator.patience_s",
+        "there the controller gives up; here the robot brakes at once, and tries something else after navigator.stuck_patience_s",
     ),
     ("progress_checker_plugin", Why::NoSuchThing, NAMES),
     ("progress_checker_plugins", Why::NoSuchThing, NAMES),
@@ -53,7 +53,7 @@ const PROGRESS: [Rule; 2] = [
     (
         "movement_time_allowance",
         Why::OtherMeaning,
-        "there a recovery begins; here after navigator.patience_s, and navigator.give_up_after_s ends the mission",
+        "there a recovery begins; here after navigator.stuck_patience_s, and navigator.movement_time_allowance ends the mission",
     ),
     (
         "required_movement_angle",
@@ -103,7 +103,7 @@ pub(super) fn read(mut section: Section, draft: &mut Draft) -> Result<(), Nav2Er
         );
     }
     if let Some(timeout) = section.number("costmap_update_timeout")? {
-        draft.set("navigator.senses_timeout_s", timeout, "");
+        draft.set("navigator.scan_timeout_s", timeout, "");
     }
     let is = |kind: &'static str| move |plugin: &str| plugin.contains(kind);
     for (lists, kind, take) in [

@@ -63,14 +63,14 @@ pub(super) const RULES: [Rule; 9] = [
 
 pub(super) fn take(part: &mut Section, draft: &mut Draft) -> Result<(), Nav2Error> {
     let (from, until) = (
-        "navigator.turn_in_place_from",
-        "navigator.turn_in_place_until",
+        "navigator.rotate_in_place_from",
+        "navigator.rotate_in_place_until",
     );
     let begins = part.number("angular_dist_threshold")?;
     let ends = part.number("angular_disengage_threshold")?;
     if let Some(begins) = begins {
         // Ours must not be above it, and Nav2's default is half of it.
-        if ends.is_none() && NavigatorSettings::default().turn_in_place_until > begins.value {
+        if ends.is_none() && NavigatorSettings::default().rotate_in_place_until > begins.value {
             draft.set(until, begins.clone().map(|angle| angle / 2.0), "half of it");
         }
         draft.set(from, begins, "");

@@ -10,7 +10,7 @@ use super::told::Told;
 use super::{Arrived, MessageError, Published, Tally, published};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Engine, LocalPlanner};
-use crate::navigator::{Decision, Fault, Goal, Journey, Mode, Navigator};
+use crate::navigator::{Decision, Fault, Goal, Waypoints, Mode, Navigator};
 use crate::ros::msg::{Header, Time};
 use crate::runtime::Config;
 
@@ -184,7 +184,7 @@ impl NodeCore {
 
     /// The navigator's decision; none where something is missing, or there is no way.
     fn decide(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Option<Decision> {
-        let timeout_s = self.settings.config.navigator.senses_timeout_s;
+        let timeout_s = self.settings.config.navigator.scan_timeout_s;
         let observed = self
             .heard
             .observation(now_s, timeout_s, self.settings.odom_is_map);
@@ -208,7 +208,7 @@ impl NodeCore {
         }
         let navigator = self.navigator.as_mut()?;
         let (decision, _) = navigator.step_by(&observation, clock);
-        self.told.doubt(decision.mode, navigator);
+        self.told.sensor_fault(decision.mode, navigator);
         self.note_end(now_s, decision.mode);
         Some(decision)
     }
@@ -224,7 +224,7 @@ impl NodeCore {
         let config = &self.settings.config;
         let known = chart.grid.obstacles(config.unknown);
         let route_planner = config.route_planner(known.frame().resolution_m);
-        let journey = Journey {
+        let journey = Waypoints {
             start: pose.position(),
             stops: vec![*goal],
         };
@@ -313,7 +313,7 @@ impl NodeCore {
             self.markers_s = now_s;
             let counts = decision.counts.as_ref();
             let fan = counts.and_then(|_| navigator.planner().fan(SHOWN));
-            let moving = navigator.surroundings().moving();
+            let moving = navigator.obstacle_model().moving();
             published.markers = Some(markers(fan.as_ref(), moving, &header));
         }
     }

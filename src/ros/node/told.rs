@@ -13,7 +13,7 @@ pub struct Told {
     refusals: HashSet<(Topic, Discriminant<MessageError>)>,
     missing: Option<Missing>,
     mount: bool,
-    was_doubting: bool,
+    had_sensor_fault: bool,
 }
 
 impl Told {
@@ -41,7 +41,7 @@ impl Told {
         if let Some(new) = missing.as_ref().filter(|_| self.missing != missing) {
             self.note(format!("stands: {new}"));
             // That its clock has jumped when this is over is no news.
-            self.was_doubting = true;
+            self.had_sensor_fault = true;
         }
         self.missing = missing;
     }
@@ -56,20 +56,20 @@ impl Told {
         }
     }
 
-    /// Another navigator, which has doubted nothing yet.
+    /// A new navigator has had no sensor fault yet.
     pub fn set_out(&mut self) {
-        self.was_doubting = false;
+        self.had_sensor_fault = false;
     }
 
     /// Why the robot brakes, at the first tick of each time.
-    pub fn doubt(&mut self, mode: Mode, navigator: &Navigator) {
-        let is_doubting = mode == Mode::Doubting;
-        if let Some(doubt) = navigator
-            .doubted()
-            .filter(|_| is_doubting && !self.was_doubting)
+    pub fn sensor_fault(&mut self, mode: Mode, navigator: &Navigator) {
+        let has_sensor_fault = mode == Mode::SensorFault;
+        if let Some(fault) = navigator
+            .observation_fault()
+            .filter(|_| has_sensor_fault && !self.had_sensor_fault)
         {
-            self.note(format!("brakes: {doubt}"));
+            self.note(format!("brakes: {fault}"));
         }
-        self.was_doubting = is_doubting;
+        self.had_sensor_fault = has_sensor_fault;
     }
 }

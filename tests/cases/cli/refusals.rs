@@ -226,7 +226,7 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [navigator]|passing_margin_m = nan -> [navigator] passing_margin_m; 0 to
 [navigator]|passing_speed = 0.0 -> [navigator] passing_speed is 0; above zero
 [navigator]|key_node_spacing_m = 0.0 -> [navigator] key_node_spacing_m is 0; 0.01 to
-[navigator]|turn_in_place_until = 3.0 -> [navigator] turn_in_place_until is 3; at most turn_in_place_from
+[navigator]|rotate_in_place_until = 3.0 -> [navigator] rotate_in_place_until is 3; at most rotate_in_place_from
 [lidar]|beams = 0 -> [lidar] beams is 0; 1 to
 [dynamics]|motor_lag_s = -1.0 -> [dynamics] motor_lag_s is -1; at least zero
 [pedestrians]|slowest = 0.9|fastest = 0.2 -> [pedestrians] fastest is 0.2; at least slowest

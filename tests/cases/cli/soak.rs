@@ -140,7 +140,7 @@ fn an_ablation_has_all_variants() {
         "progress",
         "tracking",
         "replanning",
-        "caution",
+        "passive_safety",
         "recovery",
     ];
     assert_eq!(names, expected);

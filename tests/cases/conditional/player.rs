@@ -128,7 +128,7 @@ fn faults(program: &Program) -> Result<(), Failed> {
             .filter(|(_, words)| words.starts_with(start))
             .count()
     };
-    assert_eq!((kinds("senses: "), kinds("base: ")), (2, 1), "{begun:?}");
+    assert_eq!((kinds("sensors: "), kinds("base: ")), (2, 1), "{begun:?}");
     assert!(kinds("engine: ") > 3, "{begun:?}");
     let listed = found["listed"].as_array().expect("a list");
     assert_eq!(listed.len(), begun.len());

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, Sampling};
-use inbye::navigator::{Goal, PLAN_LIVES_S};
+use inbye::navigator::{Goal, COMMAND_LIFETIME_S};
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
 use inbye::sim::{dead_end, simulate_mission};
 
@@ -56,7 +56,7 @@ fn is_late(tick: usize) -> bool {
     bursts(tick) > DEADLINE_S
 }
 
-/// What is wrong with the commands of a drive, by what [`inbye::navigator::Fading`] promises.
+/// What is wrong with the commands of a drive, by what [`inbye::navigator::CommandDecay`] promises.
 fn faults(rows: &[TraceRow]) -> Vec<String> {
     let limits = Config::default().robot.limits;
     let period_s = Config::default().local.control_period_s;
@@ -71,7 +71,7 @@ fn faults(rows: &[TraceRow]) -> Vec<String> {
         let (v, w) = (row.command.linear, row.command.angular);
         let size = libm::hypot(linear, angular);
         let sent = libm::hypot(v, w) / size.max(1e-9);
-        let by_age = (1.0 - (row.time_s - decided_s) / PLAN_LIVES_S).max(0.0);
+        let by_age = (1.0 - (row.time_s - decided_s) / COMMAND_LIFETIME_S).max(0.0);
         let fallen = |speed: f64, brake: f64| (share - sent) * speed.abs() / (-brake * period_s);
         let hardest =
             fallen(linear, limits.decel_lim_x).max(fallen(angular, limits.decel_lim_theta));
@@ -102,15 +102,15 @@ fn late_ticks_send_the_last_command_fading_and_lower_the_density() {
     let rows = &result.trace.rows;
     assert!(rows.len() == 200 && !result.collided);
     assert_eq!(faults(rows), Vec::<String>::new());
-    let punctuality = result.punctuality.expect("there is a deadline");
+    let stats = result.deadline_stats.expect("there is a deadline");
     let sampling = |vx_samples, vtheta_samples| Sampling {
         vx_samples,
         vtheta_samples,
     };
-    assert_eq!((punctuality.decisions, punctuality.misses), (200, 10));
-    assert_eq!(punctuality.lowest, sampling(8, 8));
+    assert_eq!((stats.decisions, stats.misses), (200, 10));
+    assert_eq!(stats.lowest, sampling(8, 8));
     // From the last miss at tick 66, two levels up at 116 and 166.
-    assert_eq!(punctuality.last, sampling(10, 20));
+    assert_eq!(stats.last, sampling(10, 20));
     let expected = |tick| match tick {
         // The second miss within ten ticks is that of tick 45.
         0..=45 => 800,
@@ -149,12 +149,12 @@ fn a_late_command_that_does_not_fade_is_noticed() {
 #[test]
 fn without_a_deadline_or_without_a_miss_the_clock_changes_no_bit() {
     let plain = drive(None, |_| 0.0);
-    assert_eq!(plain.punctuality, None);
+    assert_eq!(plain.deadline_stats, None);
     let digest = plain.trace.digest();
     assert_eq!(drive(None, bursts).trace.digest(), digest);
     let on_time = drive(Some(DEADLINE_S), |_| DEADLINE_S / 2.0);
     assert_eq!(on_time.trace.digest(), digest);
-    assert_eq!(on_time.punctuality.map(|one| one.misses), Some(0));
+    assert_eq!(on_time.deadline_stats.map(|one| one.misses), Some(0));
     assert_ne!(drive(Some(DEADLINE_S), bursts).trace.digest(), digest);
 }
 
@@ -164,6 +164,6 @@ fn a_robot_whose_decisions_are_all_late_stands() {
     let rows = &result.trace.rows;
     assert!(rows.iter().all(|row| row.command == Twist::STOP));
     assert!(rows.last().is_some_and(|row| row.pose == dead_end().start));
-    let punctuality = result.punctuality.expect("there is a deadline");
-    assert_eq!(punctuality.misses, punctuality.decisions);
+    let stats = result.deadline_stats.expect("there is a deadline");
+    assert_eq!(stats.misses, stats.decisions);
 }

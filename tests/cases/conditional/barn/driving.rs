@@ -118,7 +118,7 @@ fn ring(radius_m: f64) -> Vec<Cylinder> {
 
 fn walled_in() {
     let mut config = barn_config(2.0);
-    config.navigator.give_up_after_s = 5.0;
+    config.navigator.movement_time_allowance = 5.0;
     let row = run(ring(1.5), SHORT, &config);
     assert_eq!((row.result, row.score), (Verdict::Failed, 0.0), "{row:?}");
     let fault = row.fault.expect("a reason");

@@ -38,7 +38,7 @@ pub const TESTS: &[Test] = &[
 fn turns_first() {
     for yaw in [PI, -2.5, 2.0] {
         let result = arrive(&mission(&hall(10.0, 4.0), [2.0, 2.5, yaw], [9.0, 2.5]));
-        assert_eq!(result.trace.rows[0].mode, Mode::Turning);
+        assert_eq!(result.trace.rows[0].mode, Mode::Rotating);
         let backwards = result.trace.rows.iter().any(|row| row.pose.x < 1.9);
         assert!(!backwards && result.time_s < 30.0, "{}", story(&result));
     }
@@ -126,5 +126,5 @@ fn hairpins() {
         "{}",
         story(&result)
     );
-    assert!(!has_mode(&result, Mode::BackingUp), "{}", story(&result));
+    assert!(!has_mode(&result, Mode::Escaping), "{}", story(&result));
 }

@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Pose, Twist};
 use inbye::localization::Lost;
-use inbye::navigator::{Decision, Doubt, Fault, Mode, Observation};
+use inbye::navigator::{Decision, ObservationFault, Fault, Mode, Observation};
 
 use super::Test;
 use super::script::{Script, straight};
@@ -59,7 +59,7 @@ fn not_finite() {
         |seen| seen.scan.range_max = f64::NAN,
     ];
     for (number, put_in) in faults.iter().enumerate() {
-        goes_on_after_a_few_and_gives_up_after_many(Doubt::NotFinite, &|_, seen| put_in(seen))
+        goes_on_after_a_few_and_gives_up_after_many(ObservationFault::NotFinite, &|_, seen| put_in(seen))
             .unwrap_or_else(|what| panic!("fault {number}: {what}"));
     }
 }
@@ -83,19 +83,19 @@ fn disturbed(ticks: u32, put_in: Disturbance<'_>) -> (Vec<Decision>, Script) {
 
 /// Doubted for half a second it brakes at each tick, and drives on afterwards; doubted for long it fails and says why.
 fn goes_on_after_a_few_and_gives_up_after_many(
-    doubt: Doubt,
+    doubt: ObservationFault,
     put_in: Disturbance<'_>,
 ) -> Result<(), String> {
     let (decisions, mut script) = disturbed(5, put_in);
     let mut speed = f64::INFINITY;
     for (tick, decision) in decisions.iter().enumerate() {
-        if decision.mode != Mode::Doubting || decision.command.linear.abs() >= speed {
+        if decision.mode != Mode::SensorFault || decision.command.linear.abs() >= speed {
             return Err(format!("{tick}: {decision:?} after {speed} m/s"));
         }
         speed = decision.command.linear.abs().max(f64::MIN_POSITIVE);
     }
-    if script.navigator.doubts().get(&doubt) != Some(&5) {
-        return Err(format!("{:?}", script.navigator.doubts()));
+    if script.navigator.observation_faults().get(&doubt) != Some(&5) {
+        return Err(format!("{:?}", script.navigator.observation_faults()));
     }
     script.finish(45.0);
     let (decisions, script) = disturbed(60, put_in);
@@ -106,12 +106,12 @@ fn goes_on_after_a_few_and_gives_up_after_many(
     match (last, fault) {
         (
             Some((Mode::Failed, Twist::STOP)),
-            Some(Fault::BadObservation {
-                doubt: found,
-                times,
+            Some(Fault::FaultyObservation {
+                fault: found,
+                count,
             }),
         ) if *found == doubt
-            && *times == 31
+            && *count == 31
             && fault.is_some_and(|fault| fault.to_string().starts_with("INVALID_OBSERVATION")) =>
         {
             Ok(())
@@ -126,17 +126,17 @@ fn lost() {
     assert!(
         decisions
             .iter()
-            .all(|decision| decision.mode == Mode::Doubting)
+            .all(|decision| decision.mode == Mode::SensorFault)
     );
     assert_eq!(decisions[20].command, Twist::STOP);
-    let doubt = Doubt::Lost(Lost::Blind);
+    let doubt = ObservationFault::Lost(Lost::Blind);
     // The key of an object in the JSON of a drive.
-    let counts = serde_json::to_value(script.navigator.doubts());
+    let counts = serde_json::to_value(script.navigator.observation_faults());
     assert_eq!(
         counts.expect("an object"),
         serde_json::json!({ "lost_blind": 100 })
     );
-    assert_eq!(script.navigator.doubts().get(&doubt), Some(&100));
+    assert_eq!(script.navigator.observation_faults().get(&doubt), Some(&100));
     script.finish(45.0);
     let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(Lost::Blind));
     assert_eq!(decisions.last().map(|last| last.mode), Some(Mode::Failed));
@@ -153,9 +153,9 @@ fn old_scan() {
     let (decisions, mut script) =
         disturbed(8, &|tick, seen| seen.scan_s -= f64::from(tick + 1) * 0.1);
     for (tick, decision) in decisions.iter().enumerate() {
-        assert_eq!(decision.mode == Mode::Doubting, tick > 1, "{tick}");
+        assert_eq!(decision.mode == Mode::SensorFault, tick > 1, "{tick}");
     }
-    assert_eq!(script.navigator.doubts().get(&Doubt::NoScan), Some(&6));
+    assert_eq!(script.navigator.observation_faults().get(&ObservationFault::NoScan), Some(&6));
     script.finish(45.0);
     // One that measures nothing is none.
     let (decisions, script) = disturbed(60, &|_, seen| seen.scan.ranges.fill(f64::NAN));
@@ -176,18 +176,18 @@ fn jumps() {
     let to_and_fro = |tick: u32, seen: &mut Observation| {
         seen.pose.y += if tick.is_multiple_of(2) { 3.0 } else { -3.0 };
     };
-    goes_on_after_a_few_and_gives_up_after_many(Doubt::Jump, &to_and_fro).expect("jumps");
+    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Jump, &to_and_fro).expect("jumps");
     // A correction is no jump, and a place that stays is believed.
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 0.3);
     assert!(
         decisions
             .iter()
-            .all(|decision| decision.mode != Mode::Doubting)
+            .all(|decision| decision.mode != Mode::SensorFault)
     );
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 3.2);
     let doubted = decisions
         .iter()
-        .filter(|decision| decision.mode == Mode::Doubting);
+        .filter(|decision| decision.mode == Mode::SensorFault);
     assert_eq!(doubted.count(), 4);
 }
 
@@ -196,16 +196,16 @@ fn frozen() {
     let (decisions, script) = disturbed(60, &|_, seen| seen.pose = place);
     let first = decisions
         .iter()
-        .position(|decision| decision.mode == Mode::Doubting);
+        .position(|decision| decision.mode == Mode::SensorFault);
     assert_eq!(first, Some(6), "half a second after it stopped changing");
     assert_eq!(
-        script.navigator.doubts().keys().collect::<Vec<_>>(),
-        [&Doubt::Frozen]
+        script.navigator.observation_faults().keys().collect::<Vec<_>>(),
+        [&ObservationFault::Frozen]
     );
     assert!(matches!(
         script.navigator.fault(),
-        Some(Fault::BadObservation {
-            doubt: Doubt::Frozen,
+        Some(Fault::FaultyObservation {
+            fault: ObservationFault::Frozen,
             ..
         })
     ));
@@ -215,7 +215,7 @@ fn frozen() {
 fn reversed() {
     let begin = under_way().observation.pose;
     let (_, script) = disturbed(60, &|_, seen| seen.pose.x = 2.0 * begin.x - seen.pose.x);
-    assert!(script.navigator.doubts().contains_key(&Doubt::Reversed));
+    assert!(script.navigator.observation_faults().contains_key(&ObservationFault::Reversed));
     let moved_m = script.observation.pose.position() - begin.position();
     assert!(moved_m.norm() < 1.5, "{moved_m}");
 }
@@ -228,10 +228,10 @@ fn clocks() {
     });
     let doubted: Vec<bool> = decisions
         .iter()
-        .map(|decision| decision.mode == Mode::Doubting)
+        .map(|decision| decision.mode == Mode::SensorFault)
         .collect();
     assert_eq!(doubted, [true, false, false, false, false, false]);
-    goes_on_after_a_few_and_gives_up_after_many(Doubt::Clock, &|_, seen| seen.scan_s += 1.0)
+    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Clock, &|_, seen| seen.scan_s += 1.0)
         .expect("scans from the future");
 }
 

@@ -43,8 +43,8 @@ vx_samples = 12
 vtheta_samples = 24
 
 [navigator]
-senses_patience_s = 30.0
-parking_patience_s = 3.0
+sensor_fault_patience_s = 30.0
+parking_timeout_s = 3.0
 """
 
 BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))

@@ -7,7 +7,7 @@ use inbye::geometry::{Pose, Twist};
 use inbye::local::{
     CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, LossKind, Prepared,
 };
-use inbye::navigator::Doubt;
+use inbye::navigator::ObservationFault;
 use inbye::runtime::{Config, Mission, OdometryReading, Robot, TickEvent};
 use inbye::sim::SimBase;
 
@@ -135,16 +135,16 @@ pub fn mortal_engine() -> Box<dyn Engine> {
 #[derive(Clone, Default)]
 pub struct Noted {
     pub at: Vec<Vec<String>>,
-    doubts: BTreeMap<Doubt, u64>,
+    observation_faults: BTreeMap<ObservationFault, u64>,
     told: usize,
 }
 
 impl Noted {
     pub fn take(&mut self, moment: &TickEvent<'_>) {
         let mut now = Vec::new();
-        for (doubt, &count) in moment.navigator.doubts() {
-            if self.doubts.insert(*doubt, count).unwrap_or_default() < count {
-                now.push(format!("senses: {doubt}"));
+        for (fault, &count) in moment.navigator.observation_faults() {
+            if self.observation_faults.insert(*fault, count).unwrap_or_default() < count {
+                now.push(format!("sensors: {fault}"));
             }
         }
         if let Some(incidents) = moment.navigator.planner().incidents() {

@@ -52,13 +52,13 @@ fn late_decisions() {
     let ends = (&mission, &config);
     let (result, recorded) = record_by(ends, &mut clock, file.clone(), DiskBusy::Wait);
     assert_eq!(recorded.stopped, None);
-    let punctuality = result.punctuality.expect("there is a deadline");
-    assert!(punctuality.misses > 5, "{punctuality:?}");
+    let stats = result.deadline_stats.expect("there is a deadline");
+    assert!(stats.misses > 5, "{stats:?}");
     let bytes = file.bytes();
     let mut recording = Recording::open(&bytes[..]).expect("a recording");
     let mut answers = Vec::new();
     while let Some(tick) = recording.next_tick().expect("it is whole") {
-        answers.push(tick.answers_taken);
+        answers.push(tick.plans_received);
     }
     assert!(
         answers.last() > Some(&0),
@@ -127,7 +127,7 @@ fn another_observation() {
     assert_eq!(difference.tick, 9, "{difference:?}");
     assert_eq!(
         difference.replayed,
-        Number::Word("doubting", Mode::Doubting as u64)
+        Number::Word("sensor_fault", Mode::SensorFault as u64)
     );
 }
 

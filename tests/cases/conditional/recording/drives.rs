@@ -54,7 +54,7 @@ pub fn tour() -> (Mission, Config) {
         yaw,
     };
     let mut config = Config::default();
-    config.navigator.stop_s = 1.0;
+    config.navigator.waypoint_pause_s = 1.0;
     let map = Arc::new(map);
     let known = map.obstacles(config.unknown);
     let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];

@@ -13,7 +13,7 @@ fn config() -> Config {
         ..Config::default()
     };
     config.dynamics.slip.mean = 0.05;
-    config.navigator.lost_patience_s = 5.0;
+    config.navigator.localization_patience_s = 5.0;
     config
 }
 

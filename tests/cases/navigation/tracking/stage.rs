@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use inbye::geometry::Pose;
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
-use inbye::navigator::Surroundings;
+use inbye::navigator::ObstacleModel;
 use inbye::sim::{Lidar, World};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -45,7 +45,7 @@ pub const ODOMETRY: Errors = Errors {
 pub struct Stage {
     pub world: World,
     pub lidar: Lidar,
-    pub surroundings: Surroundings,
+    pub surroundings: ObstacleModel,
     pub time_s: f64,
     pub period_s: f64,
     pub errors: Errors,
@@ -80,7 +80,7 @@ impl Stage {
                 dropout: 0.0,
                 ..Lidar::default()
             },
-            surroundings: Surroundings::new(known),
+            surroundings: ObstacleModel::new(known),
             time_s: 0.0,
             period_s: 0.1,
             errors,

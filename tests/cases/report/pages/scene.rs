@@ -303,21 +303,21 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
             let target = path[next];
             let mode = match share {
                 0.38..0.42 => Mode::Blocked,
-                0.42..0.44 => Mode::BackingUp,
-                0.62..0.66 => Mode::Turning,
+                0.42..0.44 => Mode::Escaping,
+                0.62..0.66 => Mode::Rotating,
                 0.985.. => Mode::Arrived,
                 _ => Mode::Driving,
             };
             let turn = wrap_angle(bearing(&pose.position(), &target) - pose.yaw).clamp(-0.8, 0.8);
             let command = match mode {
                 Mode::Blocked
-                | Mode::Doubting
+                | Mode::SensorFault
                 | Mode::Parking
-                | Mode::Stopped
+                | Mode::AtWaypoint
                 | Mode::Arrived
                 | Mode::Failed => Twist::STOP,
-                Mode::BackingUp | Mode::Evading => Twist::new(-0.3, 0.0),
-                Mode::Turning => Twist::new(0.0, turn),
+                Mode::Escaping | Mode::Evading => Twist::new(-0.3, 0.0),
+                Mode::Rotating => Twist::new(0.0, turn),
                 Mode::Driving => Twist::new(speed * (1.0 - turn.abs()), turn),
             };
             let row = TraceRow {

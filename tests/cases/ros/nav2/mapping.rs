@@ -117,10 +117,10 @@ fn mppi_in_a_shim_gives_limits_horizon_and_turning_in_place() {
     assert_eq!((local.vx_samples, local.vtheta_samples), (31, 64));
     assert_eq!(local.control_period_s, 0.04);
     let navigator = &config.navigator;
-    assert_eq!(navigator.senses_timeout_s, 0.4);
+    assert_eq!(navigator.scan_timeout_s, 0.4);
     // Ours would end above where it begins: half, as Nav2 has it.
     assert_eq!(
-        (navigator.turn_in_place_from, navigator.turn_in_place_until),
+        (navigator.rotate_in_place_from, navigator.rotate_in_place_until),
         (0.2, 0.1)
     );
     let (why, reason) = left(&taken, "controller_server.Other.desired_linear_vel");
@@ -156,8 +156,8 @@ controller_server:
     let (taken, config, _) = taken(nested, None);
     assert_eq!(config.robot.limits.max_vel_x, 0.7);
     assert_eq!(config.local.sim_step_s, 0.2);
-    assert_eq!(config.navigator.turn_in_place_from, 0.8);
-    assert_eq!(config.navigator.turn_in_place_until, 0.4);
+    assert_eq!(config.navigator.rotate_in_place_from, 0.8);
+    assert_eq!(config.navigator.rotate_in_place_until, 0.4);
     assert_eq!(taken.mapped.len(), 4);
 }
 

@@ -1,15 +1,15 @@
 //! What the local planner must keep apart: the footprint and the moving obstacles, with their margins.
 
 use super::NavigatorSettings;
-use super::outlook::Outlook;
-use super::planning::{coarseness_m, local_margin_m};
+use super::predicted_state::PredictedState;
+use super::route_planner::{coarseness_m, local_margin_m};
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 
 /// Footprint and moving obstacles, grown so that touching in the planner's eyes leaves the margins in truth.
-pub(super) struct KeptClear {
+pub(super) struct InflatedBodies {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,
     /// Whether something is within its margin: a reason to go slowly.
@@ -28,14 +28,14 @@ const DRIVING_SHARE: f64 = 0.5;
 /// And this from people, metres.
 const LEAST_TO_PEOPLE_M: f64 = 0.05;
 
-impl KeptClear {
+impl InflatedBodies {
     /// The whole margins; but where something is within one, only a part: else nothing would be admissible beside a
     /// person who came close and stopped, not even driving on.
     pub fn new(
         footprint: &Footprint,
         settings: &NavigatorSettings,
         field: &ClearanceField,
-        now: &Outlook,
+        now: &PredictedState,
     ) -> Self {
         let pose = &now.pose;
         let wanted_m = local_margin_m(settings, field.frame().resolution_m);

@@ -8,7 +8,7 @@ documented! {
     /// it buys.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
-    pub struct Abilities {
+    pub struct NavigatorFeatures {
         /// A global path leads the way. Off: the goal itself is the local target.
         pub global_path: bool,
         /// Key nodes, half a metre apart, are passed by progress along the path. Off: the pruned path's nodes alone are the local
@@ -20,20 +20,20 @@ documented! {
         pub replanning: bool,
         /// It moves such that it stands before anybody whom it comes nearer to reaches it, and counts on nobody to go on as he
         /// does. Off for a race among things that mind nobody, where standing is no help.
-        pub caution: bool,
+        pub passive_safety: bool,
         /// The robot turns in place where it faces away from its way, and backs out of where nothing goes on.
         pub recovery: bool,
     }
 }
 
-impl Default for Abilities {
+impl Default for NavigatorFeatures {
     fn default() -> Self {
         Self {
             global_path: true,
             progress: true,
             tracking: true,
             replanning: true,
-            caution: true,
+            passive_safety: true,
             recovery: true,
         }
     }

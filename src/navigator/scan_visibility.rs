@@ -7,12 +7,12 @@ use crate::map::Scan;
 
 /// A scan, and where the robot was when it was made.
 #[derive(Clone, Debug, Default)]
-pub(super) struct View {
+pub(super) struct StampedScan {
     pub pose: Pose,
     pub scan: Scan,
 }
 
-impl View {
+impl StampedScan {
     /// Takes over another scan, in the memory that this one has.
     pub fn copy(&mut self, pose: &Pose, scan: &Scan) {
         self.pose = *pose;

@@ -17,7 +17,7 @@ const FEWEST: u32 = 8;
 
 /// Levels of sampling: that of the settings first, and half as many speeds and turn rates at each further one.
 #[derive(Clone, Debug)]
-pub struct Density {
+pub struct AdaptiveSampling {
     levels: Vec<Sampling>,
     level: usize,
     lowest: usize,
@@ -26,7 +26,7 @@ pub struct Density {
     with_slack: u32,
 }
 
-impl Density {
+impl AdaptiveSampling {
     /// Levels below that of the settings.
     #[must_use]
     pub fn new(full: Sampling) -> Self {
@@ -93,7 +93,7 @@ mod tests {
         vtheta_samples: 40,
     };
 
-    fn counts(density: &Density) -> (u32, u32) {
+    fn counts(density: &AdaptiveSampling) -> (u32, u32) {
         let Sampling {
             vx_samples,
             vtheta_samples,
@@ -101,14 +101,14 @@ mod tests {
         (vx_samples, vtheta_samples)
     }
 
-    fn after(density: &mut Density, shares: impl IntoIterator<Item = f64>) -> (u32, u32) {
+    fn after(density: &mut AdaptiveSampling, shares: impl IntoIterator<Item = f64>) -> (u32, u32) {
         shares.into_iter().for_each(|share| density.note(share));
         counts(density)
     }
 
     #[test]
     fn levels_halve_down_to_eight_by_eight_and_no_further() {
-        let mut density = Density::new(FULL);
+        let mut density = AdaptiveSampling::new(FULL);
         let mut seen = vec![counts(&density)];
         for _ in 0..5 {
             seen.push(after(&mut density, [1.5, 1.5]));
@@ -119,13 +119,13 @@ mod tests {
             vx_samples: 3,
             vtheta_samples: 5,
         };
-        assert_eq!(after(&mut Density::new(few), [2.0; 9]), (3, 5));
+        assert_eq!(after(&mut AdaptiveSampling::new(few), [2.0; 9]), (3, 5));
     }
 
     #[test]
     fn one_miss_passes_and_two_within_ten_decisions_do_not() {
         let on_time = |count| core::iter::repeat_n(1.0, count);
-        let mut density = Density::new(FULL);
+        let mut density = AdaptiveSampling::new(FULL);
         after(&mut density, [1.01]);
         after(&mut density, on_time(9));
         assert_eq!(after(&mut density, [1.01]), (20, 40));
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn only_long_slack_raises_it_one_level_at_a_time() {
-        let mut density = Density::new(FULL);
+        let mut density = AdaptiveSampling::new(FULL);
         after(&mut density, [2.0; 4]);
         assert_eq!(after(&mut density, [SLACK; 49]), (8, 10));
         assert_eq!(after(&mut density, [SLACK.next_up()]), (8, 10));

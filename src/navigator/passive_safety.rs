@@ -8,8 +8,8 @@ use crate::geometry::{Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
 
-use super::hybrid::Navigator;
-use super::outlook::Outlook;
+use super::navigator::Navigator;
+use super::predicted_state::PredictedState;
 
 /// Until the scans have shown that somebody turned, seconds: the tracker takes about half a second to be sure of a motion,
 /// and most of that of a change.
@@ -22,8 +22,8 @@ const STEP_S: f64 = 0.1;
 const HALVINGS: u32 = 7;
 
 /// What a robot knows when it asks how fast it may drive.
-pub(super) struct Caution<'a> {
-    pub now: &'a Outlook,
+pub(super) struct PassiveSafety<'a> {
+    pub now: &'a PredictedState,
     pub footprint: &'a Footprint,
     pub limits: &'a Limits,
     /// From a decision to its effect, and to the next decision, seconds.
@@ -32,9 +32,9 @@ pub(super) struct Caution<'a> {
 
 impl Navigator {
     /// How people are minded, by a robot that does.
-    pub(super) fn caution<'a>(&'a self, now: &'a Outlook) -> Option<Caution<'a>> {
+    pub(super) fn caution<'a>(&'a self, now: &'a PredictedState) -> Option<PassiveSafety<'a>> {
         let period_s = self.planner.settings().control_period_s;
-        self.settings.abilities.caution.then_some(Caution {
+        self.settings.features.passive_safety.then_some(PassiveSafety {
             now,
             footprint: &self.robot.footprint,
             limits: &self.robot.limits,
@@ -43,15 +43,15 @@ impl Navigator {
     }
 
     /// Whether the robot may make for a velocity until the next tick.
-    pub(super) fn is_minding(&self, now: &Outlook, wanted: &Twist) -> bool {
+    pub(super) fn is_safe_towards(&self, now: &PredictedState, wanted: &Twist) -> bool {
         let next = self.towards(now, wanted);
         self.caution(now)
             .is_none_or(|caution| caution.stands_in_time(&next))
     }
 
-    /// The nearest to a velocity that is reached by the next tick, or braking where that would not be minding people.
-    pub(super) fn minding(&self, now: &Outlook, wanted: &Twist) -> Twist {
-        if self.is_minding(now, wanted) {
+    /// The nearest to a velocity that is reached by the next tick, or braking where that would not be safe_towards people.
+    pub(super) fn safe_towards(&self, now: &PredictedState, wanted: &Twist) -> Twist {
+        if self.is_safe_towards(now, wanted) {
             self.towards(now, wanted)
         } else {
             self.brake(now)
@@ -59,7 +59,7 @@ impl Navigator {
     }
 }
 
-impl Caution<'_> {
+impl PassiveSafety<'_> {
     /// The highest forward speed up to one, m/s, from which the robot stands in time. A robot that follows somebody keeps its
     /// distance by it.
     pub fn fastest(&self, most: f64) -> f64 {
@@ -127,7 +127,7 @@ mod tests {
 
     const DELAY_S: f64 = 0.1;
 
-    fn outlook(x: f64, y: f64, vx: f64) -> Outlook {
+    fn outlook(x: f64, y: f64, vx: f64) -> PredictedState {
         let disc = MovingDisc {
             x,
             y,
@@ -135,7 +135,7 @@ mod tests {
             vx,
             vy: 0.0,
         };
-        Outlook {
+        PredictedState {
             time_s: 0.0,
             pose: Pose::default(),
             twist: Twist::STOP,
@@ -143,14 +143,14 @@ mod tests {
         }
     }
 
-    fn fastest(now: &Outlook, most: f64) -> f64 {
+    fn fastest(now: &PredictedState, most: f64) -> f64 {
         let footprint = Footprint::round(0.3).expect("a sound radius");
         let limits = Limits {
             max_vel_x: 2.0,
             acc_lim_x: 100.0,
             ..Limits::default()
         };
-        let caution = Caution {
+        let caution = PassiveSafety {
             now,
             footprint: &footprint,
             limits: &limits,
@@ -195,7 +195,7 @@ mod tests {
             min_vel_x: -0.5,
             ..Limits::default()
         };
-        let caution = |now| Caution {
+        let caution = |now| PassiveSafety {
             now,
             footprint: &footprint,
             limits: &limits,

@@ -10,14 +10,14 @@ use crate::robot::Footprint;
 
 /// The obstacle cells about a place, as the squares that they are.
 #[derive(Clone, Debug)]
-pub(super) struct CloseUp {
+pub(super) struct ExactClearance {
     frame: GridFrame,
     /// Lower left corners, in cells.
     squares: Vec<Point>,
     reach_m: f64,
 }
 
-impl CloseUp {
+impl ExactClearance {
     /// All that stands within a distance of a place, as the field's window shows it.
     pub fn new(field: &ClearanceField, place: &Point, reach_m: f64) -> Self {
         let frame = *field.frame();
@@ -76,14 +76,14 @@ mod tests {
         // In cells: 6.3 to the left of the square, level with it; then 0.4 left of and 0.5 below its corner.
         for (x, y, gap_m) in [(23.7, 20.5, 0.33), (29.6, 19.5, 0.064_031 - 0.3)] {
             let place = frame.from_cell_units(&Point::new(x, y));
-            let close_up = CloseUp::new(&field, &place, 1.0);
-            let found_m = close_up.gap_m(&footprint, &Pose::new(place.x, place.y, 1.0));
+            let exact_clearance = ExactClearance::new(&field, &place, 1.0);
+            let found_m = exact_clearance.gap_m(&footprint, &Pose::new(place.x, place.y, 1.0));
             assert!((found_m - gap_m).abs() < 1e-6, "{found_m} at {x}, {y}");
         }
         let far = frame.from_cell_units(&Point::new(5.0, 5.0));
-        let close_up = CloseUp::new(&field, &far, 0.5);
+        let exact_clearance = ExactClearance::new(&field, &far, 0.5);
         assert_eq!(
-            close_up.gap_m(&footprint, &Pose::new(far.x, far.y, 0.0)),
+            exact_clearance.gap_m(&footprint, &Pose::new(far.x, far.y, 0.0)),
             0.5
         );
     }

@@ -14,13 +14,13 @@ const MOVING_MARGIN_M: f64 = 0.12;
 const BEFORE_TRACK_S: f64 = 0.05;
 
 /// The local map and the tracker, fed by the same scans.
-pub struct Surroundings {
+pub struct ObstacleModel {
     map: LocalMap,
     /// None where moving things are marks like all others.
     tracker: Option<Tracker>,
 }
 
-impl Surroundings {
+impl ObstacleModel {
     /// Nothing seen yet beyond the known obstacles.
     #[must_use]
     pub fn new(known: ObstacleGrid) -> Self {

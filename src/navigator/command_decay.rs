@@ -5,21 +5,21 @@ use crate::robot::Limits;
 
 /// A plan that is not renewed is worth nothing after so long, seconds: Nav2's `failure_tolerance`, three ticks at 10 Hz.
 /// Something that steps out at 1.5 m/s has come 0.45 m nearer by then.
-pub const PLAN_LIVES_S: f64 = 0.3;
+pub const COMMAND_LIFETIME_S: f64 = 0.3;
 
 /// The last command that came in time, and the share of it that was sent last.
 ///
-/// Sent is `command * share`: 1 when the command is new, less with its age in a straight line, 0 from [`PLAN_LIVES_S`] on.
+/// Sent is `command * share`: 1 when the command is new, less with its age in a straight line, 0 from [`COMMAND_LIFETIME_S`] on.
 /// Speed and turn rate fade together, so the robot stays on the arc that was found clear; where either would have to fall
 /// faster than the base can brake, both fall as fast as it can.
 #[derive(Clone, Copy, Debug)]
-pub struct Fading {
+pub struct CommandDecay {
     command: Twist,
     decided_s: f64,
     share: f64,
 }
 
-impl Default for Fading {
+impl Default for CommandDecay {
     /// Nothing was ever decided: stand.
     fn default() -> Self {
         Self {
@@ -30,7 +30,7 @@ impl Default for Fading {
     }
 }
 
-impl Fading {
+impl CommandDecay {
     /// Takes a command decided at a time, seconds.
     pub const fn renew(&mut self, time_s: f64, command: Twist) {
         *self = Self {
@@ -43,7 +43,7 @@ impl Fading {
     /// What to send at a time, `period_s` after the last that was sent, both in seconds. It never grows, not even where
     /// the clock goes back.
     pub fn at(&mut self, time_s: f64, period_s: f64, limits: &Limits) -> Twist {
-        let fresh = 1.0 - (time_s - self.decided_s) / PLAN_LIVES_S;
+        let fresh = 1.0 - (time_s - self.decided_s) / COMMAND_LIFETIME_S;
         // A time that is not a number makes the plan worth nothing.
         let wanted = if fresh > 0.0 { fresh } else { 0.0 };
         let fall = |speed: f64, brake: f64| match speed.abs() {
@@ -76,7 +76,7 @@ mod tests {
 
     /// What is sent at so many ticks after a command.
     fn sent(command: Twist, limits: &Limits, ticks: i32) -> Vec<Twist> {
-        let mut fading = Fading::default();
+        let mut fading = CommandDecay::default();
         fading.renew(7.0, command);
         (1..=ticks)
             .map(|tick| fading.at(7.0 + f64::from(tick) * PERIOD_S, PERIOD_S, limits))
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn it_never_grows_and_no_bad_time_keeps_it_alive() {
         let limits = limits(9.0, 9.0);
-        let mut fading = Fading::default();
+        let mut fading = CommandDecay::default();
         assert_eq!(fading.at(0.0, PERIOD_S, &limits), Twist::STOP);
         fading.renew(7.0, Twist::new(0.6, 0.0));
         let half = fading.at(7.15, PERIOD_S, &limits).linear;

@@ -37,7 +37,7 @@ const AGAINST: f64 = 0.5;
 
 /// Why the senses are not believed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Doubt {
+pub enum ObservationFault {
     /// A time, pose, speed or angle of the scan is not a finite number.
     NotFinite,
     /// The clock ran backwards or jumped, or the scan is from the future.
@@ -54,10 +54,10 @@ pub enum Doubt {
     Reversed,
 }
 
-impl Doubt {
+impl ObservationFault {
     /// Its word in JSON.
     #[must_use]
-    pub const fn word(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::NotFinite => "not_finite",
             Self::Clock => "clock",
@@ -75,13 +75,13 @@ impl Doubt {
 }
 
 /// As one word, which may be the key of an object.
-impl Serialize for Doubt {
+impl Serialize for ObservationFault {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.word())
+        serializer.serialize_str(self.as_str())
     }
 }
 
-impl fmt::Display for Doubt {
+impl fmt::Display for ObservationFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Lost(why) => return write!(f, "the robot is lost: {why}"),
@@ -109,7 +109,7 @@ struct Believed {
 
 /// Judges observations, one after the other.
 #[derive(Debug, Default)]
-pub(super) struct Senses {
+pub(super) struct ObservationValidator {
     last: Option<Believed>,
     /// Times of the last tick, and of the last scan that measured something.
     clock_s: Option<f64>,
@@ -122,18 +122,18 @@ pub(super) struct Senses {
     recent: VecDeque<Believed>,
     doubted_in_a_row: u32,
     /// Why the last observation was not believed.
-    doubt: Option<Doubt>,
-    counts: BTreeMap<Doubt, u64>,
+    doubt: Option<ObservationFault>,
+    counts: BTreeMap<ObservationFault, u64>,
 }
 
-impl Senses {
+impl ObservationValidator {
     /// Doubted observations by why.
-    pub const fn counts(&self) -> &BTreeMap<Doubt, u64> {
+    pub const fn counts(&self) -> &BTreeMap<ObservationFault, u64> {
         &self.counts
     }
 
     /// Why the last observation was not believed; none where it was.
-    pub const fn doubt(&self) -> Option<Doubt> {
+    pub const fn doubt(&self) -> Option<ObservationFault> {
         self.doubt
     }
 
@@ -149,7 +149,7 @@ impl Senses {
         commanded: &Twist,
         limits: &Limits,
         settings: &NavigatorSettings,
-    ) -> Result<bool, Doubt> {
+    ) -> Result<bool, ObservationFault> {
         let judged = self.check(seen, commanded, limits, settings);
         self.doubt = judged.err();
         match judged {
@@ -168,9 +168,9 @@ impl Senses {
         commanded: &Twist,
         limits: &Limits,
         settings: &NavigatorSettings,
-    ) -> Result<bool, Doubt> {
+    ) -> Result<bool, ObservationFault> {
         if !seen.is_sound() {
-            return Err(Doubt::NotFinite);
+            return Err(ObservationFault::NotFinite);
         }
         let now_s = seen.time_s;
         let before_s = self.clock_s.replace(now_s).unwrap_or(now_s);
@@ -184,7 +184,7 @@ impl Senses {
                 time_s: now_s,
                 ..last
             });
-            return Err(Doubt::Clock);
+            return Err(ObservationFault::Clock);
         }
         let measures = seen.scan.ranges.iter().any(|range| !range.is_nan());
         let is_new = measures && self.scan_s.is_none_or(|scan_s| seen.scan_s > scan_s);
@@ -193,15 +193,15 @@ impl Senses {
         }
         if self
             .scan_s
-            .is_none_or(|scan_s| now_s - scan_s > settings.senses_timeout_s)
+            .is_none_or(|scan_s| now_s - scan_s > settings.scan_timeout_s)
         {
-            return Err(Doubt::NoScan);
+            return Err(ObservationFault::NoScan);
         }
         if let Some(why) = seen.lost {
             // Where it will be found it need not have driven to.
             self.last = None;
             self.recent.clear();
-            return Err(Doubt::Lost(why));
+            return Err(ObservationFault::Lost(why));
         }
         self.check_place(seen, limits)?;
         self.check_frozen(seen, commanded)?;
@@ -210,7 +210,7 @@ impl Senses {
     }
 
     /// Refuses a pose that the robot cannot have driven to, until several agree.
-    fn check_place(&mut self, seen: &Observation, limits: &Limits) -> Result<(), Doubt> {
+    fn check_place(&mut self, seen: &Observation, limits: &Limits) -> Result<(), ObservationFault> {
         let fastest = limits.max_vel_x.max(-limits.min_vel_x);
         let is_near = |from: &Pose, elapsed_s: f64| {
             let way_m = (seen.pose.position() - from.position()).norm();
@@ -229,7 +229,7 @@ impl Senses {
         };
         self.elsewhere = Some((seen.pose, agreeing));
         if agreeing < AGREEING {
-            return Err(Doubt::Jump);
+            return Err(ObservationFault::Jump);
         }
         self.elsewhere = None;
         self.last = None;
@@ -237,7 +237,7 @@ impl Senses {
         Ok(())
     }
 
-    fn check_frozen(&mut self, seen: &Observation, commanded: &Twist) -> Result<(), Doubt> {
+    fn check_frozen(&mut self, seen: &Observation, commanded: &Twist) -> Result<(), ObservationFault> {
         let is_same = self.last.is_some_and(|last| last.pose == seen.pose);
         let drives = commanded.linear.abs() >= DRIVES || commanded.angular.abs() >= TURNS;
         self.is_frozen &= is_same;
@@ -249,13 +249,13 @@ impl Senses {
         }
         // A robot that brakes does not drive: the doubt stays until the pose changes.
         if self.is_frozen {
-            return Err(Doubt::Frozen);
+            return Err(ObservationFault::Frozen);
         }
         Ok(())
     }
 
     /// Compares the way by poses with the way by speeds.
-    fn check_sense(&mut self, seen: &Observation) -> Result<(), Doubt> {
+    fn check_sense(&mut self, seen: &Observation) -> Result<(), ObservationFault> {
         let now = Believed {
             time_s: seen.time_s,
             pose: seen.pose,
@@ -282,7 +282,7 @@ impl Senses {
         // A wrong sign does not mend itself; a robot that stands shows none.
         self.is_reversed |= by_speed_m > COMPARED_M && with_speed_m < -AGAINST * by_speed_m;
         if self.is_reversed {
-            return Err(Doubt::Reversed);
+            return Err(ObservationFault::Reversed);
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use crate::geometry::{Point, Pose};
 use crate::map::Scan;
 
-use super::super::view::is_full_turn;
+use super::super::scan_visibility::is_full_turn;
 
 /// A return that the map does not explain.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +19,7 @@ pub(super) struct Return {
 
 /// Consecutive returns of one thing.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sighting {
+pub(super) struct Cluster {
     /// Place of the first in the list of returns; the run may go on at the list's beginning.
     pub first: usize,
     /// Number of returns.
@@ -55,7 +55,7 @@ pub(super) fn sightings(
     scan: &Scan,
     returns: &[Return],
     spare: &mut Vec<(usize, usize)>,
-    found: &mut Vec<Sighting>,
+    found: &mut Vec<Cluster>,
 ) {
     found.clear();
     spare.clear();
@@ -130,7 +130,7 @@ fn belong_together(scan: &Scan, one: &Return, next: &Return) -> bool {
     (next.point - one.point).norm() < NEAR_M + NEAR_SPACINGS * spacing_m
 }
 
-fn sighting(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: usize) -> Sighting {
+fn sighting(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: usize) -> Cluster {
     let beams = scan.ranges.len();
     let at = |step: usize| &returns[(first + step) % returns.len()];
     let (begin, end) = (at(0), at(count - 1));
@@ -139,7 +139,7 @@ fn sighting(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: u
         .map(|step| at(step).range_m)
         .fold(f64::INFINITY, f64::min);
     let half_beam = scan.angle_increment / 2.0;
-    Sighting {
+    Cluster {
         first,
         count,
         near_m,

@@ -2,12 +2,12 @@
 
 /// Watches progress along the path.
 #[derive(Clone, Debug, Default)]
-pub struct ProgressWatch {
+pub struct ProgressChecker {
     least_left_m: Option<f64>,
     since_s: f64,
 }
 
-impl ProgressWatch {
+impl ProgressChecker {
     /// Measures from now on along a new path, so much of which is left. A new path alone is no progress.
     pub fn rebase(&mut self, left_m: f64) {
         self.least_left_m = Some(left_m);

@@ -2,10 +2,10 @@
 
 use core::f64::consts::TAU;
 
-use super::close_up::CloseUp;
-use super::hybrid::Navigator;
-use super::kept_clear::KeptClear;
-use super::outlook::Outlook;
+use super::exact_clearance::ExactClearance;
+use super::navigator::Navigator;
+use super::inflated_bodies::InflatedBodies;
+use super::predicted_state::PredictedState;
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
 
@@ -18,20 +18,20 @@ impl Navigator {
     /// The turn on the spot to a yaw so much off that touches nothing: the shorter way round, else the longer one, radians.
     pub(super) fn clear_turn(
         &self,
-        now: &Outlook,
-        kept: &KeptClear,
+        now: &PredictedState,
+        kept: &InflatedBodies,
         field: &ClearanceField,
         angle: f64,
     ) -> Option<f64> {
         let footprint = &self.robot.footprint;
         let reach_m = footprint.circumscribed_radius_m() + LEAST_GAP_M;
-        let close_up = CloseUp::new(field, &now.pose.position(), reach_m);
+        let exact_clearance = ExactClearance::new(field, &now.pose.position(), reach_m);
         let is_clear = |angle: &f64| {
             let steps = (angle.abs() / STEP_RAD).ceil().max(1.0);
             (1..=steps as u32).all(|step| {
                 let yaw = now.pose.yaw + angle * f64::from(step) / steps;
                 let there = Pose { yaw, ..now.pose };
-                close_up.gap_m(footprint, &there) >= LEAST_GAP_M
+                exact_clearance.gap_m(footprint, &there) >= LEAST_GAP_M
                     && kept.is_clear_of_moving(&there, 0.0)
             })
         };

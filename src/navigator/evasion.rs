@@ -5,9 +5,9 @@
 //! from everybody for some seconds, wherever that leads.
 
 use super::Mode;
-use super::hybrid::{Decision, Navigator};
-use super::kept_clear::KeptClear;
-use super::outlook::Outlook;
+use super::navigator::{Decision, Navigator};
+use super::inflated_bodies::InflatedBodies;
+use super::predicted_state::PredictedState;
 use crate::geometry::Twist;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;
@@ -30,8 +30,8 @@ const TURNING: [f64; 9] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
 
 impl Navigator {
     /// The motion that keeps furthest from who comes, if somebody comes upon a robot that stands here.
-    pub(super) fn evade(&mut self, now: &Outlook, field: &ClearanceField) -> Option<Decision> {
-        if !self.settings.abilities.recovery {
+    pub(super) fn evade(&mut self, now: &PredictedState, field: &ClearanceField) -> Option<Decision> {
+        if !self.settings.features.recovery {
             return None;
         }
         let footprint = &self.robot.footprint;
@@ -47,9 +47,9 @@ impl Navigator {
             now,
             limits,
             footprint,
-            kept: KeptClear::new(footprint, &self.settings, field, now),
+            kept: InflatedBodies::new(footprint, &self.settings, field, now),
             field,
-            caution: self.settings.abilities.caution,
+            caution: self.settings.features.passive_safety,
         };
         if ways.least_gap_m(&Twist::STOP, &coming)? >= EVADED_GAP_M {
             return None;
@@ -69,7 +69,7 @@ impl Navigator {
                 let gap_m = gap_m.min(ENOUGH_GAP_M);
                 if gap_m > best.0
                     && ways.can_be_broken_off(&wanted)
-                    && self.is_minding(now, &wanted)
+                    && self.is_safe_towards(now, &wanted)
                 {
                     best = (gap_m, Some(wanted));
                 }
@@ -86,10 +86,10 @@ impl Navigator {
 
 /// What ways are judged by.
 struct Ways<'a> {
-    now: &'a Outlook,
+    now: &'a PredictedState,
     limits: &'a Limits,
     footprint: &'a Footprint,
-    kept: KeptClear,
+    kept: InflatedBodies,
     field: &'a ClearanceField,
     /// Whether nobody is counted on to move on.
     caution: bool,

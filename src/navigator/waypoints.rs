@@ -1,12 +1,12 @@
 //! The stops of a mission, one after the other.
 
-use super::{Goal, Journey};
+use super::{Goal, Waypoints};
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 
 /// A goal, and those after it with the way that leads there.
 #[derive(Clone, Debug)]
-pub(super) struct Tour {
+pub(super) struct WaypointQueue {
     goal: Goal,
     done: usize,
     /// The next one last.
@@ -15,14 +15,14 @@ pub(super) struct Tour {
     goes_on_s: f64,
 }
 
-impl Tour {
+impl WaypointQueue {
     /// A journey with the way to each stop, and the way to the first: so that one that cannot be done is refused before
     /// the robot moves.
     ///
     /// # Errors
     /// Where there is no way to a stop.
     pub fn planned(
-        journey: &Journey,
+        journey: &Waypoints,
         mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
     ) -> Result<(Self, Plan), PlanError> {
         let mut ahead = Vec::with_capacity(journey.stops.len());

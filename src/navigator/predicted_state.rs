@@ -9,7 +9,7 @@ use crate::robot::Limits;
 /// Radio, bus and motor take their time, and until then the robot moves as it was told before. To decide from where it
 /// is now would be to brake too late by that way.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Outlook {
+pub(super) struct PredictedState {
     /// Time of the observation, seconds.
     pub time_s: f64,
     /// The robot then.
@@ -20,7 +20,7 @@ pub(super) struct Outlook {
     pub moving: Vec<MovingDisc>,
 }
 
-impl Outlook {
+impl PredictedState {
     /// From what is seen now: the robot's pose and speed, moving obstacles, and the command it was given last.
     pub fn new(
         (time_s, pose, twist): (f64, &Pose, &Twist),

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::hybrid::{Decision, Navigator};
-use super::kept_clear::KeptClear;
-use super::outlook::Outlook;
+use super::navigator::{Decision, Navigator};
+use super::inflated_bodies::InflatedBodies;
+use super::predicted_state::PredictedState;
 use super::parking::{Parking, ParkingStep};
 use super::recovery::Recovery;
-use super::watch::ProgressWatch;
+use super::progress_checker::ProgressChecker;
 use super::{Fault, Mode, Route};
 use crate::geometry::{Twist, wrap_angle};
 use crate::local::ClearanceField;
@@ -20,12 +20,12 @@ impl Navigator {
     /// Near its stop: to the point, to the yaw, and stand.
     pub(super) fn park(
         &mut self,
-        now: &Outlook,
+        now: &PredictedState,
         field: &Arc<ClearanceField>,
     ) -> Result<Decision, Fault> {
         let lasted_s = self.parking.lasted_s(now.time_s);
         let goal = *self.tour.goal();
-        if lasted_s > self.settings.parking_patience_s {
+        if lasted_s > self.settings.parking_timeout_s {
             let off_m = (goal.position - now.pose.position()).norm();
             let off_rad = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - now.pose.yaw));
             if off_m <= self.settings.xy_goal_tolerance
@@ -33,7 +33,7 @@ impl Navigator {
             {
                 return Ok(self.arrive(now));
             }
-            if lasted_s > self.settings.parking_patience_s + self.settings.give_up_after_s {
+            if lasted_s > self.settings.parking_timeout_s + self.settings.movement_time_allowance {
                 return Err(Fault::NoProgress {
                     stuck_s: lasted_s,
                     radius_m: self.settings.xy_parking_tolerance,
@@ -48,8 +48,8 @@ impl Navigator {
         let ParkingStep::Move(wanted) = step else {
             return Ok(self.arrive(now));
         };
-        let kept = KeptClear::new(&self.robot.footprint, settings, field, now);
-        let command = self.minding(now, &wanted);
+        let kept = InflatedBodies::new(&self.robot.footprint, settings, field, now);
+        let command = self.safe_towards(now, &wanted);
         if let Some(decision) = self.evade(now, field) {
             return Ok(decision);
         }
@@ -64,21 +64,21 @@ impl Navigator {
     }
 
     /// It stands as asked: at the last stop for good, at another for a while.
-    fn arrive(&mut self, now: &Outlook) -> Decision {
+    fn arrive(&mut self, now: &PredictedState) -> Decision {
         self.mode = Mode::Arrived;
         if self.tour.goes_on() {
-            self.mode = Mode::Stopped;
-            self.tour.stand_until(now.time_s + self.settings.stop_s);
+            self.mode = Mode::AtWaypoint;
+            self.tour.stand_until(now.time_s + self.settings.waypoint_pause_s);
         }
         self.stand(now, self.mode)
     }
 
     /// Stands at a stop of a tour, and goes on when it is time.
-    pub(super) fn stop_over(&mut self, now: &Outlook) -> Decision {
+    pub(super) fn stop_over(&mut self, now: &PredictedState) -> Decision {
         if let Some(plan) = self.tour.next(now.time_s) {
             self.replanning.forget();
             self.follow(plan);
-            self.watch = ProgressWatch::default();
+            self.watch = ProgressChecker::default();
             self.recovery = Recovery::default();
             self.parking = Parking::default();
             self.mode = Mode::Driving;
@@ -95,7 +95,7 @@ impl Navigator {
 
 /// Whether a robot that goes on with a velocity stays clear of everything for as long as it looks ahead. One that stands
 /// is.
-fn is_clear(command: &Twist, now: &Outlook, kept: &KeptClear, field: &ClearanceField) -> bool {
+fn is_clear(command: &Twist, now: &PredictedState, kept: &InflatedBodies, field: &ClearanceField) -> bool {
     let steps = (LOOKS_AHEAD_S / LOOKS_EVERY_S) as u32;
     *command == Twist::STOP
         || (1..=steps).all(|step| {

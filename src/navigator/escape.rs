@@ -3,9 +3,9 @@
 //! The dynamic window asks that a robot could stop within its clearance; beside a wall there is none, and it could only
 //! creep (eq. 30). Here it is enough not to come nearer than it is already, by the exact gap to every cell close by.
 
-use super::close_up::CloseUp;
-use super::hybrid::{Decision, Navigator};
-use super::outlook::Outlook;
+use super::exact_clearance::ExactClearance;
+use super::navigator::{Decision, Navigator};
+use super::predicted_state::PredictedState;
 use super::{Mode, NavigatorSettings};
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::ClearanceField;
@@ -32,13 +32,13 @@ const TURN_RATES: [f64; 7] = [0.0, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8];
 /// What a way out must keep clear of.
 struct Surface<'a> {
     footprint: &'a Footprint,
-    close_up: CloseUp,
+    exact_clearance: ExactClearance,
     people: &'a [MovingDisc],
 }
 
 impl Surface<'_> {
     fn gap_m(&self, pose: &Pose) -> f64 {
-        self.close_up.gap_m(self.footprint, pose)
+        self.exact_clearance.gap_m(self.footprint, pose)
     }
 
     fn gap_to_people_m(&self, pose: &Pose) -> f64 {
@@ -54,7 +54,7 @@ impl Navigator {
     /// The slow motion that leads to the most room, and back to where the robot came from; it stands where none does.
     pub(super) fn get_out(
         &mut self,
-        now: &Outlook,
+        now: &PredictedState,
         field: &ClearanceField,
         target: Point,
     ) -> Decision {
@@ -62,7 +62,7 @@ impl Navigator {
         let reach_m = footprint.circumscribed_radius_m() + SEEN_M;
         let surface = Surface {
             footprint,
-            close_up: CloseUp::new(field, &now.pose.position(), reach_m),
+            exact_clearance: ExactClearance::new(field, &now.pose.position(), reach_m),
             people: &now.moving,
         };
         let behind = self.recovery.place_behind(&now.pose);
@@ -71,19 +71,19 @@ impl Navigator {
             &surface,
             &behind,
             (&self.settings, &self.robot.limits),
-            |wanted| self.is_minding(now, wanted),
+            |wanted| self.is_safe_towards(now, wanted),
         );
-        self.mode = Mode::BackingUp;
+        self.mode = Mode::Escaping;
         Decision {
             command: self.towards(now, &wanted),
             local_target: target,
-            ..self.stand(now, Mode::BackingUp)
+            ..self.stand(now, Mode::Escaping)
         }
     }
 }
 
 fn best_way(
-    now: &Outlook,
+    now: &PredictedState,
     surface: &Surface<'_>,
     behind: &Point,
     (settings, limits): (&NavigatorSettings, &Limits),
@@ -92,7 +92,7 @@ fn best_way(
     let mut best = (f64::NEG_INFINITY, Twist::STOP);
     for share in SPEEDS {
         for rate in TURN_RATES {
-            let wanted = limits.nearest_allowed(&Twist::new(share * settings.backing_speed, rate));
+            let wanted = limits.nearest_allowed(&Twist::new(share * settings.escape_speed, rate));
             let Some(end) = end_of(now, &wanted, surface, limits) else {
                 continue;
             };
@@ -107,7 +107,7 @@ fn best_way(
 }
 
 /// Where a way ends that comes too near to nothing.
-fn end_of(now: &Outlook, wanted: &Twist, surface: &Surface<'_>, limits: &Limits) -> Option<Pose> {
+fn end_of(now: &PredictedState, wanted: &Twist, surface: &Surface<'_>, limits: &Limits) -> Option<Pose> {
     let (mut pose, mut twist) = (now.pose, now.twist);
     let least_m = surface.gap_m(&pose).min(LEAST_GAP_M);
     let least_to_people_m = surface.gap_to_people_m(&pose).min(LEAST_TO_PEOPLE_M);

@@ -4,14 +4,14 @@ use crate::geometry::Point;
 
 /// Places the robot passed, oldest first.
 #[derive(Clone, Debug, Default)]
-pub struct Trail(Vec<Point>);
+pub struct Breadcrumbs(Vec<Point>);
 
 /// Distance between two places of a trail, metres.
 const SPACING_M: f64 = 0.25;
 /// A place to back out to lies further off than this, metres.
 const AWAY_M: f64 = 0.5;
 
-impl Trail {
+impl Breadcrumbs {
     /// Notes where the robot is.
     pub fn note(&mut self, robot: &Point) {
         let moved = |last: &Point| (robot - last).norm() >= SPACING_M;
@@ -37,7 +37,7 @@ mod tests {
 
     #[test]
     fn it_leads_back_place_by_place() {
-        let mut trail = Trail::default();
+        let mut trail = Breadcrumbs::default();
         for step in 0..31 {
             trail.note(&Point::new(f64::from(step) * 0.1, 0.0));
         }

@@ -13,7 +13,7 @@ use crate::map::ObstacleGrid;
 
 /// What a plan is asked for.
 #[derive(Clone, Debug)]
-pub(super) struct Order {
+pub(super) struct PlanRequest {
     /// Where it begins.
     pub start: Point,
     /// Where it ends.
@@ -26,8 +26,8 @@ pub(super) struct Order {
 
 /// A planner on a thread of its own. It takes one order at a time; the thread ends when this is dropped.
 #[derive(Debug)]
-pub(super) struct BackgroundPlanner<R> {
-    orders: Sender<Order>,
+pub(super) struct AsyncPlanner<R> {
+    orders: Sender<PlanRequest>,
     plans: Receiver<Result<Plan, PlanError>>,
     pending: Option<Pending<R>>,
 }
@@ -39,7 +39,7 @@ struct Pending<R> {
     due_s: f64,
 }
 
-impl<R> BackgroundPlanner<R> {
+impl<R> AsyncPlanner<R> {
     /// Starts the thread.
     ///
     /// # Errors
@@ -67,7 +67,7 @@ impl<R> BackgroundPlanner<R> {
 
     /// Hands over an order whose plan is to be taken from a time on, for a reason that is given back with it. One more
     /// while another is on its way is passed over.
-    pub fn ask(&mut self, order: Order, reason: R, due_s: f64) {
+    pub fn ask(&mut self, order: PlanRequest, reason: R, due_s: f64) {
         if !self.is_busy() && self.orders.send(order).is_ok() {
             self.pending = Some(Pending { reason, due_s });
         }
@@ -103,7 +103,7 @@ impl<R> BackgroundPlanner<R> {
 fn work(
     known: &ObstacleGrid,
     mut planner: RoutePlanner,
-    orders: &Receiver<Order>,
+    orders: &Receiver<PlanRequest>,
     plans: &Sender<Result<Plan, PlanError>>,
 ) {
     for order in orders {
@@ -116,7 +116,7 @@ fn work(
 }
 
 /// The map with what it does not show.
-fn with_unknown(known: &ObstacleGrid, order: &Order) -> ObstacleGrid {
+fn with_unknown(known: &ObstacleGrid, order: &PlanRequest) -> ObstacleGrid {
     let mut all = known.clone();
     let frame = *all.frame();
     for mark in &order.marks {
@@ -139,17 +139,17 @@ mod tests {
     use crate::navigator::NavigatorSettings;
     use crate::robot::Footprint;
 
-    fn background() -> BackgroundPlanner<u32> {
+    fn background() -> AsyncPlanner<u32> {
         let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a sound size");
         let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
         let footprint = Footprint::round(0.3).expect("a sound radius");
         let settings = NavigatorSettings::default();
         let planner = RoutePlanner::new(&footprint, &settings, Settings::default(), 0.1);
-        BackgroundPlanner::new(known, planner).expect("a thread")
+        AsyncPlanner::new(known, planner).expect("a thread")
     }
 
-    fn order(discs: Vec<(Point, f64)>) -> Order {
-        Order {
+    fn order(discs: Vec<(Point, f64)>) -> PlanRequest {
+        PlanRequest {
             start: Point::new(1.0, 2.0),
             goal: Point::new(5.0, 2.0),
             marks: vec![],

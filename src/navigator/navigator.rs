@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 
 use super::deadline::Deadline;
-use super::outlook::Outlook;
+use super::predicted_state::PredictedState;
 use super::parking::Parking;
 use super::recovery::Recovery;
 use super::replanning::Replanning;
-use super::senses::Senses;
-use super::tour::Tour;
-use super::watch::ProgressWatch;
+use super::observation_validator::ObservationValidator;
+use super::waypoints::WaypointQueue;
+use super::progress_checker::ProgressChecker;
 use super::{
-    Doubt, Fault, Goal, Journey, Mode, NavigatorSettings, Observation, Route, RoutePlanner,
-    Surroundings,
+    ObservationFault, Fault, Goal, Waypoints, Mode, NavigatorSettings, Observation, Route, RoutePlanner,
+    ObstacleModel,
 };
 use crate::geometry::{Point, Twist};
 use crate::global::Plan;
@@ -50,12 +50,12 @@ pub struct Navigator {
     pub(super) settings: NavigatorSettings,
     pub(super) robot: RobotModel,
     pub(super) planner: LocalPlanner,
-    pub(super) surroundings: Surroundings,
-    pub(super) tour: Tour,
+    pub(super) surroundings: ObstacleModel,
+    pub(super) tour: WaypointQueue,
     pub(super) route: Route,
     pub(super) plans: Vec<Plan>,
     pub(super) mode: Mode,
-    pub(super) watch: ProgressWatch,
+    pub(super) watch: ProgressChecker,
     pub(super) recovery: Recovery,
     pub(super) parking: Parking,
     pub(super) replanning: Replanning,
@@ -63,7 +63,7 @@ pub struct Navigator {
     pub(super) turns_until: f64,
     pub(super) deadline: Option<Deadline>,
     pub(super) last_command: Twist,
-    senses: Senses,
+    senses: ObservationValidator,
     fault: Option<Fault>,
 }
 
@@ -74,26 +74,26 @@ impl Navigator {
     /// When there is no path to one, or no thread to plan on.
     pub fn new(
         known: ObstacleGrid,
-        journey: &Journey,
+        journey: &Waypoints,
         robot: RobotModel,
         planner: LocalPlanner,
         mut route_planner: RoutePlanner,
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
-        let (tour, plan) = Tour::planned(journey, |from, to| {
+        let (tour, plan) = WaypointQueue::planned(journey, |from, to| {
             route_planner.plan(&known, from, to, clock)
         })?;
         Ok(Self {
             route: Route::new(&plan, &settings),
             plans: vec![plan],
-            surroundings: if settings.abilities.tracking {
-                Surroundings::new(known.clone())
+            surroundings: if settings.features.tracking {
+                ObstacleModel::new(known.clone())
             } else {
-                Surroundings::without_tracking(known.clone())
+                ObstacleModel::without_tracking(known.clone())
             },
             replanning: Replanning::new(known, route_planner)?,
-            turns_until: settings.turn_in_place_until,
+            turns_until: settings.rotate_in_place_until,
             deadline: settings
                 .deadline_s
                 .map(|limit_s| Deadline::new(limit_s, planner.settings(), &robot.limits)),
@@ -102,10 +102,10 @@ impl Navigator {
             planner,
             tour,
             mode: Mode::Driving,
-            watch: ProgressWatch::default(),
+            watch: ProgressChecker::default(),
             recovery: Recovery::default(),
             parking: Parking::default(),
-            senses: Senses::default(),
+            senses: ObservationValidator::default(),
             last_command: Twist::STOP,
             fault: None,
         })
@@ -131,19 +131,19 @@ impl Navigator {
 
     /// What it has seen that the map does not show.
     #[must_use]
-    pub const fn surroundings(&self) -> &Surroundings {
+    pub const fn obstacle_model(&self) -> &ObstacleModel {
         &self.surroundings
     }
 
     /// How many observations were not believed, by why.
     #[must_use]
-    pub const fn doubts(&self) -> &BTreeMap<Doubt, u64> {
+    pub const fn observation_faults(&self) -> &BTreeMap<ObservationFault, u64> {
         self.senses.counts()
     }
 
     /// Why the last observation was not believed; none where it was.
     #[must_use]
-    pub const fn doubted(&self) -> Option<Doubt> {
+    pub const fn observation_fault(&self) -> Option<ObservationFault> {
         self.senses.doubt()
     }
 
@@ -182,7 +182,7 @@ impl Navigator {
         if has_new_scan && !self.is_over() {
             self.surroundings.update(*time_s, pose, scan);
         }
-        let now = Outlook::new(
+        let now = PredictedState::new(
             (*time_s, pose, twist),
             self.surroundings.moving(),
             &self.last_command,
@@ -203,19 +203,19 @@ impl Navigator {
     }
 
     /// Brakes, from what it was told last: where it is and how fast it moves are not known. Gives up when that lasts.
-    fn doubt(&mut self, doubt: Doubt) -> Decision {
+    fn doubt(&mut self, doubt: ObservationFault) -> Decision {
         let period_s = self.planner.settings().control_period_s;
         let times = self.senses.doubted_in_a_row();
         let mut mode = self.mode;
         if !self.is_over() {
             // What it was doing it goes on with when this is over.
-            mode = Mode::Doubting;
-            let patience_s = match doubt {
-                Doubt::Lost(_) => self.settings.lost_patience_s,
-                _ => self.settings.senses_patience_s,
+            mode = Mode::SensorFault;
+            let stuck_patience_s = match doubt {
+                ObservationFault::Lost(_) => self.settings.localization_patience_s,
+                _ => self.settings.sensor_fault_patience_s,
             };
-            if f64::from(times) * period_s > patience_s {
-                self.fault = Some(Fault::BadObservation { doubt, times });
+            if f64::from(times) * period_s > stuck_patience_s {
+                self.fault = Some(Fault::FaultyObservation { fault: doubt, count: times });
                 (self.mode, mode) = (Mode::Failed, Mode::Failed);
             }
         }
@@ -229,8 +229,8 @@ impl Navigator {
         matches!(self.mode, Mode::Arrived | Mode::Failed)
     }
 
-    fn act(&mut self, now: &Outlook) -> Result<Decision, Fault> {
-        if self.mode == Mode::Stopped {
+    fn act(&mut self, now: &PredictedState) -> Result<Decision, Fault> {
+        if self.mode == Mode::AtWaypoint {
             return Ok(self.stop_over(now));
         }
         let robot = now.pose.position();
@@ -245,7 +245,7 @@ impl Navigator {
         let left_m = self.route.left_m();
         let radius_m = self.settings.required_movement_radius;
         let stuck_s = self.watch.stuck_s(now.time_s, left_m, radius_m);
-        if stuck_s > self.settings.give_up_after_s {
+        if stuck_s > self.settings.movement_time_allowance {
             return Err(self.why_stuck(stuck_s));
         }
         self.replan(now, &field, off_path_m, stuck_s);
@@ -253,7 +253,7 @@ impl Navigator {
     }
 
     /// Whether the robot is near enough to its goal to park, or parks and has not left it since.
-    fn is_at_goal(&self, now: &Outlook, field: &ClearanceField) -> bool {
+    fn is_at_goal(&self, now: &PredictedState, field: &ClearanceField) -> bool {
         let goal = self.tour.goal();
         let robot = now.pose.position();
         let away_m = (robot - goal.position).norm();
@@ -273,7 +273,7 @@ impl Navigator {
         if let Some(error) = self.replanning.no_way() {
             return Fault::Plan(error);
         }
-        if matches!(self.mode, Mode::Blocked | Mode::BackingUp) {
+        if matches!(self.mode, Mode::Blocked | Mode::Escaping) {
             return Fault::NoControl { stuck_s, left_m };
         }
         Fault::NoProgress {
@@ -284,18 +284,18 @@ impl Navigator {
     }
 
     /// Braking at the limit, on the arc that it drives.
-    pub(super) fn brake(&self, now: &Outlook) -> Twist {
+    pub(super) fn brake(&self, now: &PredictedState) -> Twist {
         let period_s = self.planner.settings().control_period_s;
         self.robot.limits.braked(&now.twist, period_s)
     }
 
     /// The nearest to a velocity that is reached by the next tick.
-    pub(super) fn towards(&self, now: &Outlook, wanted: &Twist) -> Twist {
+    pub(super) fn towards(&self, now: &PredictedState, wanted: &Twist) -> Twist {
         let period_s = self.planner.settings().control_period_s;
         self.robot.limits.reachable(&now.twist, wanted, period_s)
     }
 
-    pub(super) fn stand(&self, now: &Outlook, mode: Mode) -> Decision {
+    pub(super) fn stand(&self, now: &PredictedState, mode: Mode) -> Decision {
         Decision {
             command: self.brake(now),
             ..self.standing(mode)

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix2;
 
-use super::sighting::Sighting;
+use super::cluster::Cluster;
 use crate::geometry::{Point, Vector};
 
 /// Radii of people and of what else may move, metres.
@@ -30,7 +30,7 @@ pub(super) struct Radius {
     pub variance: f64,
 }
 
-impl Sighting {
+impl Cluster {
     /// The direction, radians, in which the centre of a disc of this radius lies, and the deviation of the centre
     /// across it, metres.
     fn toward(&self, radius_m: f64, increment: f64) -> (f64, f64) {

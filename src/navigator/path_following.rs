@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::hybrid::{Decision, Navigator};
-use super::kept_clear::KeptClear;
-use super::outlook::Outlook;
+use super::navigator::{Decision, Navigator};
+use super::inflated_bodies::InflatedBodies;
+use super::predicted_state::PredictedState;
 use super::parking::turn;
 use super::{Fault, Mode};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
@@ -28,7 +28,7 @@ impl Navigator {
     /// The local decision: turn in place, back out, or follow the path.
     pub(super) fn drive(
         &mut self,
-        now: &Outlook,
+        now: &PredictedState,
         field: &Arc<ClearanceField>,
         stuck_s: f64,
     ) -> Result<Decision, Fault> {
@@ -39,13 +39,13 @@ impl Navigator {
             }
             return Ok(self.get_out(now, field, target));
         }
-        let kept = KeptClear::new(&self.robot.footprint, &self.settings, field, now);
+        let kept = InflatedBodies::new(&self.robot.footprint, &self.settings, field, now);
         let error = wrap_angle(bearing(&now.pose.position(), &target) - now.pose.yaw);
-        let recovers = self.settings.abilities.recovery;
-        let turns_from = if self.mode == Mode::Turning {
+        let recovers = self.settings.features.recovery;
+        let turns_from = if self.mode == Mode::Rotating {
             self.turns_until
         } else {
-            self.settings.turn_in_place_from
+            self.settings.rotate_in_place_from
         };
         let turn_away = (recovers && error.abs() > turns_from)
             .then(|| self.clear_turn(now, &kept, field, error))
@@ -57,8 +57,8 @@ impl Navigator {
             if let Some(decision) = self.evade(now, field) {
                 return Ok(decision);
             }
-            if self.mode != Mode::Turning {
-                self.turns_until = self.settings.turn_in_place_until;
+            if self.mode != Mode::Rotating {
+                self.turns_until = self.settings.rotate_in_place_until;
             }
             return Ok(self.turn_in_place(now, angle, target));
         }
@@ -91,7 +91,7 @@ impl Navigator {
             return Ok(self.turn_in_place(now, angle, target));
         }
         if recovers {
-            self.recovery.drove(now, stuck_s, self.settings.patience_s);
+            self.recovery.drove(now, stuck_s, self.settings.stuck_patience_s);
         }
         self.mode = if command.is_some() {
             Mode::Driving
@@ -106,11 +106,11 @@ impl Navigator {
         })
     }
 
-    fn turn_in_place(&mut self, now: &Outlook, angle: f64, target: Point) -> Decision {
-        self.mode = Mode::Turning;
+    fn turn_in_place(&mut self, now: &PredictedState, angle: f64, target: Point) -> Decision {
+        self.mode = Mode::Rotating;
         self.recovery.turned();
         Decision {
-            command: self.minding(now, &turn(angle, &self.robot.limits)),
+            command: self.safe_towards(now, &turn(angle, &self.robot.limits)),
             mode: self.mode,
             local_target: target,
             counts: None,
@@ -119,10 +119,10 @@ impl Navigator {
 
     /// The farthest key node that the robot could drive straight to, so that it does not cut a corner that it must drive
     /// round.
-    fn local_target(&self, now: &Outlook, field: &ClearanceField) -> Point {
+    fn local_target(&self, now: &PredictedState, field: &ClearanceField) -> Point {
         let robot = now.pose.position();
         let in_sight = |node: &Point| self.is_straight_clear(&robot, node, field);
-        let (nearest_m, farthest_m) = (self.settings.least_lookahead_m, self.settings.lookahead_m);
+        let (nearest_m, farthest_m) = (self.settings.min_lookahead_m, self.settings.lookahead_m);
         self.route.key_node(nearest_m, farthest_m, in_sight)
     }
 
@@ -149,7 +149,7 @@ impl Navigator {
 
     /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly within a margin or while
     /// it faces away from its way: else it would circle about its target.
-    fn driving_limits(&self, now: &Outlook, kept: &KeptClear, faces_away: bool) -> Limits {
+    fn driving_limits(&self, now: &PredictedState, kept: &InflatedBodies, faces_away: bool) -> Limits {
         let limits = &self.robot.limits;
         let to_goal_m = (now.pose.position() - self.tour.goal().position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
@@ -168,7 +168,7 @@ impl Navigator {
 
     /// The robot's limits with forward speeds from `least` to `most`, and what braking needs to get there: so that
     /// every sample can be reached and is judged as it will be driven.
-    fn limits_between(&self, least: f64, most: f64, now: &Outlook) -> Limits {
+    fn limits_between(&self, least: f64, most: f64, now: &PredictedState) -> Limits {
         let limits = self.robot.limits;
         let in_reach = |speed: f64| self.towards(now, &Twist::new(speed, 0.0)).linear;
         let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
@@ -186,7 +186,7 @@ impl Navigator {
         let fastest = limits
             .max_vel_x
             .max(-limits.min_vel_x)
-            .max(self.settings.backing_speed);
+            .max(self.settings.escape_speed);
         fastest * settings.sim_time_s
             + settings.max_clearance_m.min(CLEARANCE_SEEN_M)
             + self.robot.footprint.circumscribed_radius_m()
