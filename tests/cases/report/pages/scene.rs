@@ -318,7 +318,7 @@ fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
                 | Mode::Failed => Twist::STOP,
                 Mode::Escaping | Mode::Evading => Twist::new(-0.3, 0.0),
                 Mode::Rotating => Twist::new(0.0, turn),
-                Mode::Driving => Twist::new(speed * (1.0 - turn.abs()), turn),
+                _ => Twist::new(speed * (1.0 - turn.abs()), turn),
             };
             let row = TraceRow {
                 time_s: tick as f64 * PERIOD_S,
