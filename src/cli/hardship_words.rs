@@ -49,7 +49,7 @@ fn losses(incidents: &Incidents) -> String {
     let kinds: Vec<String> = incidents
         .losses
         .iter()
-        .map(|(kind, count)| format!("{count} {}", kind.as_str()))
+        .map(|(kind, count)| format!("{count} {}", kind.word()))
         .collect();
     format!(
         "lost: {}; opened anew: {}; decided by the CPU meanwhile: {} of {}",
