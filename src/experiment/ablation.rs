@@ -29,7 +29,11 @@ const NOTHING: NavigatorFeatures = NavigatorFeatures {
     recovery: false,
 };
 
-const fn variant(name: &'static str, title: &'static str, features: NavigatorFeatures) -> AblationVariant {
+const fn variant(
+    name: &'static str,
+    title: &'static str,
+    features: NavigatorFeatures,
+) -> AblationVariant {
     AblationVariant {
         name,
         title,
@@ -69,7 +73,11 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
         variant("progress", "+ progress along the path", progress),
         variant("tracking", "+ moving obstacles tracked", tracking),
         variant("replanning", "+ paths planned anew", replanning),
-        variant("passive_safety", "+ passive safety near people", passive_safety),
+        variant(
+            "passive_safety",
+            "+ passive safety near people",
+            passive_safety,
+        ),
         variant("recovery", "+ recovery: all", recovery),
     ]
 };

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Decision, AdaptiveSampling, CommandDecay, Navigator, Observation};
+use super::{AdaptiveSampling, CommandDecay, Decision, Navigator, Observation};
 use crate::geometry::Twist;
 use crate::local::{LocalSettings, Sampling};
 use crate::robot::Limits;

@@ -107,7 +107,12 @@ fn best_way(
 }
 
 /// Where a way ends that comes too near to nothing.
-fn end_of(now: &PredictedState, wanted: &Twist, surface: &Surface<'_>, limits: &Limits) -> Option<Pose> {
+fn end_of(
+    now: &PredictedState,
+    wanted: &Twist,
+    surface: &Surface<'_>,
+    limits: &Limits,
+) -> Option<Pose> {
     let (mut pose, mut twist) = (now.pose, now.twist);
     let least_m = surface.gap_m(&pose).min(LEAST_GAP_M);
     let least_to_people_m = surface.gap_to_people_m(&pose).min(LEAST_TO_PEOPLE_M);

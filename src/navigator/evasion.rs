@@ -5,8 +5,8 @@
 //! from everybody for some seconds, wherever that leads.
 
 use super::Mode;
-use super::navigator::{Decision, Navigator};
 use super::inflated_bodies::InflatedBodies;
+use super::navigator::{Decision, Navigator};
 use super::predicted_state::PredictedState;
 use crate::geometry::Twist;
 use crate::local::ClearanceField;
@@ -30,7 +30,11 @@ const TURNING: [f64; 9] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
 
 impl Navigator {
     /// The motion that keeps furthest from who comes, if somebody comes upon a robot that stands here.
-    pub(super) fn evade(&mut self, now: &PredictedState, field: &ClearanceField) -> Option<Decision> {
+    pub(super) fn evade(
+        &mut self,
+        now: &PredictedState,
+        field: &ClearanceField,
+    ) -> Option<Decision> {
         if !self.settings.features.recovery {
             return None;
         }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::navigator::{Decision, Navigator};
 use super::inflated_bodies::InflatedBodies;
-use super::predicted_state::PredictedState;
+use super::navigator::{Decision, Navigator};
 use super::parking::{Parking, ParkingStep};
-use super::recovery::Recovery;
+use super::predicted_state::PredictedState;
 use super::progress_checker::ProgressChecker;
+use super::recovery::Recovery;
 use super::{Fault, Mode, Route};
 use crate::geometry::{Twist, wrap_angle};
 use crate::local::ClearanceField;
@@ -68,7 +68,8 @@ impl Navigator {
         self.mode = Mode::Arrived;
         if self.tour.goes_on() {
             self.mode = Mode::AtWaypoint;
-            self.tour.stand_until(now.time_s + self.settings.waypoint_pause_s);
+            self.tour
+                .stand_until(now.time_s + self.settings.waypoint_pause_s);
         }
         self.stand(now, self.mode)
     }
@@ -95,7 +96,12 @@ impl Navigator {
 
 /// Whether a robot that goes on with a velocity stays clear of everything for as long as it looks ahead. One that stands
 /// is.
-fn is_clear(command: &Twist, now: &PredictedState, kept: &InflatedBodies, field: &ClearanceField) -> bool {
+fn is_clear(
+    command: &Twist,
+    now: &PredictedState,
+    kept: &InflatedBodies,
+    field: &ClearanceField,
+) -> bool {
     let steps = (LOOKS_AHEAD_S / LOOKS_EVERY_S) as u32;
     *command == Twist::STOP
         || (1..=steps).all(|step| {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Isometry2;
 
-use super::tracker::FARTHEST_M;
 use super::scan_visibility::seen_to_m;
+use super::tracker::FARTHEST_M;
 use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan};

@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 
 use super::deadline::Deadline;
-use super::predicted_state::PredictedState;
+use super::observation_validator::ObservationValidator;
 use super::parking::Parking;
+use super::predicted_state::PredictedState;
+use super::progress_checker::ProgressChecker;
 use super::recovery::Recovery;
 use super::replanning::Replanning;
-use super::observation_validator::ObservationValidator;
 use super::waypoints::WaypointQueue;
-use super::progress_checker::ProgressChecker;
 use super::{
-    ObservationFault, Fault, Goal, Waypoints, Mode, NavigatorSettings, Observation, Route, RoutePlanner,
-    ObstacleModel,
+    Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
+    RoutePlanner, Waypoints,
 };
 use crate::geometry::{Point, Twist};
 use crate::global::Plan;
@@ -215,7 +215,10 @@ impl Navigator {
                 _ => self.settings.sensor_fault_patience_s,
             };
             if f64::from(times) * period_s > stuck_patience_s {
-                self.fault = Some(Fault::FaultyObservation { fault: doubt, count: times });
+                self.fault = Some(Fault::FaultyObservation {
+                    fault: doubt,
+                    count: times,
+                });
                 (self.mode, mode) = (Mode::Failed, Mode::Failed);
             }
         }

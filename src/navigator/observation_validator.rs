@@ -237,7 +237,11 @@ impl ObservationValidator {
         Ok(())
     }
 
-    fn check_frozen(&mut self, seen: &Observation, commanded: &Twist) -> Result<(), ObservationFault> {
+    fn check_frozen(
+        &mut self,
+        seen: &Observation,
+        commanded: &Twist,
+    ) -> Result<(), ObservationFault> {
         let is_same = self.last.is_some_and(|last| last.pose == seen.pose);
         let drives = commanded.linear.abs() >= DRIVES || commanded.angular.abs() >= TURNS;
         self.is_frozen &= is_same;

@@ -34,12 +34,15 @@ impl Navigator {
     /// How people are minded, by a robot that does.
     pub(super) fn caution<'a>(&'a self, now: &'a PredictedState) -> Option<PassiveSafety<'a>> {
         let period_s = self.planner.settings().control_period_s;
-        self.settings.features.passive_safety.then_some(PassiveSafety {
-            now,
-            footprint: &self.robot.footprint,
-            limits: &self.robot.limits,
-            delay_s: self.settings.actuation_delay_s + period_s,
-        })
+        self.settings
+            .features
+            .passive_safety
+            .then_some(PassiveSafety {
+                now,
+                footprint: &self.robot.footprint,
+                limits: &self.robot.limits,
+                delay_s: self.settings.actuation_delay_s + period_s,
+            })
     }
 
     /// Whether the robot may make for a velocity until the next tick.

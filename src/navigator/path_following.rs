@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::navigator::{Decision, Navigator};
 use super::inflated_bodies::InflatedBodies;
-use super::predicted_state::PredictedState;
+use super::navigator::{Decision, Navigator};
 use super::parking::turn;
+use super::predicted_state::PredictedState;
 use super::{Fault, Mode};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use crate::local::{ClearanceField, Situation};
@@ -91,7 +91,8 @@ impl Navigator {
             return Ok(self.turn_in_place(now, angle, target));
         }
         if recovers {
-            self.recovery.drove(now, stuck_s, self.settings.stuck_patience_s);
+            self.recovery
+                .drove(now, stuck_s, self.settings.stuck_patience_s);
         }
         self.mode = if command.is_some() {
             Mode::Driving
@@ -149,7 +150,12 @@ impl Navigator {
 
     /// Limits for driving: forwards only, so that the robot can stop at the goal, and slowly within a margin or while
     /// it faces away from its way: else it would circle about its target.
-    fn driving_limits(&self, now: &PredictedState, kept: &InflatedBodies, faces_away: bool) -> Limits {
+    fn driving_limits(
+        &self,
+        now: &PredictedState,
+        kept: &InflatedBodies,
+        faces_away: bool,
+    ) -> Limits {
         let limits = &self.robot.limits;
         let to_goal_m = (now.pose.position() - self.tour.goal().position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();

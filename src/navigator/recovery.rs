@@ -1,7 +1,7 @@
 //! Backing out of where nothing goes on: when, for how long, and where to.
 
-use super::predicted_state::PredictedState;
 use super::breadcrumbs::Breadcrumbs;
+use super::predicted_state::PredictedState;
 use super::progress_checker::Since;
 use crate::geometry::{Point, Pose};
 

@@ -3,8 +3,8 @@
 use core::f64::consts::TAU;
 
 use super::exact_clearance::ExactClearance;
-use super::navigator::Navigator;
 use super::inflated_bodies::InflatedBodies;
+use super::navigator::Navigator;
 use super::predicted_state::PredictedState;
 use crate::geometry::Pose;
 use crate::local::ClearanceField;

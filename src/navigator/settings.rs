@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::{NavigatorFeatures, Fault};
+use super::{Fault, NavigatorFeatures};
 use crate::documented::documented;
 
 documented! {
@@ -160,18 +160,34 @@ impl NavigatorSettings {
             ("comfort_margin_m", self.comfort_margin_m, at_least_zero),
             ("lookahead_m", self.lookahead_m, above_zero),
             ("min_lookahead_m", self.min_lookahead_m, at_least_zero),
-            ("path_check_distance_m", self.path_check_distance_m, at_least_zero),
+            (
+                "path_check_distance_m",
+                self.path_check_distance_m,
+                at_least_zero,
+            ),
             ("stuck_patience_s", self.stuck_patience_s, at_least_zero),
             ("replan_period_s", self.replan_period_s, at_least_zero),
             ("scan_timeout_s", self.scan_timeout_s, above_zero),
-            ("sensor_fault_patience_s", self.sensor_fault_patience_s, at_least_zero),
-            ("localization_patience_s", self.localization_patience_s, at_least_zero),
+            (
+                "sensor_fault_patience_s",
+                self.sensor_fault_patience_s,
+                at_least_zero,
+            ),
+            (
+                "localization_patience_s",
+                self.localization_patience_s,
+                at_least_zero,
+            ),
             (
                 "required_movement_radius",
                 self.required_movement_radius,
                 above_zero,
             ),
-            ("movement_time_allowance", self.movement_time_allowance, above_zero),
+            (
+                "movement_time_allowance",
+                self.movement_time_allowance,
+                above_zero,
+            ),
             ("escape_speed", self.escape_speed, above_zero),
         ] {
             let least = if expected == above_zero {
@@ -217,7 +233,13 @@ impl NavigatorSettings {
                 above_zero,
             )?;
         }
-        within("min_shortcut_share", self.min_shortcut_share, 0.0, 1.0, "0 to 1")?;
+        within(
+            "min_shortcut_share",
+            self.min_shortcut_share,
+            0.0,
+            1.0,
+            "0 to 1",
+        )?;
         let until = self.rotate_in_place_until;
         let expected = "above zero and at most rotate_in_place_from";
         within(

@@ -10,7 +10,7 @@ use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
 use crate::localization::{PoseTrack, View};
 use crate::map::{MovingDisc, Scan, Sweep};
-use crate::navigator::{Waypoints, Mode, Navigator, Observation};
+use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 use crate::sim::fault_injection::{Carried, spoil, spoilt};
 use crate::sim::{MovingObstacles, World};
 

@@ -9,7 +9,9 @@ use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Fan, Incidents, Sampling};
 use crate::localization::Fix;
 use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{Decision, ObservationFault, Fault, Goal, Navigator, Observation, DeadlineStats};
+use crate::navigator::{
+    DeadlineStats, Decision, Fault, Goal, Navigator, Observation, ObservationFault,
+};
 use crate::sim::{FaultInjection, MovingObstacles, SimError};
 
 /// What to do, and in which world.

@@ -6,10 +6,10 @@
 //! through ground where its points were. Corners that come into view, walls behind a doorway and posts that merge into
 //! one do neither.
 
+mod cluster;
 mod disc_fit;
 mod filter;
 mod history;
-mod cluster;
 mod track;
 
 use nalgebra::Matrix2;
@@ -18,9 +18,9 @@ use super::local_map::Known;
 use super::scan_visibility::{proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
+use cluster::{Cluster, LONGEST_M, Return};
 use disc_fit::Fit;
 use history::{History, free_margin_m};
-use cluster::{LONGEST_M, Return, Cluster};
 use track::{Proof, Track};
 
 /// Returns from beyond this distance, metres, are left alone: a person shows no three beams of 1 degree there.

@@ -10,7 +10,7 @@ use super::told::Told;
 use super::{Arrived, MessageError, Published, Tally, published};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Engine, LocalPlanner};
-use crate::navigator::{Decision, Fault, Goal, Waypoints, Mode, Navigator};
+use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Waypoints};
 use crate::ros::msg::{Header, Time};
 use crate::runtime::Config;
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, Sampling};
-use inbye::navigator::{Goal, COMMAND_LIFETIME_S};
+use inbye::navigator::{COMMAND_LIFETIME_S, Goal};
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
 use inbye::sim::{dead_end, simulate_mission};
 

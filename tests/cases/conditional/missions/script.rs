@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use inbye::geometry::{Point, Pose, Twist, wrap_angle};
 use inbye::local::{CpuEngine, LocalPlanner};
 use inbye::map::{MovingDisc, Scan};
-use inbye::navigator::{Decision, Goal, Waypoints, Mode, Navigator, Observation};
+use inbye::navigator::{Decision, Goal, Mode, Navigator, Observation, Waypoints};
 use inbye::runtime::Config;
 use inbye::sim::{Lidar, World};
 use rand::SeedableRng;

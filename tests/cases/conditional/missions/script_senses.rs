@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Pose, Twist};
 use inbye::localization::Lost;
-use inbye::navigator::{Decision, ObservationFault, Fault, Mode, Observation};
+use inbye::navigator::{Decision, Fault, Mode, Observation, ObservationFault};
 
 use super::Test;
 use super::script::{Script, straight};
@@ -59,8 +59,10 @@ fn not_finite() {
         |seen| seen.scan.range_max = f64::NAN,
     ];
     for (number, put_in) in faults.iter().enumerate() {
-        goes_on_after_a_few_and_gives_up_after_many(ObservationFault::NotFinite, &|_, seen| put_in(seen))
-            .unwrap_or_else(|what| panic!("fault {number}: {what}"));
+        goes_on_after_a_few_and_gives_up_after_many(ObservationFault::NotFinite, &|_, seen| {
+            put_in(seen)
+        })
+        .unwrap_or_else(|what| panic!("fault {number}: {what}"));
     }
 }
 
@@ -136,7 +138,10 @@ fn lost() {
         counts.expect("an object"),
         serde_json::json!({ "lost_blind": 100 })
     );
-    assert_eq!(script.navigator.observation_faults().get(&doubt), Some(&100));
+    assert_eq!(
+        script.navigator.observation_faults().get(&doubt),
+        Some(&100)
+    );
     script.finish(45.0);
     let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(Lost::Blind));
     assert_eq!(decisions.last().map(|last| last.mode), Some(Mode::Failed));
@@ -155,7 +160,13 @@ fn old_scan() {
     for (tick, decision) in decisions.iter().enumerate() {
         assert_eq!(decision.mode == Mode::SensorFault, tick > 1, "{tick}");
     }
-    assert_eq!(script.navigator.observation_faults().get(&ObservationFault::NoScan), Some(&6));
+    assert_eq!(
+        script
+            .navigator
+            .observation_faults()
+            .get(&ObservationFault::NoScan),
+        Some(&6)
+    );
     script.finish(45.0);
     // One that measures nothing is none.
     let (decisions, script) = disturbed(60, &|_, seen| seen.scan.ranges.fill(f64::NAN));
@@ -176,7 +187,8 @@ fn jumps() {
     let to_and_fro = |tick: u32, seen: &mut Observation| {
         seen.pose.y += if tick.is_multiple_of(2) { 3.0 } else { -3.0 };
     };
-    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Jump, &to_and_fro).expect("jumps");
+    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Jump, &to_and_fro)
+        .expect("jumps");
     // A correction is no jump, and a place that stays is believed.
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 0.3);
     assert!(
@@ -199,7 +211,11 @@ fn frozen() {
         .position(|decision| decision.mode == Mode::SensorFault);
     assert_eq!(first, Some(6), "half a second after it stopped changing");
     assert_eq!(
-        script.navigator.observation_faults().keys().collect::<Vec<_>>(),
+        script
+            .navigator
+            .observation_faults()
+            .keys()
+            .collect::<Vec<_>>(),
         [&ObservationFault::Frozen]
     );
     assert!(matches!(
@@ -215,7 +231,12 @@ fn frozen() {
 fn reversed() {
     let begin = under_way().observation.pose;
     let (_, script) = disturbed(60, &|_, seen| seen.pose.x = 2.0 * begin.x - seen.pose.x);
-    assert!(script.navigator.observation_faults().contains_key(&ObservationFault::Reversed));
+    assert!(
+        script
+            .navigator
+            .observation_faults()
+            .contains_key(&ObservationFault::Reversed)
+    );
     let moved_m = script.observation.pose.position() - begin.position();
     assert!(moved_m.norm() < 1.5, "{moved_m}");
 }
@@ -231,8 +252,10 @@ fn clocks() {
         .map(|decision| decision.mode == Mode::SensorFault)
         .collect();
     assert_eq!(doubted, [true, false, false, false, false, false]);
-    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Clock, &|_, seen| seen.scan_s += 1.0)
-        .expect("scans from the future");
+    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Clock, &|_, seen| {
+        seen.scan_s += 1.0
+    })
+    .expect("scans from the future");
 }
 
 /// The poses of a drive with the scan changed at each tick.

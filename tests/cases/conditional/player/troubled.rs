@@ -143,7 +143,12 @@ impl Noted {
     pub fn take(&mut self, moment: &TickEvent<'_>) {
         let mut now = Vec::new();
         for (fault, &count) in moment.navigator.observation_faults() {
-            if self.observation_faults.insert(*fault, count).unwrap_or_default() < count {
+            if self
+                .observation_faults
+                .insert(*fault, count)
+                .unwrap_or_default()
+                < count
+            {
                 now.push(format!("sensors: {fault}"));
             }
         }

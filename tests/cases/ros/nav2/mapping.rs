@@ -120,7 +120,10 @@ fn mppi_in_a_shim_gives_limits_horizon_and_turning_in_place() {
     assert_eq!(navigator.scan_timeout_s, 0.4);
     // Ours would end above where it begins: half, as Nav2 has it.
     assert_eq!(
-        (navigator.rotate_in_place_from, navigator.rotate_in_place_until),
+        (
+            navigator.rotate_in_place_from,
+            navigator.rotate_in_place_until
+        ),
         (0.2, 0.1)
     );
     let (why, reason) = left(&taken, "controller_server.Other.desired_linear_vel");
