@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use inbye::geometry::Pose;
-use inbye::global::{Ground, Heuristic, Searcher, Settings, plan};
+use inbye::global::{PlanningSpace, Heuristic, Searcher, Settings, plan};
 use inbye::localization::{LocalizationSettings, Localizer};
 use inbye::map::{FreeSpace, UnknownPolicy};
 use inbye::sim::{Lidar, World, roadway, scenes};
@@ -22,9 +22,9 @@ fn scene_plan(criterion: &mut Criterion) {
     });
     let proof = FreeSpace::new(&obstacles, RADII_M.0);
     let search = FreeSpace::new(&obstacles, RADII_M.1);
-    let ground = Ground {
+    let ground = PlanningSpace {
         search: &search,
-        proof: &proof,
+        smoothing: &proof,
         costs: None,
     };
     let start = scene.start.position();
@@ -80,20 +80,20 @@ fn scene_revolution(criterion: &mut Criterion) {
     criterion.bench_function("localizer, revolution of 450 beams", |bencher| {
         bencher.iter_batched_ref(
             || localizer.clone(),
-            |localizer| black_box(localizer.look(&sweep).rounds),
+            |localizer| black_box(localizer.update(&sweep).iterations),
             BatchSize::LargeInput,
         );
     });
     let elsewhere = Pose::new(15.5, 12.0, 1.6);
     let sweep = lidar.sweep(&world, |_| elsewhere, 0.0, &mut random);
     let mut lost = localizer;
-    while lost.fix().state.lost().is_none() {
-        lost.look(&sweep);
+    while lost.estimate().status.lost_reason().is_none() {
+        lost.update(&sweep);
     }
     criterion.bench_function("localizer, lost robot looked for", |bencher| {
         bencher.iter_batched_ref(
             || lost.clone(),
-            |localizer| black_box(localizer.look(&sweep).state),
+            |localizer| black_box(localizer.update(&sweep).status),
             BatchSize::LargeInput,
         );
     });

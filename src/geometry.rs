@@ -83,7 +83,7 @@ impl Pose {
 
     /// The frame in which what is at this pose is at a local one; its yaw is in (-pi, pi].
     #[must_use]
-    pub fn frame_of(&self, local: &Self) -> Self {
+    pub fn frame_origin(&self, local: &Self) -> Self {
         let yaw = wrap_angle(self.yaw - local.yaw);
         let way = Self::new(0.0, 0.0, yaw).transform(&local.position());
         Self::new(self.x - way.x, self.y - way.y, yaw)
@@ -107,7 +107,7 @@ impl Pose {
     /// The pose after a share, 0 to 1, of a motion with constant twist, forward and sideways, that ends at another pose. It turns
     /// the shorter way round; its yaw is in (-pi, pi].
     #[must_use]
-    pub fn on_the_way_to(&self, end: &Self, share: f64) -> Self {
+    pub fn interpolate(&self, end: &Self, share: f64) -> Self {
         // As long as the arc is to its chord, and half the turn away from it, so is the part to its own chord.
         let half_turn = wrap_angle(end.yaw - self.yaw) / 2.0;
         let length = share * chord_share(share * half_turn) / chord_share(half_turn);
@@ -238,7 +238,7 @@ mod tests {
         let back = frame.inverse_transform_pose(&there);
         assert!((back.position() - Point::new(1.0, 0.5)).norm() < 1e-12);
         assert!((back.yaw - 1.5).abs() < 1e-12);
-        let found = there.frame_of(&back);
+        let found = there.frame_origin(&back);
         assert!((found.position() - frame.position()).norm() < 1e-12);
         assert!((found.yaw - frame.yaw).abs() < 1e-12);
     }
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn the_frame_of_odometry_leads_to_the_robot() {
         let (belief, odometry) = (Pose::new(3.0, -1.0, 2.9), Pose::new(2.5, 0.5, -3.0));
-        let frame = belief.frame_of(&odometry);
+        let frame = belief.frame_origin(&odometry);
         let robot = frame.transform(&odometry.position());
         assert!((robot - belief.position()).norm() < 1e-12);
         assert!(wrap_angle(frame.yaw + odometry.yaw - belief.yaw).abs() < 1e-12);
@@ -260,7 +260,7 @@ mod tests {
             let end = start.after(&twist, 1.0);
             for share in [0.0, 0.25, 0.6, 1.0] {
                 let (on_the_way, there) =
-                    (start.on_the_way_to(&end, share), start.after(&twist, share));
+                    (start.interpolate(&end, share), start.after(&twist, share));
                 assert!((on_the_way.position() - there.position()).norm() < 1e-12);
                 assert!(wrap_angle(on_the_way.yaw - there.yaw).abs() < 1e-12);
             }

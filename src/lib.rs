@@ -25,7 +25,7 @@
 //! | [`report`] | what does it look like? |
 //! | `playground` | a web page that decides with the GPU engine's shaders (feature `playground`) |
 //!
-//! [`geometry`], [`numeric`], [`digest`], [`documented`] and [`spelling`] stand above them all.
+//! [`geometry`], [`numeric`], [`digest`], [`documented`] and [`suggest`] stand above them all.
 //!
 //! # A robot across a room
 //!
@@ -70,7 +70,7 @@ pub mod digest;
 pub mod documented;
 pub mod geometry;
 pub mod numeric;
-pub mod spelling;
+pub mod suggest;
 
 pub mod map;
 pub mod robot;

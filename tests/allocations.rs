@@ -15,8 +15,8 @@ use inbye::local::{
     Axis, ClearanceField, CpuEngine, Detail, Engine, Instructions, LocalPlanner, LocalSettings,
     Prepared, Problem, Situation, Stopping, Window,
 };
-use inbye::localization::{LocalizationSettings, Localizer, State};
-use inbye::map::{Cell, FreeSpace, MovingDisc, Sweep, UnknownPolicy};
+use inbye::localization::{LocalizationSettings, Localizer, LocalizationStatus};
+use inbye::map::{Cell, FreeSpace, MovingDisc, TimedScan, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use inbye::sim::{Lidar, World, roadway};
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -262,7 +262,7 @@ fn warm_localizers() -> Result<(), Failed> {
     let settings = LocalizationSettings::default();
     let mut localizer = Localizer::new(&obstacles, settings, &scene.start)?;
     let mut random = Pcg64Mcg::seed_from_u64(5);
-    let looks = |laps: core::ops::Range<usize>, random: &mut Pcg64Mcg| -> Vec<(f64, Pose, Sweep)> {
+    let looks = |laps: core::ops::Range<usize>, random: &mut Pcg64Mcg| -> Vec<(f64, Pose, TimedScan)> {
         let look = |tick: usize| {
             let time_s = 0.1 * tick as f64;
             let pose = scene.start.after(&Twist::new(0.5, 0.05), time_s);
@@ -271,12 +271,12 @@ fn warm_localizers() -> Result<(), Failed> {
         };
         laps.map(look).collect()
     };
-    let mut lap = |looks: &[(f64, Pose, Sweep)]| {
+    let mut lap = |looks: &[(f64, Pose, TimedScan)]| {
         let mut tracked = 0;
         let count = allocations(|| {
             for (time_s, pose, sweep) in looks {
-                localizer.moved(*time_s, pose);
-                tracked += usize::from(localizer.look(sweep).state == State::Tracking);
+                localizer.predict(*time_s, pose);
+                tracked += usize::from(localizer.update(sweep).status == LocalizationStatus::Tracking);
             }
         });
         (count, tracked)

@@ -141,7 +141,7 @@ pub fn ld19(data: &[u8]) {
         now_s += f64::from(bytes.byte()) / 1e3;
         let packet = any_ld19_packet(&mut bytes);
         if let Some(sweep) = revolutions.take(&packet, now_s) {
-            assert!(sweep.is_sound() && sweep.beams.len() <= 4096);
+            assert!(sweep.is_valid() && sweep.beams.len() <= 4096);
             assert!(sweep.beams.is_sorted_by_key(|beam| beam.time_s));
             let within = |range: f64| range.is_nan() || (0.0..=sweep.range_max).contains(&range);
             assert!(sweep.beams.iter().all(|beam| within(beam.range)));

@@ -9,7 +9,7 @@ use inbye::base::roboclaw::{Request, RoboClawPeer, RoboClawSession};
 use inbye::base::wheeltec::{self, WheeltecPeer, WheeltecSession};
 use inbye::base::{BaseError, BaseSettings, Counters, Faults, Machine, Peer, Session};
 use inbye::geometry::Twist;
-use inbye::robot::{Sides, TrackSpeeds};
+use inbye::robot::{PerTrack, TrackSpeeds};
 
 use super::bytes::Bytes;
 use super::frames::{any_native_report, any_wheeltec_report};
@@ -125,12 +125,12 @@ fn opened(data: &[u8]) -> (BaseSettings, Bytes<'_>) {
     let flag = |bit: u8| flags >> bit & 1 != 0;
     let mut settings = BaseSettings {
         swap_tracks: flag(0),
-        reversed: Sides::new(flag(1), flag(2)),
+        reversed: PerTrack::new(flag(1), flag(2)),
         effective_width_ratio: if flag(3) { 1.6 } else { 1.0 },
         ticks_per_m: if flag(4) {
-            Sides::new(150.0, 1_000_000.0)
+            PerTrack::new(150.0, 1_000_000.0)
         } else {
-            Sides::both(10_000.0)
+            PerTrack::both(10_000.0)
         },
         ..BaseSettings::default()
     };
@@ -257,7 +257,7 @@ impl<S: Session + Debug, P: Peer + Debug, E: Ear> Scene<S, P, E> {
     fn turn(&mut self, story: &mut Bytes) {
         let flags = story.byte();
         let machine = Machine {
-            ticks: Sides::new(story.u16().into(), story.u32()),
+            ticks: PerTrack::new(story.u16().into(), story.u32()),
             speeds: TrackSpeeds {
                 left: story.plain(),
                 right: story.plain(),

@@ -45,7 +45,7 @@ pub use settings::BaseSettings;
 pub use verdict::Verdict;
 
 use crate::geometry::Twist;
-use crate::robot::Sides;
+use crate::robot::PerTrack;
 
 /// What a base reports of itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,7 +57,7 @@ pub struct Feedback {
     /// Battery voltage, for a base that measures it.
     pub battery_v: Option<f64>,
     /// Encoder counts of the tracks, forward positive, for a base that reports them: they wrap around at 2^32.
-    pub ticks: Option<Sides<u32>>,
+    pub ticks: Option<PerTrack<u32>>,
     /// Turn rate by a gyro, rad/s, for a base that has one.
     pub yaw_rate: Option<f64>,
     /// What is wrong with the base, as it or its driver found.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::Faults;
-use crate::robot::{Sides, TrackSpeeds};
+use crate::robot::{PerTrack, TrackSpeeds};
 
 /// The communication part of a lower controller's firmware. Motors, encoders and their faults are the caller's.
 ///
@@ -64,7 +64,7 @@ impl OrderBook {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Machine {
     /// Encoder counts of the tracks, which wrap around.
-    pub ticks: Sides<u32>,
+    pub ticks: PerTrack<u32>,
     /// Measured speeds of the tracks, m/s.
     pub speeds: TrackSpeeds,
     /// Turn rate by the gyro, rad/s.

@@ -8,7 +8,7 @@ use super::settings::above_zero;
 use super::{BaseError, BaseSettings, Faults, Feedback, Verdict};
 use crate::documented::documented;
 use crate::geometry::Twist;
-use crate::robot::{Side, Sides, TrackSpeeds, TrackedDrive};
+use crate::robot::{Side, PerTrack, TrackSpeeds, TrackedDrive};
 
 /// A track that runs slower than this share of what it was told stands, if for long.
 const STANDING_SHARE: f64 = 0.1;
@@ -113,7 +113,7 @@ pub struct Plausibility {
     min_battery_v: Option<f64>,
     /// What the tracks were told lately, the oldest first.
     told: VecDeque<(f64, TrackSpeeds)>,
-    tracks: Sides<Watched>,
+    tracks: PerTrack<Watched>,
     slipping: Since,
     late: Since,
     low_battery: Since,
@@ -153,7 +153,7 @@ impl Plausibility {
             drive: base.drive(),
             min_battery_v: base.min_battery_v,
             told: VecDeque::new(),
-            tracks: Sides::default(),
+            tracks: PerTrack::default(),
             slipping: Since::default(),
             late: Since::default(),
             low_battery: Since::default(),
@@ -180,7 +180,7 @@ impl Plausibility {
     pub fn release(&mut self) {
         self.verdict = None;
         self.told.clear();
-        self.tracks = Sides::default();
+        self.tracks = PerTrack::default();
         self.slipping = Since::default();
         self.late = Since::default();
         self.low_battery = Since::default();
@@ -219,7 +219,7 @@ impl Plausibility {
     fn track(&mut self, side: Side, now_s: f64, told: f64, measured: f64) -> Option<Verdict> {
         let settings = self.settings;
         let lately = || {
-            let of_side = |(_, told): &(f64, TrackSpeeds)| Sides::from(*told).of(side);
+            let of_side = |(_, told): &(f64, TrackSpeeds)| PerTrack::from(*told).of(side);
             self.told.iter().map(of_side)
         };
         let fastest = lately().fold(0.0, f64::max);

@@ -7,7 +7,7 @@ use super::roboclaw::RoboClawSettings;
 use super::{BaseError, Faults, finite};
 use crate::documented::documented;
 use crate::geometry::Twist;
-use crate::robot::{Sides, TrackLimits, TrackSpeeds, TrackedDrive};
+use crate::robot::{PerTrack, TrackLimits, TrackSpeeds, TrackedDrive};
 
 documented! {
     /// A tracked base, as its driver sees it.
@@ -21,11 +21,11 @@ documented! {
         /// that were made, and divide ten by them.
         pub effective_width_ratio: f64,
         /// Encoder ticks of a metre of each track, above zero. Default 10,000. Of no use to WHEELTEC's frames.
-        pub ticks_per_m: Sides<f64>,
+        pub ticks_per_m: PerTrack<f64>,
         /// Whether the first channel of the controller drives the right track. Default false. Of no use to WHEELTEC's frames.
         pub swap_tracks: bool,
         /// Whether motor and encoder of a track both count backwards; left and right as the robot has them. Default false.
-        pub reversed: Sides<bool>,
+        pub reversed: PerTrack<bool>,
         /// What each track can do.
         pub tracks: TrackLimits,
         /// Battery voltage below which to stop, above zero, such as 21.0 for seven lithium cells at 3 V each; none where it
@@ -43,9 +43,9 @@ impl Default for BaseSettings {
         Self {
             track_width_m: 0.5,
             effective_width_ratio: 1.0,
-            ticks_per_m: Sides::both(10_000.0),
+            ticks_per_m: PerTrack::both(10_000.0),
             swap_tracks: false,
-            reversed: Sides::both(false),
+            reversed: PerTrack::both(false),
             tracks: TrackLimits::default(),
             min_battery_v: None,
             roboclaw: RoboClawSettings::default(),
@@ -103,7 +103,7 @@ impl BaseSettings {
 
     /// Speeds of the tracks, m/s, as ticks per second of the controller's two channels.
     pub(super) fn channel_rates(&self, speeds: &TrackSpeeds) -> [f64; 2] {
-        let rates = Sides::from(*speeds)
+        let rates = PerTrack::from(*speeds)
             .zip(self.ticks_per_m, |speed, per_m| speed * per_m)
             .zip(
                 self.reversed,
@@ -114,7 +114,7 @@ impl BaseSettings {
 
     /// Ticks per second of the controller's two channels as speeds of the tracks, m/s.
     pub(super) fn track_speeds(&self, rates: [f64; 2]) -> TrackSpeeds {
-        self.wired(Sides::new(rates[0], rates[1]))
+        self.wired(PerTrack::new(rates[0], rates[1]))
             .zip(
                 self.reversed,
                 |rate, reversed| if reversed { -rate } else { rate },
@@ -124,13 +124,13 @@ impl BaseSettings {
     }
 
     /// Counts of the controller's two channels as those of the tracks.
-    pub(super) fn track_ticks(&self, counts: [u32; 2]) -> Sides<u32> {
-        self.wired(Sides::new(counts[0], counts[1]))
+    pub(super) fn track_ticks(&self, counts: [u32; 2]) -> PerTrack<u32> {
+        self.wired(PerTrack::new(counts[0], counts[1]))
             .zip(self.reversed, turned)
     }
 
     /// Counts of the tracks as those of the controller's two channels.
-    pub(super) fn channel_counts(&self, ticks: Sides<u32>) -> [u32; 2] {
+    pub(super) fn channel_counts(&self, ticks: PerTrack<u32>) -> [u32; 2] {
         array(self.wired(ticks.zip(self.reversed, turned)))
     }
 
@@ -144,7 +144,7 @@ impl BaseSettings {
     }
 
     /// Tracks as channels, or channels as tracks.
-    fn wired<T>(&self, sides: Sides<T>) -> Sides<T> {
+    fn wired<T>(&self, sides: PerTrack<T>) -> PerTrack<T> {
         if self.swap_tracks {
             sides.swapped()
         } else {
@@ -153,7 +153,7 @@ impl BaseSettings {
     }
 }
 
-fn array<T>(sides: Sides<T>) -> [T; 2] {
+fn array<T>(sides: PerTrack<T>) -> [T; 2] {
     [sides.left, sides.right]
 }
 
@@ -198,8 +198,8 @@ mod tests {
         for wiring in 0..8 {
             let settings = BaseSettings {
                 swap_tracks: wiring & 1 != 0,
-                reversed: Sides::new(wiring & 2 != 0, wiring & 4 != 0),
-                ticks_per_m: Sides::new(1000.0, 2000.0),
+                reversed: PerTrack::new(wiring & 2 != 0, wiring & 4 != 0),
+                ticks_per_m: PerTrack::new(1000.0, 2000.0),
                 ..BaseSettings::default()
             };
             let speeds = TrackSpeeds {
@@ -208,7 +208,7 @@ mod tests {
             };
             let channels = settings.channel_rates(&speeds);
             assert_eq!(settings.track_speeds(channels), speeds, "{wiring}");
-            let ticks = Sides::new(7, u32::MAX);
+            let ticks = PerTrack::new(7, u32::MAX);
             let counts = settings.channel_counts(ticks);
             assert_eq!(settings.track_ticks(counts), ticks, "{wiring}");
         }
@@ -218,7 +218,7 @@ mod tests {
     fn a_swapped_and_reversed_track_is_the_other_channel_backwards() {
         let settings = BaseSettings {
             swap_tracks: true,
-            reversed: Sides::new(true, false),
+            reversed: PerTrack::new(true, false),
             ..BaseSettings::default()
         };
         let speeds = TrackSpeeds {
@@ -245,7 +245,7 @@ mod tests {
     fn bad_settings_are_refused_by_name() {
         let fine = BaseSettings::default();
         fine.validate().expect("a finite motion and sound settings");
-        let blind = Sides::new(0.0, 1.0);
+        let blind = PerTrack::new(0.0, 1.0);
         for (settings, words) in [
             (
                 BaseSettings {

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{BaseSettings, Faults};
-use crate::robot::{Sides, TrackSpeeds, travel_m};
+use crate::robot::{PerTrack, TrackSpeeds, travel_m};
 
 /// Speeds are means over so long, seconds: three readings at 30 Hz, so that neither a tick more or less nor a late byte
 /// makes much of a difference.
@@ -20,12 +20,12 @@ const JITTER_S: f64 = 0.05;
 const ALIKE_IN_A_ROW: u32 = 3;
 
 /// A reading of both counters and its time, seconds.
-type Reading = (f64, Sides<u32>);
+type Reading = (f64, PerTrack<u32>);
 
 /// The readings of the last moments.
 #[derive(Clone, Debug)]
 pub(super) struct TickMeter {
-    ticks_per_m: Sides<f64>,
+    ticks_per_m: PerTrack<f64>,
     most_m_s: f64,
     readings: VecDeque<Reading>,
     /// The last reading, if it was refused, and how many before it agree with it, itself counted.
@@ -49,7 +49,7 @@ impl TickMeter {
     /// Takes a reading of the tracks at a time in seconds, and returns their speeds, or none where no track can have run
     /// so far since the last, or time ran backwards. The third in a row of such readings that agree with one another is
     /// believed, as a fresh start and a fault.
-    pub(super) fn read(&mut self, ticks: Sides<u32>, time_s: f64) -> Option<TrackSpeeds> {
+    pub(super) fn read(&mut self, ticks: PerTrack<u32>, time_s: f64) -> Option<TrackSpeeds> {
         let reading = (time_s, ticks);
         if self
             .readings
@@ -110,7 +110,7 @@ impl TickMeter {
 }
 
 /// Whether tracks can run a way in a time, seconds, at a highest speed as [`highest_m_s`] has it.
-pub(super) fn can_run(ran_m: &Sides<f64>, elapsed_s: f64, most_m_s: f64) -> bool {
+pub(super) fn can_run(ran_m: &PerTrack<f64>, elapsed_s: f64, most_m_s: f64) -> bool {
     let farthest_m = ran_m.left.abs().max(ran_m.right.abs());
     elapsed_s >= 0.0 && farthest_m <= most_m_s * (elapsed_s + JITTER_S)
 }
@@ -134,7 +134,7 @@ mod tests {
         let mut meter = meter();
         let start = u32::MAX - 50;
         for tick in 0..20_u32 {
-            let ticks = Sides::new(
+            let ticks = PerTrack::new(
                 start.wrapping_add(100 * tick),
                 start.wrapping_sub(50 * tick),
             );
@@ -151,20 +151,20 @@ mod tests {
     #[test]
     fn a_jump_is_refused_and_forgotten() {
         let mut meter = meter();
-        meter.read(Sides::both(0), 0.0);
-        assert_eq!(meter.read(Sides::new(100_000, 0), 0.02), None);
-        assert!(meter.read(Sides::both(200), 0.04).is_some());
+        meter.read(PerTrack::both(0), 0.0);
+        assert_eq!(meter.read(PerTrack::new(100_000, 0), 0.02), None);
+        assert!(meter.read(PerTrack::both(200), 0.04).is_some());
         assert_eq!((meter.refused(), meter.faults()), (1, Faults::NONE));
     }
 
     #[test]
     fn counters_that_begin_anew_are_a_fault_and_no_motion() {
         let mut meter = meter();
-        meter.read(Sides::both(1_000_000), 0.0);
-        assert_eq!(meter.read(Sides::both(0), 0.02), None);
-        assert_eq!(meter.read(Sides::both(10), 0.04), None);
+        meter.read(PerTrack::both(1_000_000), 0.0);
+        assert_eq!(meter.read(PerTrack::both(0), 0.02), None);
+        assert_eq!(meter.read(PerTrack::both(10), 0.04), None);
         assert_eq!(
-            meter.read(Sides::both(20), 0.06),
+            meter.read(PerTrack::both(20), 0.06),
             Some(TrackSpeeds::default())
         );
         assert_eq!(meter.faults(), Faults::ENCODER);
@@ -175,9 +175,9 @@ mod tests {
     #[test]
     fn readings_that_agree_with_nothing_are_never_believed() {
         let mut meter = meter();
-        meter.read(Sides::both(0), 0.0);
+        meter.read(PerTrack::both(0), 0.0);
         for look in 1..50_u32 {
-            let wild = Sides::new(look.wrapping_mul(0x9E37_79B9), 0);
+            let wild = PerTrack::new(look.wrapping_mul(0x9E37_79B9), 0);
             assert_eq!(meter.read(wild, 0.02 * f64::from(look)), None);
         }
         assert_eq!((meter.refused(), meter.faults()), (49, Faults::NONE));
@@ -187,17 +187,17 @@ mod tests {
     fn time_that_stands_still_fills_no_memory() {
         let mut meter = meter();
         for tick in 0..1000 {
-            assert!(meter.read(Sides::both(tick), 3.0).is_some());
+            assert!(meter.read(PerTrack::both(tick), 3.0).is_some());
         }
         assert_eq!(meter.readings.len(), 2);
-        let speeds = meter.read(Sides::both(1999), 3.1).expect("plausible");
+        let speeds = meter.read(PerTrack::both(1999), 3.1).expect("plausible");
         assert!((speeds.left - 1.0).abs() < 1e-9, "{speeds:?}");
     }
 
     #[test]
     fn time_that_runs_backwards_is_refused() {
         let mut meter = meter();
-        meter.read(Sides::both(0), 5.0);
-        assert_eq!(meter.read(Sides::both(0), 0.1), None);
+        meter.read(PerTrack::both(0), 5.0);
+        assert_eq!(meter.read(PerTrack::both(0), 0.1), None);
     }
 }

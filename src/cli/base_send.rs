@@ -36,7 +36,7 @@ pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
     });
     let driven_s = keeper.now_s() - began_s;
     let tracks = line.settings.base.tracks;
-    let latest_s = keeper.now_s() + tracks.stopping_s() + SETTLING_S;
+    let latest_s = keeper.now_s() + tracks.max_stopping_time_s() + SETTLING_S;
     plan_while(&keeper, &Twist::STOP, |keeper, status| {
         keeper.now_s() < latest_s && !is_still(status)
     });

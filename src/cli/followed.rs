@@ -40,7 +40,7 @@ impl Followed {
             sharp_turns: curvature.sharp_turns,
             top,
             limit_per_m,
-            within_limit_share: curvature.share_within(limit_per_m),
+            within_limit_share: curvature.fraction_within(limit_per_m),
             slowest,
         }
     }

@@ -4,7 +4,7 @@ use std::thread;
 
 use anyhow::{Context, bail};
 use inbye::base::ld19::{LidarKeeper, LidarSettings, LidarStatus, OpenLidar};
-use inbye::map::Sweep;
+use inbye::map::TimedScan;
 use serde_json::{Value, json};
 
 use super::base_line::LOOK;
@@ -17,7 +17,7 @@ pub struct LidarLine {
     port: String,
     keeper: LidarKeeper,
     /// The newest turn by the mission's clock, and its number.
-    newest: (u64, Sweep),
+    newest: (u64, TimedScan),
 }
 
 /// How it came out of a mission.
@@ -46,16 +46,16 @@ impl LidarLine {
         Ok(Self {
             port: port.to_owned(),
             keeper,
-            newest: (0, Sweep::default()),
+            newest: (0, TimedScan::default()),
         })
     }
 
     /// The newest whole turn by a clock that is at a time now, seconds. A turn has the same times whenever it is asked for.
-    pub fn sweep(&mut self, now_s: f64) -> Sweep {
+    pub fn sweep(&mut self, now_s: f64) -> TimedScan {
         let status = self.keeper.status();
         let ahead_s = now_s - self.keeper.now_s();
         if let Some(sweep) = status.sweep.filter(|_| status.turns != self.newest.0) {
-            let mut sweep = Sweep::clone(&sweep);
+            let mut sweep = TimedScan::clone(&sweep);
             for beam in &mut sweep.beams {
                 beam.time_s += ahead_s;
             }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, load_noting};
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, load_with_warnings};
 use inbye::runtime::Config;
 
 use super::arguments::MapArguments;
@@ -41,5 +41,5 @@ fn tell(file: &Path, map: &OccupancyGrid, policy: UnknownPolicy) {
 pub fn load(file: &Path, resolution_m: f64) -> anyhow::Result<OccupancyGrid> {
     let options = LoadOptions { resolution_m };
     let mut note = |note| output::note(format!("note: {}: {note}", file.display()));
-    Ok(load_noting(file, &options, &mut note)?)
+    Ok(load_with_warnings(file, &options, &mut note)?)
 }

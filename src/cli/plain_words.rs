@@ -1,6 +1,6 @@
 //! What serde says about a file, in words for people who do not write Rust.
 
-use inbye::spelling::nearest;
+use inbye::suggest::closest_name;
 
 /// Names of Rust's types, and what to write.
 const TYPES: [(&str, &str); 4] = [
@@ -37,7 +37,7 @@ fn mend(message: &str, home: impl Fn(&str) -> Option<String>) -> Option<String> 
     if let Some(home) = home(given) {
         return Some(format!("`{given}` belongs in {home}"));
     }
-    let known = nearest(given, quoted)?;
+    let known = closest_name(given, quoted)?;
     Some(format!("did you mean `{known}`?"))
 }
 

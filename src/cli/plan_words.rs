@@ -28,7 +28,7 @@ pub fn object(tour: &Tour, config: &Config) -> Value {
         "pruned": stage(&tour.stage(|plan| &plan.pruned)),
         "min_clearance_m": finite(tour.clearance_m()),
         "expanded": tour.expanded(),
-        "exact": config.global.are_exact(),
+        "exact": config.global.is_optimal(),
         "time_ms": times(&tour.time_s()),
         "curvature": Followed::new(&tour.curvature(), &config.robot).object(),
         "legs": tour.legs.iter().map(leg).collect::<Vec<Value>>(),
@@ -95,7 +95,7 @@ pub fn lines(tour: &Tour, config: &Config) -> Vec<String> {
         tour.clearance_m()
     ));
     lines.push(Followed::new(&tour.curvature(), &config.robot).line());
-    let promise = if config.global.are_exact() {
+    let promise = if config.global.is_optimal() {
         "a shortest path"
     } else {
         "near a shortest path"

@@ -2,7 +2,7 @@
 
 use inbye::geometry::Point;
 use inbye::global::{
-    self, Clearances, Curvature, Ground, Path, Plan, PlanError, Searcher, StageTimes,
+    self, PathClearance, Curvature, PlanningSpace, Path, Plan, PlanError, Searcher, StageTimes,
 };
 use inbye::map::{FreeSpace, ObstacleGrid};
 use inbye::runtime::Config;
@@ -72,7 +72,7 @@ pub fn plan(
                 return Err(Refused { legs, stop, error });
             }
         };
-        let clearances = clearances.get_or_insert_with(|| Clearances::new(obstacles));
+        let clearances = clearances.get_or_insert_with(|| PathClearance::new(obstacles));
         let clearance_m = clearances.min_m(&plan.smoothed);
         legs.push(Leg {
             from,
@@ -97,9 +97,9 @@ fn planner<'a>(
         let costs = config.global.costs(obstacles);
         let mut searcher = Searcher::default();
         return Box::new(move |from, to| {
-            let ground = Ground {
+            let ground = PlanningSpace {
                 search: &space,
-                proof: &space,
+                smoothing: &space,
                 costs: costs.as_ref(),
             };
             global::plan(&mut searcher, &ground, from, to, &config.global, clock)

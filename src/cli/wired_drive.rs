@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::Args;
 use inbye::base::{Keeper, Protocol, Status};
 use inbye::geometry::{Pose, Twist};
-use inbye::map::Sweep;
+use inbye::map::TimedScan;
 use inbye::runtime::{OdometryReading, Robot};
 use serde_json::{Value, json};
 
@@ -151,7 +151,7 @@ impl Robot for Wired {
         base_words::stopped(&status).or_else(reported)
     }
 
-    fn sweep(&mut self, time_s: f64) -> Option<Sweep> {
+    fn sweep(&mut self, time_s: f64) -> Option<TimedScan> {
         self.lidar.as_mut().map(|lidar| lidar.sweep(time_s))
     }
 

@@ -1,6 +1,6 @@
 //! How a path bends, to hold against what a base can follow (paper, eqs. 10-12).
 
-use super::basis::{Basis, CHORD_TURN_RAD, Segment};
+use super::bspline::{Basis, CHORD_TURN_RAD, Segment};
 use crate::geometry::{Point, Vector};
 
 /// Points this near are one, metres: far below a cell, far above rounding.
@@ -95,7 +95,7 @@ impl Curvature {
 
     /// The share of the length that bends no more than a limit, 1/m: 0 to 1. Corners have no length.
     #[must_use]
-    pub fn share_within(&self, limit_per_m: f64) -> f64 {
+    pub fn fraction_within(&self, limit_per_m: f64) -> f64 {
         let length_m = |most: f64| -> f64 {
             let within = self.pieces.iter().filter(|piece| piece.1 <= most);
             within.map(|piece| piece.0).sum()
@@ -170,8 +170,8 @@ mod tests {
             // The spline runs inside the polygon of its control points by a little.
             let off = curvature.max_per_m() * radius_m - 1.0;
             assert!(off.abs() < 2e-3, "{off} at {radius_m} m");
-            assert_eq!(curvature.share_within(1.01 / radius_m), 1.0);
-            assert_eq!(curvature.share_within(0.99 / radius_m), 0.0);
+            assert_eq!(curvature.fraction_within(1.01 / radius_m), 1.0);
+            assert_eq!(curvature.fraction_within(0.99 / radius_m), 0.0);
             assert_eq!(curvature.sharp_turns, 0);
         }
     }
@@ -200,7 +200,7 @@ mod tests {
             x * s / 2.0 + libm::asinh(2.0 * x) / 4.0
         };
         let expected = 1.0 - arc_m(1.0) / arc_m(2.0);
-        let found = curvature.share_within(curvature_at(1.0) + 1e-9);
+        let found = curvature.fraction_within(curvature_at(1.0) + 1e-9);
         assert!((found - expected).abs() < 0.02, "{found}, not {expected}");
     }
 
@@ -210,7 +210,7 @@ mod tests {
         let sharp = Curvature::of([&Spline::polyline(&corner)]);
         // The last change of heading is no more than a chord's.
         assert_eq!((sharp.sharp_turns, sharp.max_per_m()), (2, 0.0));
-        assert_eq!(sharp.share_within(0.0), 1.0);
+        assert_eq!(sharp.fraction_within(0.0), 1.0);
         // As many control points as the degree make a corner; fewer leave a curve.
         let with = |count: usize| {
             let mut control = vec![Point::new(0.0, 0.0); 3];
@@ -221,7 +221,7 @@ mod tests {
         assert_eq!((with(3).sharp_turns, with(3).max_per_m()), (1, 0.0));
         assert_eq!(with(1).sharp_turns, 0);
         assert!(with(1).max_per_m() > 0.1);
-        assert!(with(1).share_within(0.05) < 1.0);
+        assert!(with(1).fraction_within(0.05) < 1.0);
     }
 
     #[test]
@@ -233,6 +233,6 @@ mod tests {
         assert_eq!(Curvature::of([&one, &on]).sharp_turns, 0);
         assert_eq!(Curvature::of([&one, &nowhere, &back]).sharp_turns, 1);
         let still = Curvature::of([&nowhere]);
-        assert_eq!((still.max_per_m(), still.share_within(0.0)), (0.0, 1.0));
+        assert_eq!((still.max_per_m(), still.fraction_within(0.0)), (0.0, 1.0));
     }
 }

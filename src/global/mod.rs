@@ -1,7 +1,7 @@
 //! Which way: the global path on a grid, searched, pruned and smoothed (paper, section 3).
 
-mod basis;
-mod clearance;
+mod bspline;
+mod path_clearance;
 mod clearance_cost;
 mod cost;
 mod curvature;
@@ -16,7 +16,7 @@ mod search;
 mod settings;
 mod spline;
 
-pub use clearance::{Clearances, min_clearance_m};
+pub use path_clearance::{PathClearance, min_clearance_m};
 pub use clearance_cost::{ClearanceCosts, MAX_CLEARANCE_WEIGHT};
 pub use cost::{DIAGONAL, STRAIGHT};
 pub use curvature::{Curvature, Spline};
@@ -24,9 +24,9 @@ pub use error::PlanError;
 pub use heuristic::Heuristic;
 pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
-pub use plan::{Ground, Plan, StageTimes, plan};
+pub use plan::{PlanningSpace, Plan, StageTimes, plan};
 pub use prune::prune;
 pub use reachable::nearest_reachable;
-pub use search::{Found, NotFound, Searcher};
-pub use settings::{Method, Pruning, Settings};
+pub use search::{CellPath, NoPath, Searcher};
+pub use settings::{SearchMethod, Pruning, Settings};
 pub use spline::smooth;

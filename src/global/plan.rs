@@ -2,7 +2,7 @@
 
 use super::spline::smooth_with_spline;
 use super::{
-    ClearanceCosts, Method, Path, PlanError, Searcher, Settings, Spline, nearest_reachable, prune,
+    ClearanceCosts, SearchMethod, Path, PlanError, Searcher, Settings, Spline, nearest_reachable, prune,
 };
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};
@@ -12,11 +12,11 @@ use crate::map::{Cell, FreeSpace, GridFrame};
 /// Searching keeps a larger distance than the smoothed path must prove, so that the curve has room to round corners; the
 /// two may be the same.
 #[derive(Clone, Copy, Debug)]
-pub struct Ground<'a> {
-    /// Where the search may go; part of `proof`.
+pub struct PlanningSpace<'a> {
+    /// Where the search may go; part of `smoothing`.
     pub search: &'a FreeSpace,
     /// Where the smoothed path is proved to stay.
-    pub proof: &'a FreeSpace,
+    pub smoothing: &'a FreeSpace,
     /// What ground costs; nothing for the shortest path. Of the same grid.
     pub costs: Option<&'a ClearanceCosts>,
 }
@@ -69,7 +69,7 @@ pub struct Plan {
 /// When an end is off the map or not free, when no path joins the two, or a setting is out of range.
 pub fn plan(
     searcher: &mut Searcher,
-    ground: &Ground<'_>,
+    ground: &PlanningSpace<'_>,
     start: Point,
     goal: Point,
     settings: &Settings,
@@ -87,11 +87,11 @@ pub fn plan(
     })?;
     let began = clock();
     let found = match settings.search {
-        Method::AStar => {
+        SearchMethod::AStar => {
             let heuristic = settings.heuristic;
             searcher.astar(space, start_cell, goal_cell, heuristic, ground.costs)
         }
-        Method::JumpPoints => searcher.jump_points(space, start_cell, goal_cell),
+        SearchMethod::JumpPoints => searcher.jump_points(space, start_cell, goal_cell),
     };
     let found = found.map_err(|not_found| {
         let nearest = nearest_reachable(space, start_cell, &goal);
@@ -107,7 +107,7 @@ pub fn plan(
     let searched = clock();
     let pruned = prune(space, ground.costs, &raw, settings.pruning);
     let pruned_at = clock();
-    let (smoothed, spline) = smooth_with_spline(ground.proof, &pruned, settings.spline_degree);
+    let (smoothed, spline) = smooth_with_spline(ground.smoothing, &pruned, settings.spline_degree);
     let time_s = StageTimes {
         search: searched - began,
         prune: pruned_at - searched,

@@ -9,7 +9,7 @@ use crate::map::ObstacleGrid;
 /// How the grid is searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum SearchMethod {
     /// A*, guided by [`Settings::heuristic`].
     #[default]
     AStar,
@@ -35,7 +35,7 @@ documented! {
     pub struct Settings {
         /// How the grid is searched: `a_star`, guided by the heuristic, or `jump_points`, a shortest path whatever the
         /// heuristic in a fraction of the time.
-        pub search: Method,
+        pub search: SearchMethod,
         /// Estimate that guides A*: `"manhattan"`; `"euclid"` or `"octile"`, which find a shortest path;
         /// `{theta={degrees=30}}`, above 0 and at most 90; the paper's eq. 19 made scale-free, `{normalized={k=0.1}}`, not
         /// made so, `{additive={k=0.01}}`, or as printed, `{literal={k=0.01}}`, k from 0 to 1e6.
@@ -56,7 +56,7 @@ documented! {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            search: Method::default(),
+            search: SearchMethod::default(),
             heuristic: Heuristic::default(),
             clearance_weight: 0.0,
             preferred_clearance_m: 1.0,
@@ -69,8 +69,8 @@ impl Default for Settings {
 impl Settings {
     /// Whether the path searched is a shortest one through cells, or by costs a cheapest one.
     #[must_use]
-    pub fn are_exact(&self) -> bool {
-        self.search == Method::JumpPoints || self.heuristic.is_admissible()
+    pub fn is_optimal(&self) -> bool {
+        self.search == SearchMethod::JumpPoints || self.heuristic.is_admissible()
     }
 
     /// The costs that these settings ask for among obstacles; none when they ask for the shortest path.
@@ -91,7 +91,7 @@ impl Settings {
     pub fn validate(&self) -> Result<(), PlanError> {
         let weight = self.clearance_weight;
         let preferred_m = self.preferred_clearance_m;
-        let only_shortest = self.search == Method::JumpPoints;
+        let only_shortest = self.search == SearchMethod::JumpPoints;
         check(
             "spline_degree",
             self.spline_degree as f64,

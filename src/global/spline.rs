@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use super::basis::{Basis, Segment};
+use super::bspline::{Basis, Segment};
 use super::curvature::Spline;
 use super::line_of_sight::{is_clear, sees};
 use super::path::Path;
@@ -311,7 +311,7 @@ mod tests {
             });
             let ratio = by_chords.fold(0.0, f64::max) / curvature.max_per_m();
             assert!((0.9..1.01).contains(&ratio), "{ratio} at degree {degree}");
-            let (straight, all) = (curvature.share_within(0.0), curvature.share_within(1e9));
+            let (straight, all) = (curvature.fraction_within(0.0), curvature.fraction_within(1e9));
             assert!(
                 straight < 0.8 && all == 1.0,
                 "{straight} at degree {degree}"

@@ -248,7 +248,7 @@ fn fill_obstacles(
     let start = origin.inverse_transform(&problem.pose.position());
     let turn_back = origin.isometry().rotation.inverse();
     let time_s = f64::from(problem.steps) * problem.step_s;
-    let largest_disc = problem.footprint.largest_disc_m();
+    let largest_disc = problem.footprint.max_disc_radius_m();
     let reach_m = reach_units * unit_m + problem.footprint.circumscribed_radius_m();
     bodies.clear();
     // Room for all: how many come near enough changes from one decision to the next.

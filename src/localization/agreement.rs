@@ -2,8 +2,8 @@
 
 use crate::geometry::{Point, Pose};
 
-use super::View;
-use super::walls::Walls;
+use super::DeskewedScan;
+use super::signed_distance_field::SignedDistanceField;
 
 /// A beam is inside a wall from this share of a cell below its surface on, and outside again from as much above it.
 const SKIN_CELLS: f64 = 0.2;
@@ -35,18 +35,18 @@ impl Agreement {
 
     /// Share of the beams that agree, 0 to 1; zero where there is no beam.
     #[must_use]
-    pub fn agree_share(&self) -> f64 {
+    pub fn matching_fraction(&self) -> f64 {
         f64::from(self.agree) / f64::from(self.beams.max(1))
     }
 
     /// Share of the beams that pass through walls, 0 to 1.
     #[must_use]
-    pub fn through_share(&self) -> f64 {
+    pub fn through_walls_fraction(&self) -> f64 {
         f64::from(self.through) / f64::from(self.beams.max(1))
     }
 
     /// Of a view from a pose of the grid's frame. Ends within the tolerance of a wall, metres, are on it.
-    pub(super) fn of(walls: &Walls, view: &View, pose: &Pose, tolerance_m: f64) -> Self {
+    pub(super) fn of(walls: &SignedDistanceField, view: &DeskewedScan, pose: &Pose, tolerance_m: f64) -> Self {
         let mut all = Self::default();
         let (sin, cos) = libm::sincos(pose.yaw);
         let turned = |point: &Point| {
@@ -87,7 +87,7 @@ impl Agreement {
 }
 
 /// Whether a beam enters a wall and leaves it again before its end, metres before which walls are that of the end itself.
-fn passes_through(walls: &Walls, from: &Point, end: &Point, before_end_m: f64) -> bool {
+fn passes_through(walls: &SignedDistanceField, from: &Point, end: &Point, before_end_m: f64) -> bool {
     let skin_m = SKIN_CELLS * walls.resolution_m();
     let mut is_inside = false;
     let mut came_out = false;
@@ -101,7 +101,7 @@ fn passes_through(walls: &Walls, from: &Point, end: &Point, before_end_m: f64) -
 
 /// Steps from a point towards another until so far before it, metres, as long as nothing is found and the way is on the map.
 fn march(
-    walls: &Walls,
+    walls: &SignedDistanceField,
     from: &Point,
     end: &Point,
     before_end_m: f64,
@@ -124,7 +124,7 @@ fn march(
 }
 
 /// In how large a share of all directions the map has a wall within a range, metres, of a pose of the grid's frame.
-pub(super) fn walled_share(walls: &Walls, pose: &Pose, range_m: f64) -> f64 {
+pub(super) fn walled_share(walls: &SignedDistanceField, pose: &Pose, range_m: f64) -> f64 {
     let mut walled = 0;
     for direction in 0..LOOKED_AT {
         let angle = core::f64::consts::TAU * f64::from(direction) / f64::from(LOOKED_AT);

@@ -3,15 +3,15 @@
 use nalgebra::Matrix3;
 
 use super::agreement::walled_share;
-use super::belief::Belief;
-use super::matching::{Matched, matched, tolerance_m};
-use super::search;
-use super::walls::Walls;
+use super::pose_ekf::PoseEkf;
+use super::scan_matcher::{Matched, matched, tolerance_m};
+use super::relocalization;
+use super::signed_distance_field::SignedDistanceField;
 use super::{
-    Agreement, Fix, LocalizationError, LocalizationSettings, Lost, PoseTrack, State, View,
+    Agreement, PoseEstimate, LocalizationError, LocalizationSettings, LostReason, PoseHistory, LocalizationStatus, DeskewedScan,
 };
 use crate::geometry::Pose;
-use crate::map::{ObstacleGrid, Sweep};
+use crate::map::{ObstacleGrid, TimedScan};
 
 /// A pose that the map wants farther from odometry's than this many standard deviations, squared, is a jump: by chance once in
 /// a million revolutions (chi-square of three).
@@ -23,16 +23,16 @@ const WALLED: f64 = 0.3;
 /// Follows a robot on a map.
 #[derive(Clone, Debug)]
 pub struct Localizer {
-    walls: Walls,
+    walls: SignedDistanceField,
     settings: LocalizationSettings,
-    belief: Belief,
-    track: PoseTrack,
-    view: View,
+    ekf: PoseEkf,
+    track: PoseHistory,
+    view: DeskewedScan,
     /// Revolutions that speak against the pose, less those that do not.
     against: u32,
     /// Of a lost robot, the revolutions in a row that agree about another place.
     found: Option<u32>,
-    fix: Fix,
+    estimate: PoseEstimate,
 }
 
 impl Localizer {
@@ -51,25 +51,25 @@ impl Localizer {
             let Pose { x, y, yaw } = *start;
             return Err(LocalizationError::BadStart { x, y, yaw });
         }
-        let walls = Walls::new(map);
-        let belief = Belief::new(walls.in_grid(start), &settings);
+        let walls = SignedDistanceField::new(map);
+        let ekf = PoseEkf::new(walls.in_grid(start), &settings);
         let mut localizer = Self {
             walls,
             settings,
-            belief,
-            track: PoseTrack::new(),
-            view: View::default(),
+            ekf,
+            track: PoseHistory::new(),
+            view: DeskewedScan::default(),
             against: 0,
             found: None,
-            fix: Fix {
+            estimate: PoseEstimate {
                 time_s: 0.0,
                 pose: *start,
                 covariance: Matrix3::zeros(),
                 agreement: Agreement::default(),
                 rms_m: 0.0,
-                unseen_directions: 3,
-                rounds: 0,
-                state: State::Uncertain,
+                unobservable_directions: 3,
+                iterations: 0,
+                status: LocalizationStatus::Uncertain,
             },
         };
         localizer.note_pose();
@@ -78,68 +78,68 @@ impl Localizer {
 
     /// The newest word: of the last revolution, with the pose moved on by the odometry since.
     #[must_use]
-    pub const fn fix(&self) -> &Fix {
-        &self.fix
+    pub const fn estimate(&self) -> &PoseEstimate {
+        &self.estimate
     }
 
     /// Where the robot is, in the map frame.
     #[must_use]
     pub const fn pose(&self) -> &Pose {
-        &self.fix.pose
+        &self.estimate.pose
     }
 
     /// What the last revolution saw, as from the pose of then.
     #[must_use]
-    pub const fn view(&self) -> &View {
+    pub const fn view(&self) -> &DeskewedScan {
         &self.view
     }
 
     /// By what odometry's ways and turns are multiplied, as learned so far: below one for tracks that slip.
     #[must_use]
-    pub const fn odometry_factors(&self) -> (f64, f64) {
-        self.belief.factors()
+    pub const fn odometry_scale(&self) -> (f64, f64) {
+        self.ekf.factors()
     }
 
     /// Takes in where odometry has the robot at a time, seconds, in its own frame, wherever that began. The first reading only sets
     /// where it began; one that is not finite is passed over.
-    pub fn moved(&mut self, time_s: f64, odometry: &Pose) {
+    pub fn predict(&mut self, time_s: f64, odometry: &Pose) {
         if !(time_s.is_finite() && odometry.is_finite()) {
             return;
         }
         if let Some((before_s, before)) = self.track.newest() {
             let elapsed_s = (time_s - before_s).max(0.0);
-            self.belief
-                .moved(&before, odometry, elapsed_s, &self.settings);
+            self.ekf
+                .predict(&before, odometry, elapsed_s, &self.settings);
         }
         self.track.record(time_s, odometry);
-        self.fix.time_s = time_s;
+        self.estimate.time_s = time_s;
         self.note_pose();
-        if self.is_unsure() && self.fix.state.lost().is_none() {
-            self.lose(Lost::Unsure);
+        if self.is_unsure() && self.estimate.status.lost_reason().is_none() {
+            self.lose(LostReason::HighUncertainty);
         }
     }
 
     /// Takes in a revolution, of which each is to be given once, and says where the robot is at the newest odometry's time. Its beams
     /// were measured within the second before that.
-    pub fn look(&mut self, sweep: &Sweep) -> &Fix {
+    pub fn update(&mut self, sweep: &TimedScan) -> &PoseEstimate {
         self.view.take(sweep, &self.track);
-        if self.fix.state.lost().is_some() && self.found.is_none() {
+        if self.estimate.status.lost_reason().is_some() && self.found.is_none() {
             self.search();
         } else {
             self.follow();
         }
         self.note_pose();
-        &self.fix
+        &self.estimate
     }
 
     /// Corrects the pose by the view, unless the view speaks against it.
     fn follow(&mut self) {
-        let covariance = self.belief.pose_covariance();
+        let covariance = self.ekf.pose_covariance();
         let Some(certainty) = covariance.try_inverse() else {
-            return self.lose(Lost::Unsure);
+            return self.lose(LostReason::HighUncertainty);
         };
         let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
-        let prior = self.belief.pose;
+        let prior = self.ekf.pose;
         let there = matched(
             &self.walls,
             &self.view.hits,
@@ -149,14 +149,14 @@ impl Localizer {
             &self.settings,
         );
         let tolerance_m = tolerance_m(&self.walls, &self.settings);
-        self.fix.agreement = Agreement::of(&self.walls, &self.view, &there.pose, tolerance_m);
-        self.fix.rms_m = there.rms_m;
-        self.fix.unseen_directions = there.unseen_directions;
-        self.fix.rounds = there.rounds;
+        self.estimate.agreement = Agreement::of(&self.walls, &self.view, &there.pose, tolerance_m);
+        self.estimate.rms_m = there.rms_m;
+        self.estimate.unobservable_directions = there.unobservable_directions;
+        self.estimate.iterations = there.iterations;
         if let Some(why) = self.speaks_against(&there, &prior, &certainty) {
             return self.doubt(why);
         }
-        self.belief.matched(&there.pose, &there.information);
+        self.ekf.correct(&there.pose, &there.information);
         self.note_pose();
         self.believe();
     }
@@ -167,48 +167,48 @@ impl Localizer {
         there: &Matched,
         prior: &Pose,
         certainty: &Matrix3<f64>,
-    ) -> Option<Lost> {
+    ) -> Option<LostReason> {
         let Self { settings, view, .. } = self;
-        let agreement = &self.fix.agreement;
+        let agreement = &self.estimate.agreement;
         let expects_walls = || walled_share(&self.walls, &there.pose, view.range_max) > WALLED;
-        if view.hits.len() < settings.least_returns {
+        if view.hits.len() < settings.min_returns {
             // In the open nothing is to be seen, and nothing speaks against it.
-            return expects_walls().then_some(Lost::Blind);
+            return expects_walls().then_some(LostReason::NoReturns);
         }
-        if agreement.through_share() > settings.most_through {
-            return Some(Lost::ThroughWalls);
+        if agreement.through_walls_fraction() > settings.max_through_walls {
+            return Some(LostReason::BeamsThroughWalls);
         }
-        if agreement.agree_share() < self.least_agreement() {
-            return Some(Lost::Unexplained);
+        if agreement.matching_fraction() < self.least_agreement() {
+            return Some(LostReason::PoorMatch);
         }
         let off = nalgebra::Vector3::new(
             there.pose.x - prior.x,
             there.pose.y - prior.y,
             crate::geometry::wrap_angle(there.pose.yaw - prior.yaw),
         );
-        ((off.transpose() * certainty * off)[0] > JUMP_SIGMAS2).then_some(Lost::Jumped)
+        ((off.transpose() * certainty * off)[0] > JUMP_SIGMAS2).then_some(LostReason::PoseJump)
     }
 
     /// Of a robot that was lost more is asked.
     const fn least_agreement(&self) -> f64 {
         if self.found.is_some() {
-            self.settings.found_agreement
+            self.settings.relocalized_agreement
         } else {
-            self.settings.least_agreement
+            self.settings.min_agreement
         }
     }
 
-    fn doubt(&mut self, why: Lost) {
+    fn doubt(&mut self, why: LostReason) {
         self.against += 1;
         let is_candidate = self.found.take().is_some();
-        if self.fix.state.lost().is_some() {
+        if self.estimate.status.lost_reason().is_some() {
             if is_candidate {
-                self.fix.state = State::Lost(why);
+                self.estimate.status = LocalizationStatus::Lost(why);
             }
-        } else if self.against >= self.settings.lost_after {
+        } else if self.against >= self.settings.lost_after_scans {
             self.lose(why);
         } else {
-            self.fix.state = State::Uncertain;
+            self.estimate.status = LocalizationStatus::Uncertain;
         }
     }
 
@@ -216,53 +216,53 @@ impl Localizer {
         self.against = self.against.saturating_sub(1);
         if let Some(found) = &mut self.found {
             *found += 1;
-            if *found < self.settings.found_after {
+            if *found < self.settings.relocalized_after_scans {
                 return;
             }
             self.found = None;
             self.against = 0;
         }
-        self.fix.state = if self.against == 0 && !self.is_uncertain() {
-            State::Tracking
+        self.estimate.status = if self.against == 0 && !self.is_uncertain() {
+            LocalizationStatus::Tracking
         } else {
-            State::Uncertain
+            LocalizationStatus::Uncertain
         };
     }
 
-    fn lose(&mut self, why: Lost) {
-        self.fix.state = State::Lost(why);
+    fn lose(&mut self, why: LostReason) {
+        self.estimate.status = LocalizationStatus::Lost(why);
         self.found = None;
     }
 
     /// Looks for a lost robot. What is found has to hold in the next revolutions.
     fn search(&mut self) {
         let Self { settings, view, .. } = self;
-        if view.hits.len() < settings.least_returns {
+        if view.hits.len() < settings.min_returns {
             return;
         }
-        let found = search::find(&self.walls, view, &self.belief.pose, settings);
+        let found = relocalization::find(&self.walls, view, &self.ekf.pose, settings);
         if let Some(pose) = found {
-            self.belief = self.belief.moved_to(pose, &self.settings);
+            self.ekf = self.ekf.reset_pose(pose, &self.settings);
             self.found = Some(0);
             self.follow();
         }
     }
 
     fn is_uncertain(&self) -> bool {
-        self.fix.sigma_m() > self.settings.uncertain_sigma_m
-            || self.fix.sigma_rad() > self.settings.uncertain_sigma_rad
+        self.estimate.sigma_m() > self.settings.uncertain_sigma_m
+            || self.estimate.sigma_rad() > self.settings.uncertain_sigma_rad
     }
 
     fn is_unsure(&self) -> bool {
-        self.fix.sigma_m() > self.settings.lost_sigma_m
-            || self.fix.sigma_rad() > self.settings.lost_sigma_rad
+        self.estimate.sigma_m() > self.settings.lost_sigma_m
+            || self.estimate.sigma_rad() > self.settings.lost_sigma_rad
     }
 
     /// Brings the belief into the map frame.
     fn note_pose(&mut self) {
-        self.fix.pose = self.walls.in_map(&self.belief.pose);
+        self.estimate.pose = self.walls.in_map(&self.ekf.pose);
         let (sin, cos) = libm::sincos(self.walls.grid_yaw());
         let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        self.fix.covariance = turn * self.belief.pose_covariance() * turn.transpose();
+        self.estimate.covariance = turn * self.ekf.pose_covariance() * turn.transpose();
     }
 }

@@ -12,21 +12,21 @@
 //! The same calls give the same bits on every machine: sums run in the order of the beams, and trigonometry is `libm`'s.
 
 mod agreement;
-mod belief;
+mod pose_ekf;
 mod error;
-mod fix;
+mod pose_estimate;
 mod localizer;
-mod matching;
-mod search;
+mod scan_matcher;
+mod relocalization;
 mod settings;
-mod track;
-mod view;
-mod walls;
+mod pose_history;
+mod deskewed_scan;
+mod signed_distance_field;
 
 pub use agreement::Agreement;
 pub use error::LocalizationError;
-pub use fix::{Fix, Lost, State};
+pub use pose_estimate::{PoseEstimate, LostReason, LocalizationStatus};
 pub use localizer::Localizer;
 pub use settings::LocalizationSettings;
-pub use track::PoseTrack;
-pub use view::View;
+pub use pose_history::PoseHistory;
+pub use deskewed_scan::DeskewedScan;

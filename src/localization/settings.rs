@@ -11,16 +11,16 @@ documented! {
     #[serde(deny_unknown_fields, default)]
     pub struct LocalizationSettings {
         /// How well the start is known along each axis, one standard deviation, metres, above zero and at most 10.
-        pub start_sigma_m: f64,
+        pub initial_sigma_m: f64,
         /// How well its yaw is known, one standard deviation, radians, above zero and at most 1.
-        pub start_sigma_rad: f64,
+        pub initial_sigma_rad: f64,
         /// How far odometry's way may be off as a whole, one standard deviation, as a share, 0 to 0.5: the slip of tracks. It is
         /// learned on the way.
-        pub slip_sigma: f64,
+        pub distance_scale_sigma: f64,
         /// The same of odometry's turns, 0 to 0.5.
-        pub turn_sigma: f64,
+        pub turn_scale_sigma: f64,
         /// How far odometry's way may be off after one metre beyond that, one standard deviation, metres, above zero and at most 1.
-        pub way_sigma_m: f64,
+        pub distance_sigma_m: f64,
         /// How far a beam that ends on a wall may end from the map's wall, one standard deviation, metres, above zero and at most 1:
         /// the lidar's noise and the map's.
         pub beam_sigma_m: f64,
@@ -29,17 +29,17 @@ documented! {
         pub independent_beams: f64,
         /// A beam that ends farther from a wall than this, metres, above zero and at most 1, and half a cell tells nothing of the
         /// pose: somebody, or something that the map does not show.
-        pub outlier_m: f64,
+        pub outlier_distance_m: f64,
         /// A direction along which fewer than this share of the beams would notice a motion is left to odometry, 0 to 1.
-        pub least_information: f64,
+        pub min_information: f64,
         /// Fewer returns than this in a revolution are too few where the map shows walls, 1 to 10000.
-        pub least_returns: usize,
+        pub min_returns: usize,
         /// Less than this share of the beams in agreement with the map speaks against the pose, 0 to 1.
-        pub least_agreement: f64,
+        pub min_agreement: f64,
         /// More than this share of the beams through walls of the map speaks against the pose, 0 to 1.
-        pub most_through: f64,
+        pub max_through_walls: f64,
         /// So many revolutions that speak against the pose, each that does not taken off, make the robot lost, 1 to 1000.
-        pub lost_after: u32,
+        pub lost_after_scans: u32,
         /// A position that may be off by more than this, one standard deviation along the worse axis, metres, is uncertain, above zero
         /// and at most 100.
         pub uncertain_sigma_m: f64,
@@ -50,37 +50,37 @@ documented! {
         /// The same of the yaw, radians, above zero and at most 3.
         pub lost_sigma_rad: f64,
         /// This share of the beams must agree with the map for a lost robot to be found, 0 to 1.
-        pub found_agreement: f64,
+        pub relocalized_agreement: f64,
         /// In so many revolutions in a row, 1 to 1000.
-        pub found_after: u32,
+        pub relocalized_after_scans: u32,
         /// A lost robot is looked for within this distance of where odometry has it, metres, 0 to 20.
-        pub search_radius_m: f64,
+        pub relocalization_radius_m: f64,
     }
 }
 
 impl Default for LocalizationSettings {
     fn default() -> Self {
         Self {
-            start_sigma_m: 0.1,
-            start_sigma_rad: 0.05,
-            slip_sigma: 0.05,
-            turn_sigma: 0.03,
-            way_sigma_m: 0.04,
+            initial_sigma_m: 0.1,
+            initial_sigma_rad: 0.05,
+            distance_scale_sigma: 0.05,
+            turn_scale_sigma: 0.03,
+            distance_sigma_m: 0.04,
             beam_sigma_m: 0.03,
             independent_beams: 60.0,
-            outlier_m: 0.12,
-            least_information: 0.01,
-            least_returns: 30,
-            least_agreement: 0.5,
-            most_through: 0.25,
-            lost_after: 5,
+            outlier_distance_m: 0.12,
+            min_information: 0.01,
+            min_returns: 30,
+            min_agreement: 0.5,
+            max_through_walls: 0.25,
+            lost_after_scans: 5,
             uncertain_sigma_m: 0.025,
             uncertain_sigma_rad: 0.01,
             lost_sigma_m: 0.5,
             lost_sigma_rad: 0.15,
-            found_agreement: 0.7,
-            found_after: 5,
-            search_radius_m: 3.0,
+            relocalized_agreement: 0.7,
+            relocalized_after_scans: 5,
+            relocalization_radius_m: 3.0,
         }
     }
 }
@@ -104,25 +104,25 @@ impl LocalizationSettings {
             })
         };
         let above_zero = f64::MIN_POSITIVE;
-        let tens = [("start_sigma_m", self.start_sigma_m)];
+        let tens = [("initial_sigma_m", self.initial_sigma_m)];
         within(above_zero, 10.0, "above zero and at most 10", &tens)?;
         let ones = [
-            ("start_sigma_rad", self.start_sigma_rad),
-            ("way_sigma_m", self.way_sigma_m),
+            ("initial_sigma_rad", self.initial_sigma_rad),
+            ("distance_sigma_m", self.distance_sigma_m),
             ("beam_sigma_m", self.beam_sigma_m),
-            ("outlier_m", self.outlier_m),
+            ("outlier_distance_m", self.outlier_distance_m),
         ];
         within(above_zero, 1.0, "above zero and at most 1", &ones)?;
         let scales = [
-            ("slip_sigma", self.slip_sigma),
-            ("turn_sigma", self.turn_sigma),
+            ("distance_scale_sigma", self.distance_scale_sigma),
+            ("turn_scale_sigma", self.turn_scale_sigma),
         ];
         within(0.0, 0.5, "0 to 0.5", &scales)?;
         let shares = [
-            ("least_information", self.least_information),
-            ("least_agreement", self.least_agreement),
-            ("most_through", self.most_through),
-            ("found_agreement", self.found_agreement),
+            ("min_information", self.min_information),
+            ("min_agreement", self.min_agreement),
+            ("max_through_walls", self.max_through_walls),
+            ("relocalized_agreement", self.relocalized_agreement),
         ];
         within(0.0, 1.0, "0 to 1", &shares)?;
         let positions = [
@@ -137,15 +137,15 @@ impl LocalizationSettings {
         within(above_zero, 3.0, "above zero and at most 3", &yaws)?;
         let beams = [
             ("independent_beams", self.independent_beams),
-            ("least_returns", self.least_returns as f64),
+            ("min_returns", self.min_returns as f64),
         ];
         within(1.0, 1e4, "1 to 10000", &beams)?;
         let turns = [
-            ("lost_after", f64::from(self.lost_after)),
-            ("found_after", f64::from(self.found_after)),
+            ("lost_after_scans", f64::from(self.lost_after_scans)),
+            ("relocalized_after_scans", f64::from(self.relocalized_after_scans)),
         ];
         within(1.0, 1e3, "1 to 1000", &turns)?;
-        let search = [("search_radius_m", self.search_radius_m)];
+        let search = [("relocalization_radius_m", self.relocalization_radius_m)];
         within(0.0, 20.0, "0 to 20", &search)
     }
 }

@@ -56,7 +56,7 @@ impl FreeSpace {
     ///
     /// # Panics
     /// When the frames differ.
-    pub fn admit_near(&mut self, other: &Self, place: &Point, distance_m: f64) {
+    pub fn free_cells_near(&mut self, other: &Self, place: &Point, distance_m: f64) {
         assert_eq!(self.frame, other.frame, "both describe the same ground");
         let frame = self.frame;
         let at = frame.to_cell_units(place);
@@ -87,7 +87,7 @@ impl FreeSpace {
         self.free.get(cell)
     }
 
-    /// Distance kept from every obstacle, metres, but for cells freed by [`Self::admit_near`].
+    /// Distance kept from every obstacle, metres, but for cells freed by [`Self::free_cells_near`].
     #[must_use]
     pub const fn radius_m(&self) -> f64 {
         self.radius_m

@@ -181,7 +181,7 @@ pub struct OccupancyGrid {
 pub const UNKNOWN: i8 = -1;
 
 /// Occupancy, in percent, from which a cell counts as an obstacle (Nav2's lethal threshold).
-pub const OCCUPIED_FROM: i8 = 65;
+pub const OCCUPIED_THRESHOLD: i8 = 65;
 
 impl OccupancyGrid {
     /// A grid from its cells, row-major with the lowest row first; each is 0..=100 or [`UNKNOWN`].
@@ -216,12 +216,12 @@ impl OccupancyGrid {
         &self.cells
     }
 
-    /// Where the obstacles are: cells of at least [`OCCUPIED_FROM`] percent, and unknown ones as the policy says.
+    /// Where the obstacles are: cells of at least [`OCCUPIED_THRESHOLD`] percent, and unknown ones as the policy says.
     #[must_use]
     pub fn obstacles(&self, unknown: UnknownPolicy) -> ObstacleGrid {
         let blocked = |&value: &i8| match value {
             UNKNOWN => unknown == UnknownPolicy::Blocked,
-            value => value >= OCCUPIED_FROM,
+            value => value >= OCCUPIED_THRESHOLD,
         };
         ObstacleGrid::new(self.frame, self.cells.iter().map(blocked).collect())
     }

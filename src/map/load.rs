@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{MAX_GRID_CELLS, MapError, MapNote, OccupancyGrid, map_server, movingai};
+use super::{MAX_GRID_CELLS, MapError, MapWarning, OccupancyGrid, map_server, movingai};
 
 /// What a map file may leave unsaid.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,17 +33,17 @@ const MAX_ROWS_BYTES: u64 = 3 * MAX_GRID_CELLS as u64;
 /// # Errors
 /// When the file cannot be read or does not follow its format; the message names the file and the place.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<OccupancyGrid, MapError> {
-    load_noting(path, options, &mut |_| {})
+    load_with_warnings(path, options, &mut |_| {})
 }
 
 /// The same, and tells what in the file is no error and may not be meant.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_noting(
+pub fn load_with_warnings(
     path: &Path,
     options: &LoadOptions,
-    note: &mut dyn FnMut(MapNote),
+    note: &mut dyn FnMut(MapWarning),
 ) -> Result<OccupancyGrid, MapError> {
     read(path, options, note).map_err(|problem| problem.in_file(path))
 }
@@ -51,7 +51,7 @@ pub fn load_noting(
 fn read(
     path: &Path,
     options: &LoadOptions,
-    note: &mut dyn FnMut(MapNote),
+    note: &mut dyn FnMut(MapWarning),
 ) -> Result<OccupancyGrid, MapError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     match extension.to_ascii_lowercase().as_str() {

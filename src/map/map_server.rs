@@ -15,13 +15,13 @@ use std::path::{Path, PathBuf};
 
 use super::grey_image::{GreyImage, Pixel};
 use super::map_yaml::{MapYaml, Mode};
-use super::{GridFrame, MapError, MapNote, OccupancyGrid, UNKNOWN};
+use super::{GridFrame, MapError, MapWarning, OccupancyGrid, UNKNOWN};
 
 /// A map from the text of its YAML file and the image that it names.
 pub(super) fn read(
     yaml_path: &Path,
     text: &str,
-    note: &mut dyn FnMut(MapNote),
+    note: &mut dyn FnMut(MapWarning),
 ) -> Result<OccupancyGrid, MapError> {
     let mut yaml = MapYaml::parse(text)?;
     yaml.notes.drain(..).for_each(note);

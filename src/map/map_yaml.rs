@@ -7,9 +7,9 @@ use serde_saphyr::Spanned;
 use strsim::levenshtein;
 
 use super::yaml::{self, BadYaml};
-use super::{MapError, MapNote};
+use super::{MapError, MapWarning};
 use crate::geometry::Pose;
-use crate::spelling::nearest;
+use crate::suggest::closest_name;
 
 /// The contents of the file, checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub(super) struct MapYaml {
     /// How grey becomes occupancy.
     pub mode: Mode,
     /// What somebody should know who wrote it.
-    pub notes: Vec<MapNote>,
+    pub notes: Vec<MapWarning>,
 }
 
 /// How grey becomes occupancy.
@@ -111,18 +111,18 @@ impl Entries {
     }
 
     /// Keys without a meaning that may be one mistyped, in the order of their lines.
-    fn notes(&self) -> Vec<MapNote> {
+    fn notes(&self) -> Vec<MapWarning> {
         let note = |(found, entry): (&String, &Spanned<Value>)| {
             let stranger = !KEYS.contains(&found.as_str());
-            let meant = nearest(found, KEYS).filter(|_| stranger)?;
-            Some(MapNote::LikeAKey {
+            let meant = closest_name(found, KEYS).filter(|_| stranger)?;
+            Some(MapWarning::MisspelledKey {
                 line: entry.referenced.line() as usize,
                 found: found.clone(),
                 meant,
             })
         };
-        let mut notes: Vec<MapNote> = self.entries.iter().filter_map(note).collect();
-        notes.sort_by_key(|MapNote::LikeAKey { line, .. }| *line);
+        let mut notes: Vec<MapWarning> = self.entries.iter().filter_map(note).collect();
+        notes.sort_by_key(|MapWarning::MisspelledKey { line, .. }| *line);
         notes
     }
 

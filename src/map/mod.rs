@@ -27,13 +27,13 @@ pub use distance_field::DistanceField;
 pub use error::MapError;
 pub use free_space::FreeSpace;
 pub use grid::{
-    Cell, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_FROM, ObstacleGrid, OccupancyGrid,
+    Cell, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid, OccupancyGrid,
     UNKNOWN, UnknownPolicy,
 };
-pub use load::{LoadOptions, load, load_noting};
+pub use load::{LoadOptions, load, load_with_warnings};
 pub use moving_disc::MovingDisc;
 pub use movingai::cell_from_top_left;
-pub use note::MapNote;
+pub use note::MapWarning;
 pub use scan::Scan;
 pub use scenario::{Scenario, parse_scen, read_scen};
-pub use sweep::{Beam, Sweep};
+pub use sweep::{Beam, TimedScan};

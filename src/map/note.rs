@@ -4,9 +4,9 @@ use core::fmt::{Display, Formatter, Result};
 
 /// Something that somebody should know who wrote a map file; the map is read all the same.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum MapNote {
+pub enum MapWarning {
     /// A key without a meaning, which is passed over, spelled almost like one that has a meaning.
-    LikeAKey {
+    MisspelledKey {
         /// Its line, from one.
         line: usize,
         /// As written.
@@ -16,9 +16,9 @@ pub enum MapNote {
     },
 }
 
-impl Display for MapNote {
+impl Display for MapWarning {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
-        let Self::LikeAKey { line, found, meant } = self;
+        let Self::MisspelledKey { line, found, meant } = self;
         write!(
             formatter,
             "line {line}: `{found}` has no meaning and is passed over: did you mean `{meant}`?"

@@ -21,7 +21,7 @@ impl Scan {
     /// A scan of so many equal angles over a full turn from measurements in any directions, each a direction in radians and a range
     /// in metres: in each angle the nearest; NaN where there is none.
     #[must_use]
-    pub fn nearest_of(
+    pub fn from_measurements(
         beams: usize,
         range_max: f64,
         measured: impl Iterator<Item = (f64, f64)>,
@@ -52,7 +52,7 @@ impl Scan {
 
     /// Whether every beam has a direction. No beam at all is sound: nothing was measured.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.ranges.is_empty()
             || (self.angle_min.is_finite()
                 && self.angle_increment.is_finite()

@@ -8,7 +8,7 @@ use crate::geometry::{Pose, wrap_angle};
 pub struct Beam {
     /// Its direction in the robot's frame, radians, counter-clockwise.
     pub angle: f64,
-    /// The range, metres. Infinite: nothing within [`Sweep::range_max`]. NaN: no measurement.
+    /// The range, metres. Infinite: nothing within [`TimedScan::range_max`]. NaN: no measurement.
     pub range: f64,
     /// When it was measured, seconds.
     pub time_s: f64,
@@ -34,17 +34,17 @@ impl Beam {
 
 /// The beams of a revolution in the order in which they were measured.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sweep {
+pub struct TimedScan {
     /// The beams; their times do not descend.
     pub beams: Vec<Beam>,
     /// Longest range the sensor reports, metres.
     pub range_max: f64,
 }
 
-impl Sweep {
+impl TimedScan {
     /// A scan whose last beam was measured at a time, seconds, and whose first one so long before, seconds.
     #[must_use]
-    pub fn of_scan(scan: &Scan, end_s: f64, duration_s: f64) -> Self {
+    pub fn from_scan(scan: &Scan, end_s: f64, duration_s: f64) -> Self {
         let gaps = (scan.ranges.len().max(2) - 1) as f64;
         let beam = |(index, &range): (usize, &f64)| Beam {
             angle: scan.angle(index),
@@ -65,9 +65,9 @@ impl Sweep {
 
     /// Whether every beam has a direction and a time.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
-        let is_sound = |beam: &Beam| beam.angle.is_finite() && beam.time_s.is_finite();
-        self.range_max.is_finite() && self.beams.iter().all(is_sound)
+    pub fn is_valid(&self) -> bool {
+        let is_valid = |beam: &Beam| beam.angle.is_finite() && beam.time_s.is_finite();
+        self.range_max.is_finite() && self.beams.iter().all(is_valid)
     }
 }
 
@@ -83,14 +83,14 @@ mod tests {
             range_max: 8.0,
             ranges: vec![1.0, f64::INFINITY, 3.0],
         };
-        let sweep = Sweep::of_scan(&scan, 7.0, 0.1);
+        let sweep = TimedScan::from_scan(&scan, 7.0, 0.1);
         let angles: Vec<f64> = sweep.beams.iter().map(|beam| beam.angle).collect();
         let times: Vec<f64> = sweep.beams.iter().map(|beam| beam.time_s).collect();
         assert_eq!(
             (angles, times),
             (vec![-1.0, -0.5, 0.0], vec![6.9, 6.95, 7.0])
         );
-        assert!(sweep.is_sound() && sweep.end_s() == Some(7.0));
-        assert_eq!(Sweep::of_scan(&Scan::default(), 7.0, 0.1).end_s(), None);
+        assert!(sweep.is_valid() && sweep.end_s() == Some(7.0));
+        assert_eq!(TimedScan::from_scan(&Scan::default(), 7.0, 0.1).end_s(), None);
     }
 }

@@ -92,7 +92,7 @@ fn best_way(
     let mut best = (f64::NEG_INFINITY, Twist::STOP);
     for share in SPEEDS {
         for rate in TURN_RATES {
-            let wanted = limits.nearest_allowed(&Twist::new(share * settings.escape_speed, rate));
+            let wanted = limits.clamp(&Twist::new(share * settings.escape_speed, rate));
             let Some(end) = end_of(now, &wanted, surface, limits) else {
                 continue;
             };
@@ -117,7 +117,7 @@ fn end_of(
     let least_m = surface.gap_m(&pose).min(LEAST_GAP_M);
     let least_to_people_m = surface.gap_to_people_m(&pose).min(LEAST_TO_PEOPLE_M);
     for _ in 0..(LOOKS_AHEAD_S / STEP_S) as u32 {
-        (pose, twist) = limits.driven(&pose, &twist, wanted, STEP_S);
+        (pose, twist) = limits.advance(&pose, &twist, wanted, STEP_S);
         if surface.gap_m(&pose) < least_m || surface.gap_to_people_m(&pose) < least_to_people_m {
             return None;
         }

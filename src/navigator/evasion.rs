@@ -104,12 +104,12 @@ impl Ways<'_> {
     fn can_be_broken_off(&self, wanted: &Twist) -> bool {
         let (mut pose, mut twist) =
             self.limits
-                .driven(&self.now.pose, &self.now.twist, wanted, STEP_S);
+                .advance(&self.now.pose, &self.now.twist, wanted, STEP_S);
         while twist.linear != 0.0 {
             if !self.kept.keeps_off_what_stands(self.field, &pose) {
                 return false;
             }
-            (pose, twist) = self.limits.driven_braking(&pose, &twist, STEP_S);
+            (pose, twist) = self.limits.advance_braking(&pose, &twist, STEP_S);
         }
         true
     }
@@ -121,7 +121,7 @@ impl Ways<'_> {
         let mut least_m = f64::INFINITY;
         for step in 1..=(LOOKS_AHEAD_S / STEP_S) as u32 {
             let before = twist;
-            (pose, twist) = self.limits.driven(&pose, &twist, wanted, STEP_S);
+            (pose, twist) = self.limits.advance(&pose, &twist, wanted, STEP_S);
             let moves = before != Twist::STOP || twist != Twist::STOP;
             if moves && !self.kept.keeps_off_what_stands(self.field, &pose) {
                 return None;

@@ -157,7 +157,7 @@ impl Navigator {
     /// is within the robot's limits, and within what it reaches in one control period unless it is too fast already.
     pub fn step(&mut self, observation: &Observation) -> Decision {
         let mut decision = self.decide(observation);
-        decision.command = self.robot.limits.nearest_allowed(&decision.command);
+        decision.command = self.robot.limits.clamp(&decision.command);
         self.last_command = decision.command;
         decision
     }
@@ -223,7 +223,7 @@ impl Navigator {
             }
         }
         Decision {
-            command: self.robot.limits.braked(&self.last_command, period_s),
+            command: self.robot.limits.brake(&self.last_command, period_s),
             ..self.standing(mode)
         }
     }
@@ -289,7 +289,7 @@ impl Navigator {
     /// Braking at the limit, on the arc that it drives.
     pub(super) fn brake(&self, now: &PredictedState) -> Twist {
         let period_s = self.planner.settings().control_period_s;
-        self.robot.limits.braked(&now.twist, period_s)
+        self.robot.limits.brake(&now.twist, period_s)
     }
 
     /// The nearest to a velocity that is reached by the next tick.

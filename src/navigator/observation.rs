@@ -1,7 +1,7 @@
 //! What the robot sees and knows at a tick.
 
 use crate::geometry::{Pose, Twist};
-use crate::localization::Lost;
+use crate::localization::LostReason;
 use crate::map::Scan;
 
 /// One tick's worth of senses. The navigator knows nothing of the world beyond these and its map.
@@ -12,7 +12,7 @@ pub struct Observation {
     /// Where the robot is, as its localisation has it.
     pub pose: Pose,
     /// Why that is not to be believed, of a localisation that says so.
-    pub lost: Option<Lost>,
+    pub lost: Option<LostReason>,
     /// How fast it moves, as its odometry has it.
     pub twist: Twist,
     /// The latest revolution of the lidar. The navigator stops when it has had none with a measurement for too long.
@@ -30,6 +30,6 @@ impl Observation {
             && self.scan_s.is_finite()
             && self.pose.is_finite()
             && self.twist.is_finite()
-            && self.scan.is_sound()
+            && self.scan.is_valid()
     }
 }

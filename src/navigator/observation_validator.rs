@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 
 use super::{NavigatorSettings, Observation};
 use crate::geometry::{Pose, Twist, Vector};
-use crate::localization::Lost;
+use crate::localization::LostReason;
 use crate::robot::Limits;
 
 /// A localisation may correct itself by this much at once, metres, beyond what the robot can have driven since.
@@ -45,7 +45,7 @@ pub enum ObservationFault {
     /// No scan, none with a measurement, or an old one.
     NoScan,
     /// The localisation says that it does not know the pose, and why.
-    Lost(Lost),
+    Lost(LostReason),
     /// The pose jumped farther than the robot can drive.
     Jump,
     /// The pose does not change though the robot drives.
@@ -62,11 +62,11 @@ impl ObservationFault {
             Self::NotFinite => "not_finite",
             Self::Clock => "clock",
             Self::NoScan => "no_scan",
-            Self::Lost(Lost::Blind) => "lost_blind",
-            Self::Lost(Lost::ThroughWalls) => "lost_through_walls",
-            Self::Lost(Lost::Unexplained) => "lost_unexplained",
-            Self::Lost(Lost::Jumped) => "lost_jumped",
-            Self::Lost(Lost::Unsure) => "lost_unsure",
+            Self::Lost(LostReason::NoReturns) => "lost_blind",
+            Self::Lost(LostReason::BeamsThroughWalls) => "lost_through_walls",
+            Self::Lost(LostReason::PoorMatch) => "lost_unexplained",
+            Self::Lost(LostReason::PoseJump) => "lost_jumped",
+            Self::Lost(LostReason::HighUncertainty) => "lost_unsure",
             Self::Jump => "jump",
             Self::Frozen => "frozen",
             Self::Reversed => "reversed",

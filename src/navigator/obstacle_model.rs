@@ -40,7 +40,7 @@ impl ObstacleModel {
     }
 
     /// Takes in a scan made at a time, seconds, from a pose in the map frame: follows what moves, marks the rest, and
-    /// clears marks that the scan saw through. The scan must be sound ([`Scan::is_sound`]), pose and time finite.
+    /// clears marks that the scan saw through. The scan must be sound ([`Scan::is_valid`]), pose and time finite.
     pub fn update(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let Some(tracker) = &mut self.tracker else {
             self.map.clear_seen_through(pose, scan);

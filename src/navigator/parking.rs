@@ -141,7 +141,7 @@ mod tests {
                 return (pose, f64::from(tick) * 0.1);
             };
             twist = limits.reachable(&twist, &late, 0.1);
-            late = limits.nearest_allowed(&wanted);
+            late = limits.clamp(&wanted);
             let heading = pose.yaw + twist.angular * 0.05;
             pose.x += twist.linear * 0.1 * libm::cos(heading);
             pose.y += twist.linear * 0.1 * libm::sin(heading);

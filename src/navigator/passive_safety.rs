@@ -99,14 +99,14 @@ impl PassiveSafety<'_> {
         let (mut pose, mut twist) = (now.pose, now.twist);
         for step in 1..=going_on {
             let step_s = noticed_s / f64::from(going_on);
-            (pose, twist) = self.limits.driven(&pose, &twist, wanted, step_s);
+            (pose, twist) = self.limits.advance(&pose, &twist, wanted, step_s);
             if !is_safe_at(&pose, f64::from(step) * step_s) {
                 return false;
             }
         }
         let mut time_s = noticed_s;
         while twist != Twist::STOP {
-            (pose, twist) = self.limits.driven_braking(&pose, &twist, STEP_S);
+            (pose, twist) = self.limits.advance_braking(&pose, &twist, STEP_S);
             time_s += STEP_S;
             if !is_safe_at(&pose, time_s) {
                 return false;

@@ -135,7 +135,7 @@ impl Navigator {
         to: &Point,
         field: &ClearanceField,
     ) -> bool {
-        let Ok(body) = Footprint::round(self.robot.footprint.largest_disc_m()) else {
+        let Ok(body) = Footprint::round(self.robot.footprint.max_disc_radius_m()) else {
             return false;
         };
         let way = to - from;

@@ -29,7 +29,7 @@ impl PredictedState {
         limits: &Limits,
         delay_s: f64,
     ) -> Self {
-        let (pose, twist) = limits.driven(pose, twist, last_command, delay_s);
+        let (pose, twist) = limits.advance(pose, twist, last_command, delay_s);
         Self {
             time_s,
             pose,

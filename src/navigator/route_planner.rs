@@ -2,7 +2,7 @@
 
 use super::NavigatorSettings;
 use crate::geometry::Point;
-use crate::global::{self, ClearanceCosts, Ground, Plan, PlanError, Searcher};
+use crate::global::{self, ClearanceCosts, PlanningSpace, Plan, PlanError, Searcher};
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::robot::Footprint;
 
@@ -55,10 +55,10 @@ impl RoutePlanner {
             settings,
             searcher: Searcher::default(),
             terrain: None,
-            body_radius_m: footprint.largest_disc_m(),
+            body_radius_m: footprint.max_disc_radius_m(),
             least_radius_m,
             comfortable_radius_m,
-            squeezing_radius_m: footprint.largest_disc_m() + coarseness_m(resolution_m)
+            squeezing_radius_m: footprint.max_disc_radius_m() + coarseness_m(resolution_m)
                 - resolution_m / 2.0,
             comfort_detour: navigator.comfort_detour,
         }
@@ -119,13 +119,13 @@ impl RoutePlanner {
         let mut comfortable = terrain.comfortable.clone();
         let margin_m = self.comfortable_radius_m - self.least_radius_m;
         for end in [start, goal] {
-            comfortable.admit_near(least, &end, END_REACH_MARGINS * margin_m);
+            comfortable.free_cells_near(least, &end, END_REACH_MARGINS * margin_m);
         }
         let detour = self.comfort_detour;
         let mut within = |search| {
-            let ground = Ground {
+            let ground = PlanningSpace {
                 search,
-                proof: least,
+                smoothing: least,
                 costs: terrain.costs.as_ref(),
             };
             let from = self.way_out(&terrain.obstacles, search, start);
@@ -172,10 +172,10 @@ impl RoutePlanner {
         }
         let tight = FreeSpace::new(&terrain.obstacles, self.squeezing_radius_m);
         let mut space = terrain.least.clone();
-        space.admit_near(&tight, &start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
-        let ground = Ground {
+        space.free_cells_near(&tight, &start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
+        let ground = PlanningSpace {
             search: &space,
-            proof: &space,
+            smoothing: &space,
             costs: terrain.costs.as_ref(),
         };
         let from = self.way_out(&terrain.obstacles, &space, start);

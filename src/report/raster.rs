@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::map::{OCCUPIED_FROM, OccupancyGrid, UNKNOWN};
+use crate::map::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
 
 /// Grey of rock and of unknown ground; free ground is transparent, so that the page's own colour shows.
 const ROCK: u8 = 0x70;
@@ -65,7 +65,7 @@ fn grey_and_opacity(map: &OccupancyGrid, columns: Range<i32>, rows: Range<i32>) 
     for row in rows {
         let start = row as usize * stride;
         for &cell in &map.cells()[start + columns.start as usize..start + columns.end as usize] {
-            rock += u32::from(cell >= OCCUPIED_FROM);
+            rock += u32::from(cell >= OCCUPIED_THRESHOLD);
             unknown += u32::from(cell == UNKNOWN);
             all += 1;
         }

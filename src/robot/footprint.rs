@@ -70,7 +70,7 @@ impl Footprint {
 
     /// Radius of the largest disc, metres.
     #[must_use]
-    pub fn largest_disc_m(&self) -> f64 {
+    pub fn max_disc_radius_m(&self) -> f64 {
         let radii = self.discs.iter().map(|disc| disc.radius);
         radii.fold(0.0, f64::max)
     }

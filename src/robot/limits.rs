@@ -89,7 +89,7 @@ impl Limits {
 
     /// The nearest twist within the speed limits.
     #[must_use]
-    pub fn nearest_allowed(&self, wanted: &Twist) -> Twist {
+    pub fn clamp(&self, wanted: &Twist) -> Twist {
         Twist {
             linear: wanted.linear.clamp(self.min_vel_x, self.max_vel_x),
             angular: wanted
@@ -130,7 +130,7 @@ impl Limits {
     /// allow that: a robot that brakes goes on along the arc it is on, which was looked over, and not straight into what
     /// the arc leads round.
     #[must_use]
-    pub fn braked(&self, twist: &Twist, time_s: f64) -> Twist {
+    pub fn brake(&self, twist: &Twist, time_s: f64) -> Twist {
         let hardest = self.reachable(twist, &Twist::STOP, time_s);
         if twist.linear == 0.0 {
             return hardest;
@@ -148,15 +148,15 @@ impl Limits {
     /// Where a base is, and how fast it moves, that makes for a velocity for a time in seconds: its speed changes evenly to
     /// what it can reach, and the pose follows the mean of the two.
     #[must_use]
-    pub fn driven(&self, pose: &Pose, twist: &Twist, wanted: &Twist, time_s: f64) -> (Pose, Twist) {
+    pub fn advance(&self, pose: &Pose, twist: &Twist, wanted: &Twist, time_s: f64) -> (Pose, Twist) {
         let then = self.reachable(twist, wanted, time_s);
         (pose.after(&mean(twist, &then), time_s), then)
     }
 
     /// The same for a base that brakes.
     #[must_use]
-    pub fn driven_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
-        let then = self.braked(twist, time_s);
+    pub fn advance_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
+        let then = self.brake(twist, time_s);
         (pose.after(&mean(twist, &then), time_s), then)
     }
 }
@@ -176,7 +176,7 @@ mod tests {
     fn braking_keeps_to_the_arc_as_far_as_the_limits_allow() {
         let limits = Limits::default();
         let twist = Twist::new(0.8, -0.6);
-        let braked = limits.braked(&twist, 0.1);
+        let braked = limits.brake(&twist, 0.1);
         assert!(
             (braked.angular / braked.linear + 0.75).abs() < 1e-12,
             "{braked:?}"
@@ -188,9 +188,9 @@ mod tests {
         // Too sharp an arc for that: it turns on for a moment.
         let sharp = Twist::new(0.01, 0.9);
         let expected = limits.reachable(&sharp, &Twist::STOP, 0.1);
-        assert_eq!(limits.braked(&sharp, 0.1), expected);
-        assert_eq!(limits.braked(&Twist::STOP, 0.1), Twist::STOP);
-        let backwards = limits.braked(&Twist::new(-0.3, 0.3), 0.1);
+        assert_eq!(limits.brake(&sharp, 0.1), expected);
+        assert_eq!(limits.brake(&Twist::STOP, 0.1), Twist::STOP);
+        let backwards = limits.brake(&Twist::new(-0.3, 0.3), 0.1);
         assert!((backwards.angular + backwards.linear).abs() < 1e-12);
     }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{RobotError, Sides, TrackSpeeds};
+use super::{RobotError, PerTrack, TrackSpeeds};
 use crate::documented::documented;
 
 documented! {
@@ -157,19 +157,19 @@ impl TrackLimits {
 
     /// The longest time, seconds, from any speeds of the tracks to standstill.
     #[must_use]
-    pub fn stopping_s(&self) -> f64 {
+    pub fn max_stopping_time_s(&self) -> f64 {
         self.max_track_speed / -self.decel_lim_track
     }
 }
 
-impl From<TrackSpeeds> for Sides<f64> {
+impl From<TrackSpeeds> for PerTrack<f64> {
     fn from(speeds: TrackSpeeds) -> Self {
         Self::new(speeds.left, speeds.right)
     }
 }
 
-impl From<Sides<f64>> for TrackSpeeds {
-    fn from(speeds: Sides<f64>) -> Self {
+impl From<PerTrack<f64>> for TrackSpeeds {
+    fn from(speeds: PerTrack<f64>) -> Self {
         Self {
             left: speeds.left,
             right: speeds.right,

@@ -8,8 +8,8 @@ use super::pose_source::{PoseEstimator, Seen};
 use super::{Config, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
-use crate::localization::{PoseTrack, View};
-use crate::map::{MovingDisc, Scan, Sweep};
+use crate::localization::{PoseHistory, DeskewedScan};
+use crate::map::{MovingDisc, Scan, TimedScan};
 use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 use crate::sim::fault_injection::{Carried, spoil, spoilt};
 use crate::sim::{MovingObstacles, World};
@@ -25,9 +25,9 @@ pub(super) struct Simulation<'a> {
     goes_on: bool,
     pose_source: PoseEstimator,
     /// Where it truly was, and where odometry had it, of late.
-    truth: PoseTrack,
-    odometry: PoseTrack,
-    view: View,
+    truth: PoseHistory,
+    odometry: PoseHistory,
+    view: DeskewedScan,
     /// Whether the vehicle has a lidar of its own, and so is not in the simulated world.
     has_own_lidar: bool,
     navigator: Navigator,
@@ -74,9 +74,9 @@ impl<'a> Simulation<'a> {
             carried: Carried::default(),
             goes_on: true,
             pose_source,
-            truth: PoseTrack::new(),
-            odometry: PoseTrack::new(),
-            view: View::default(),
+            truth: PoseHistory::new(),
+            odometry: PoseHistory::new(),
+            view: DeskewedScan::default(),
             has_own_lidar: false,
             navigator,
             lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
@@ -207,7 +207,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// A revolution as the navigator takes it: as seen from the place of the last odometry.
-    fn at_once(&mut self, sweep: &Sweep) -> Scan {
+    fn at_once(&mut self, sweep: &TimedScan) -> Scan {
         self.view.take(sweep, &self.odometry);
         self.view.scan(sweep.beams.len())
     }

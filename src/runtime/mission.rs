@@ -7,7 +7,7 @@ use super::control_loop::Simulation;
 use super::{Config, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::{Pose, wrap_angle};
 use crate::local::{Engine, Fan, Incidents, Sampling};
-use crate::localization::Fix;
+use crate::localization::PoseEstimate;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{
     DeadlineStats, Decision, Fault, Goal, Navigator, Observation, ObservationFault,
@@ -146,7 +146,7 @@ pub struct TickEvent<'a> {
     /// What its base knows of its own motion: the pose in the `odom` frame.
     pub odometry: &'a OdometryReading,
     /// What its localiser says of the pose, of a robot that has one.
-    pub fix: Option<&'a Fix>,
+    pub fix: Option<&'a PoseEstimate>,
     /// What it decided.
     pub decision: &'a Decision,
     /// How long that took by the observer's clock, seconds.

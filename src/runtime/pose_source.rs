@@ -2,8 +2,8 @@
 
 use super::{Config, Mission, PoseSource};
 use crate::geometry::Pose;
-use crate::localization::{Fix, Localizer, Lost};
-use crate::map::{ObstacleGrid, Scan, Sweep};
+use crate::localization::{Fix, Localizer, LostReason};
+use crate::map::{ObstacleGrid, Scan, TimedScan};
 use crate::navigator::{PoseFilter, PoseMeasurement};
 use crate::sim::{FixSource, SimError};
 
@@ -15,7 +15,7 @@ pub(super) enum Seen {
     /// All beams at once, at the time of the tick.
     Scan(Scan),
     /// Beam after beam. It may be one that was seen before.
-    Sweep(Sweep),
+    Sweep(TimedScan),
 }
 
 #[expect(
@@ -74,15 +74,15 @@ impl PoseEstimator {
                 localizer,
                 looked_s,
             } => {
-                localizer.moved(time_s, odometry);
+                localizer.predict(time_s, odometry);
                 match seen {
                     Seen::Scan(scan) => {
-                        localizer.look(&Sweep::of_scan(scan, time_s, 0.0));
+                        localizer.update(&TimedScan::from_scan(scan, time_s, 0.0));
                     }
                     Seen::Sweep(sweep) => {
                         let end_s = sweep.end_s();
                         if end_s.is_some() && end_s != *looked_s {
-                            localizer.look(sweep);
+                            localizer.update(sweep);
                             *looked_s = end_s;
                         }
                     }
@@ -99,14 +99,14 @@ impl PoseEstimator {
     }
 
     /// What a localiser says of it.
-    pub fn fix(&self) -> Option<&Fix> {
+    pub fn fix(&self) -> Option<&PoseEstimate> {
         match self {
             Self::Fixes { .. } => None,
-            Self::Scans { localizer, .. } => Some(localizer.fix()),
+            Self::Scans { localizer, .. } => Some(localizer.estimate()),
         }
     }
 
-    pub fn lost(&self) -> Option<Lost> {
-        self.fix()?.state.lost()
+    pub fn lost(&self) -> Option<LostReason> {
+        self.fix()?.status.lost_reason()
     }
 }

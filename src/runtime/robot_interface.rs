@@ -1,7 +1,7 @@
 //! What a mission moves: the simulated base, or one whose reported motion counts as true.
 
 use crate::geometry::{Pose, Twist};
-use crate::map::Sweep;
+use crate::map::TimedScan;
 
 /// What a base knows of its own motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub trait Robot {
 
     /// The newest whole revolution of a lidar of its own, by the clock of the mission, whose time is given in seconds; empty as long
     /// as there is none. None for a vehicle without one: then its lidar is simulated, and its pose is the truth.
-    fn sweep(&mut self, _time_s: f64) -> Option<Sweep> {
+    fn sweep(&mut self, _time_s: f64) -> Option<TimedScan> {
         None
     }
 

@@ -235,7 +235,7 @@ impl SimBase {
 impl Base for SimBase {
     /// Never blocks.
     fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
-        let command = self.limits.nearest_allowed(finite(command)?);
+        let command = self.limits.clamp(finite(command)?);
         let delay_s = self.dynamics.command_delay_s;
         // Of two that are sent at once the later counts, so that the queue holds one for each moment at most.
         if self.pending.back().is_some_and(|last| last.0 >= delay_s) {

@@ -44,7 +44,7 @@ impl Carried {
             if let FaultInjection::Kidnapped { at_s, to } = mishap
                 && (self.until_s..time_s).contains(at_s)
             {
-                self.frame = to.frame_of(own);
+                self.frame = to.frame_origin(own);
             }
         }
         self.until_s = self.until_s.max(time_s);

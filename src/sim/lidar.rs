@@ -12,7 +12,7 @@ use super::rng::standard_normal;
 use super::{SimError, World};
 use crate::documented::documented;
 use crate::geometry::{Point, Pose, Vector};
-use crate::map::{MovingDisc, Scan, Sweep};
+use crate::map::{MovingDisc, Scan, TimedScan};
 
 /// Most beams of one scan; a scan is made at every tick.
 const MAX_BEAMS: usize = 65_536;
@@ -136,11 +136,11 @@ impl Lidar {
         pose_at: impl Fn(f64) -> Pose,
         end_s: f64,
         rng: &mut Pcg64Mcg,
-    ) -> Sweep {
+    ) -> TimedScan {
         let gaps = (self.beams.max(2) - 1) as f64;
         let time_of = |beam: usize| end_s - self.sweep_s * (1.0 - beam as f64 / gaps);
         let seen = self.scan_from(world, |beam| pose_at(time_of(beam)), rng);
-        Sweep::of_scan(&seen.scan, end_s, self.sweep_s)
+        TimedScan::from_scan(&seen.scan, end_s, self.sweep_s)
     }
 
     /// A scan whose beams start each at a pose of its own.

@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use super::{Lidar, SimError, World};
 use crate::base::ld19::{POINTS, POINTS_PER_S, Packet, Point, RANGE_MAX_M};
 use crate::geometry::Pose;
-use crate::localization::PoseTrack;
+use crate::localization::PoseHistory;
 
 /// Its speed of rotation, degrees per second: 10 Hz.
 const SPEED_DEG_S: f64 = 3600.0;
@@ -26,7 +26,7 @@ pub struct RotatingLidar {
     lidar: Lidar,
     /// The world, to move things in.
     pub world: World,
-    track: PoseTrack,
+    track: PoseHistory,
     rng: Pcg64Mcg,
     /// Points so far.
     points: u64,
@@ -48,7 +48,7 @@ impl RotatingLidar {
         Ok(Self {
             lidar,
             world,
-            track: PoseTrack::new(),
+            track: PoseHistory::new(),
             rng: Pcg64Mcg::seed_from_u64(seed),
             points: 0,
             packet: Packet::default(),

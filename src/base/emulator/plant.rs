@@ -9,7 +9,7 @@ use super::Trouble;
 use super::motor::{Motor, SpeedControl};
 use crate::base::{BaseSettings, Machine};
 use crate::geometry::{Pose, Twist};
-use crate::robot::{Sides, TrackSpeeds};
+use crate::robot::{PerTrack, TrackSpeeds};
 
 /// Time of one turn of the speed control, seconds: 100 Hz, as the inner loop of usual firmware.
 const TURN_S: f64 = 0.01;
@@ -34,12 +34,12 @@ const GYRO_SIGMA: f64 = 8.7e-4;
 #[derive(Clone, Debug)]
 pub(super) struct Plant {
     settings: BaseSettings,
-    motors: Sides<Motor>,
-    controls: Sides<SpeedControl>,
-    voltages: Sides<f64>,
+    motors: PerTrack<Motor>,
+    controls: PerTrack<SpeedControl>,
+    voltages: PerTrack<f64>,
     /// Way of each track since the start, metres, and its counter at the last turn.
-    travel_m: Sides<f64>,
-    counted: Sides<i64>,
+    travel_m: PerTrack<f64>,
+    counted: PerTrack<i64>,
     since_turn_s: f64,
     battery_v: f64,
     drawn_as: f64,
@@ -54,11 +54,11 @@ impl Plant {
     pub(super) fn new(settings: BaseSettings, seed: u64) -> Self {
         Self {
             settings,
-            motors: Sides::default(),
-            controls: Sides::default(),
-            voltages: Sides::default(),
-            travel_m: Sides::default(),
-            counted: Sides::default(),
+            motors: PerTrack::default(),
+            controls: PerTrack::default(),
+            voltages: PerTrack::default(),
+            travel_m: PerTrack::default(),
+            counted: PerTrack::default(),
             since_turn_s: 0.0,
             battery_v: FULL_V,
             drawn_as: 0.0,
@@ -91,12 +91,12 @@ impl Plant {
             .zip(self.counted, |now, before| (now - before) as f64 / turn_s)
             .zip(self.settings.ticks_per_m, |rate, per_m| rate / per_m);
         self.counted = counts;
-        let wanted = Sides::from(set).zip(shown, |set, shown| (set, shown));
+        let wanted = PerTrack::from(set).zip(shown, |set, shown| (set, shown));
         let battery_v = self.battery_v;
         let turn = |control: &mut SpeedControl, (set, shown): (f64, f64)| {
             control.turn(set, shown, turn_s, battery_v)
         };
-        self.voltages = Sides::new(
+        self.voltages = PerTrack::new(
             turn(&mut self.controls.left, wanted.left),
             turn(&mut self.controls.right, wanted.right),
         );
@@ -114,7 +114,7 @@ impl Plant {
             volts.left = self.battery_v;
         }
         if has(Trouble::Button) {
-            volts = Sides::both(0.0);
+            volts = PerTrack::both(0.0);
         }
         let motors = &mut self.motors;
         motors.left.run(volts.left, has(Trouble::StuckLeft), time_s);
@@ -134,7 +134,7 @@ impl Plant {
         self.pose = self.settings.drive().after(&self.pose, &ran_m);
     }
 
-    fn counts(&self) -> Sides<i64> {
+    fn counts(&self) -> PerTrack<i64> {
         self.travel_m
             .zip(self.settings.ticks_per_m, |travel_m, per_m| {
                 (travel_m * per_m).floor() as i64

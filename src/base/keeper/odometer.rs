@@ -3,7 +3,7 @@
 use crate::base::tick_meter::{can_run, highest_m_s};
 use crate::base::{BaseSettings, Feedback};
 use crate::geometry::Pose;
-use crate::robot::{Sides, TrackOdometry, travel_m};
+use crate::robot::{PerTrack, TrackOdometry, travel_m};
 
 /// Longest time that a reported speed is taken to last, seconds: ten reports of the slowest controller.
 const LONGEST_S: f64 = 0.5;
@@ -12,12 +12,12 @@ const LONGEST_S: f64 = 0.5;
 #[derive(Clone, Debug)]
 pub struct Odometer {
     tracks: TrackOdometry,
-    ticks_per_m: Sides<f64>,
+    ticks_per_m: PerTrack<f64>,
     most_m_s: f64,
     /// The counters before the base was not heard for a while, and when they were read.
-    before: Option<(f64, Sides<u32>)>,
+    before: Option<(f64, PerTrack<u32>)>,
     /// The newest counters, if it has any.
-    ticks: Option<Sides<u32>>,
+    ticks: Option<PerTrack<u32>>,
     /// When the last report came.
     last_s: Option<f64>,
     /// The pose that those made.
@@ -65,7 +65,7 @@ impl Odometer {
     }
 
     /// Goes on from the counters of before an interruption, if the tracks can have run so far since.
-    fn take_up(&mut self, ticks: &Sides<u32>, now_s: f64) {
+    fn take_up(&mut self, ticks: &PerTrack<u32>, now_s: f64) {
         if let Some((before_s, before)) = self.before.take()
             && !can_run(
                 &travel_m(&before, ticks, &self.ticks_per_m),
@@ -73,7 +73,7 @@ impl Odometer {
                 self.most_m_s,
             )
         {
-            self.tracks.forget_counters();
+            self.tracks.reset_counters();
         }
     }
 
@@ -94,7 +94,7 @@ impl Odometer {
 mod tests {
     use super::*;
     use crate::geometry::Twist;
-    use crate::robot::Sides;
+    use crate::robot::PerTrack;
 
     #[test]
     fn ticks_and_speeds_lead_to_the_same_place() {
@@ -104,7 +104,7 @@ mod tests {
             let now_s = 0.02 * f64::from(step);
             // 0.4 and 0.6 m/s at 10,000 ticks a metre.
             let by_ticks = Feedback {
-                ticks: Some(Sides::new(80 * step, 120 * step)),
+                ticks: Some(PerTrack::new(80 * step, 120 * step)),
                 ..Feedback::default()
             };
             ticks.take(&by_ticks, now_s);
@@ -129,7 +129,7 @@ mod tests {
         let base = BaseSettings::default();
         let mut odometer = Odometer::new(&base);
         let at = |ticks| Feedback {
-            ticks: Some(Sides::both(ticks)),
+            ticks: Some(PerTrack::both(ticks)),
             ..Feedback::default()
         };
         let x_m = |odometer: &Odometer| odometer.pose().x;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use super::{Decoder, LidarSettings, Revolutions};
 use crate::base::BaseError;
 use crate::base::keeper::back_off::BackOff;
-use crate::map::Sweep;
+use crate::map::TimedScan;
 
 /// First and longest pause before a line that was lost is opened anew, seconds.
 const FIRST_PAUSE_S: f64 = 0.125;
@@ -68,7 +68,7 @@ impl fmt::Display for LidarTrouble {
 #[derive(Clone, Debug, Default)]
 pub struct LidarStatus {
     /// The newest whole turn, by the keeper's time.
-    pub sweep: Option<Arc<Sweep>>,
+    pub sweep: Option<Arc<TimedScan>>,
     /// Whole turns so far.
     pub turns: u64,
     /// Packets so far.

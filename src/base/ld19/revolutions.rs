@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use super::frames::{POINTS, TURN};
 use super::{LidarSettings, Packet, RANGE_MAX_M};
 use crate::geometry::Pose;
-use crate::map::{Beam, Sweep};
+use crate::map::{Beam, TimedScan};
 
 /// The lidar's clock begins anew after so long, ms.
 const CLOCK_MS: u16 = 30_000;
@@ -66,7 +66,7 @@ impl Revolutions {
 
     /// Takes a packet that came at a time by the host's clock, seconds, which does not descend; gives the turn that it completes. The
     /// beams of a turn are those from one passing of the sensor's front to the next, in the robot's frame.
-    pub fn take(&mut self, packet: &Packet, now_s: f64) -> Option<Sweep> {
+    pub fn take(&mut self, packet: &Packet, now_s: f64) -> Option<TimedScan> {
         let last_s = self.host_time_s(packet, now_s);
         self.speed_deg_s = packet.speed_deg_s;
         let step = f64::from(packet.span()) / (POINTS - 1) as f64;
@@ -147,12 +147,12 @@ impl Revolutions {
     }
 
     /// The turn so far, if it is whole in time and not the rest of one.
-    fn complete(&mut self) -> Option<Sweep> {
+    fn complete(&mut self) -> Option<TimedScan> {
         let (first_s, last_s) = self.took;
         let expected_s = 360.0 / f64::from(self.speed_deg_s.max(1));
         let is_whole =
             !self.turn.is_empty() && (0.5 * expected_s..LONGEST_S).contains(&(last_s - first_s));
-        let sweep = is_whole.then(|| Sweep {
+        let sweep = is_whole.then(|| TimedScan {
             beams: self.turn.clone(),
             range_max: RANGE_MAX_M + self.mount.position().coords.norm(),
         });

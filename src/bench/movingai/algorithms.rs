@@ -1,6 +1,6 @@
 //! What is measured: the one list of search algorithms.
 
-use crate::global::{Found, Heuristic, NotFound, Searcher};
+use crate::global::{CellPath, Heuristic, NoPath, Searcher};
 use crate::map::{Cell, FreeSpace};
 
 /// What a search says of a query.
@@ -12,8 +12,8 @@ pub struct Answer<'a> {
     pub expanded: u32,
 }
 
-impl<'a> From<Result<Found<'a>, NotFound>> for Answer<'a> {
-    fn from(outcome: Result<Found<'a>, NotFound>) -> Self {
+impl<'a> From<Result<CellPath<'a>, NoPath>> for Answer<'a> {
+    fn from(outcome: Result<CellPath<'a>, NoPath>) -> Self {
         match outcome {
             Ok(found) => Self {
                 cells: Some(found.cells),

@@ -3,7 +3,7 @@
 use super::search::{Search, Stage};
 use super::shortest::shortest_cost;
 use super::{PaperError, Site, Task};
-use crate::global::{Clearances, Path, Pruning, Searcher, prune, smooth};
+use crate::global::{PathClearance, Path, Pruning, Searcher, prune, smooth};
 
 /// Degree of the smoothing B-spline, as in the default settings.
 const SPLINE_DEGREE: usize = 3;
@@ -129,7 +129,7 @@ pub fn measure(
     mut progress: impl FnMut(),
 ) -> Result<Vec<TaskRuns>, PaperError> {
     let mut searcher = Searcher::default();
-    let clearances = Clearances::new(&site.obstacles);
+    let clearances = PathClearance::new(&site.obstacles);
     let mut measured = Vec::new();
     for task in &site.tasks {
         let no_path = || PaperError::NoPath {
@@ -208,7 +208,7 @@ fn attempt(
     })
 }
 
-fn run(clearances: &Clearances, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> Run {
+fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> Run {
     let stages = attempt
         .paths
         .into_iter()

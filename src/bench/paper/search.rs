@@ -1,6 +1,6 @@
 //! The searches that are compared.
 
-use crate::global::{Found, Heuristic, NotFound, Searcher};
+use crate::global::{CellPath, Heuristic, NoPath, Searcher};
 use crate::map::{Cell, FreeSpace};
 
 /// How far a path is worked on: each stage includes those before.
@@ -100,7 +100,7 @@ impl Search {
         space: &FreeSpace,
         start: Cell,
         goal: Cell,
-    ) -> Result<Found<'a>, NotFound> {
+    ) -> Result<CellPath<'a>, NoPath> {
         match self.heuristic() {
             Some(heuristic) => searcher.astar(space, start, goal, heuristic, None),
             None => searcher.jump_points(space, start, goal),

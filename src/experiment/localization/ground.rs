@@ -1,7 +1,7 @@
 //! Ground that is hard to know one's place in.
 
 use crate::geometry::{Point, Pose};
-use crate::map::{Cell, GridFrame, OCCUPIED_FROM, OccupancyGrid};
+use crate::map::{Cell, GridFrame, OCCUPIED_THRESHOLD, OccupancyGrid};
 
 const FREE: i8 = 0;
 const OCCUPIED: i8 = 100;
@@ -55,7 +55,7 @@ pub(super) fn coarsened(map: &OccupancyGrid) -> OccupancyGrid {
         origin: fine.origin,
     };
     let is_occupied =
-        |column: i32, row: i32| map.cells()[fine.index(Cell::new(column, row))] >= OCCUPIED_FROM;
+        |column: i32, row: i32| map.cells()[fine.index(Cell::new(column, row))] >= OCCUPIED_THRESHOLD;
     let value = |index: usize| {
         let Cell { column, row } = frame.cell_at(index);
         let occupied = [(0, 0), (1, 0), (0, 1), (1, 1)]

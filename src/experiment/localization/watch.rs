@@ -2,7 +2,7 @@
 
 use super::LocalizationRow;
 use crate::geometry::{Pose, wrap_angle};
-use crate::localization::State;
+use crate::localization::LocalizationStatus;
 use crate::runtime::TickEvent;
 
 /// Within so long a mishap is to be noticed, seconds.
@@ -80,11 +80,11 @@ impl Watch {
             (off_m, wrap_angle(pose.yaw - truth.yaw).abs())
         };
         self.ticks += 1;
-        self.unseen += u64::from(fix.unseen_directions > 0);
+        self.unseen += u64::from(fix.unobservable_directions > 0);
         row.sigma_m = row.sigma_m.max(fix.sigma_m());
-        row.least_agreement = row.least_agreement.min(fix.agreement.agree_share());
-        match fix.state {
-            State::Lost(why) => {
+        row.least_agreement = row.least_agreement.min(fix.agreement.matching_fraction());
+        match fix.status {
+            LocalizationStatus::Lost(why) => {
                 row.lost_ticks += 1;
                 if self.lost_s.is_none() {
                     self.lost_s = Some(now_s);
@@ -94,14 +94,14 @@ impl Watch {
             }
             // What nobody can know before it has been looked at is no error.
             _ if is_unnoticed => {}
-            State::Tracking | State::Uncertain => {
-                row.uncertain_ticks += u64::from(fix.state == State::Uncertain);
+            LocalizationStatus::Tracking | LocalizationStatus::Uncertain => {
+                row.uncertain_ticks += u64::from(fix.status == LocalizationStatus::Uncertain);
                 if let Some(lost_s) = self.lost_s {
                     row.found_after_s.get_or_insert(now_s - lost_s);
                 }
                 let ((off_m, off_rad), (drift_m, drift_rad)) =
                     (off(&moment.row.belief), off(&moment.odometry.pose));
-                if fix.state == State::Tracking {
+                if fix.status == LocalizationStatus::Tracking {
                     row.worst_tracking_m = row.worst_tracking_m.max(off_m);
                 }
                 row.worst_m = row.worst_m.max(off_m);

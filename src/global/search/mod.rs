@@ -20,7 +20,7 @@ use crate::map::{Cell, FreeSpace};
 
 /// A path of cells and what it took to find it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Found<'a> {
+pub struct CellPath<'a> {
     /// Start to goal, both included; each cell is a neighbour of the one before.
     pub cells: &'a [Cell],
     /// Cost of the moves between them, in the units of [`STRAIGHT`](super::STRAIGHT).
@@ -31,7 +31,7 @@ pub struct Found<'a> {
 
 /// A search that found nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotFound {
+pub struct NoPath {
     /// Times that a cell was expanded. A* has then expanded all that can be reached from the start.
     pub expanded: u32,
 }
@@ -60,7 +60,7 @@ impl Searcher {
     /// With `costs`, cheapest means by them instead of by length.
     ///
     /// # Errors
-    /// [`NotFound`] when no path joins the two, as when one of them is not free or lies outside the grid.
+    /// [`NoPath`] when no path joins the two, as when one of them is not free or lies outside the grid.
     ///
     /// # Panics
     /// When the costs are of a smaller grid.
@@ -71,7 +71,7 @@ impl Searcher {
         goal: Cell,
         heuristic: Heuristic,
         costs: Option<&ClearanceCosts>,
-    ) -> Result<Found<'_>, NotFound> {
+    ) -> Result<CellPath<'_>, NoPath> {
         let ends = self.begin(space, start, goal)?;
         let Self {
             labels,
@@ -110,7 +110,7 @@ impl Searcher {
         space: &FreeSpace,
         start: Cell,
         goal: Cell,
-    ) -> Result<Found<'_>, NotFound> {
+    ) -> Result<CellPath<'_>, NoPath> {
         let ends = self.begin(space, start, goal)?;
         let frame = space.frame();
         if self.parents.len() < frame.len() {
@@ -139,10 +139,10 @@ impl Searcher {
         space: &FreeSpace,
         start: Cell,
         goal: Cell,
-    ) -> Result<(Node, Node), NotFound> {
+    ) -> Result<(Node, Node), NoPath> {
         self.cells.clear();
         if !(space.is_free(start) && space.is_free(goal)) {
-            return Err(NotFound { expanded: 0 });
+            return Err(NoPath { expanded: 0 });
         }
         self.labels.begin(space.frame().len());
         Ok((Node::new(start), Node::new(goal)))
@@ -152,14 +152,14 @@ impl Searcher {
         &mut self,
         outcome: &Outcome,
         trace_back: impl FnOnce(&Self, &mut Vec<Cell>),
-    ) -> Result<Found<'_>, NotFound> {
+    ) -> Result<CellPath<'_>, NoPath> {
         let expanded = outcome.expanded;
-        let cost = outcome.cost.ok_or(NotFound { expanded })?;
+        let cost = outcome.cost.ok_or(NoPath { expanded })?;
         let mut cells = core::mem::take(&mut self.cells);
         trace_back(self, &mut cells);
         cells.reverse();
         self.cells = cells;
-        Ok(Found {
+        Ok(CellPath {
             cells: &self.cells,
             cost,
             expanded,

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::Counts;
-use crate::localization::Lost;
+use crate::localization::LostReason;
 use crate::map::Scan;
 use crate::navigator::{Decision, Mode, Observation};
 use crate::recording::cdr::{Decoder, Encoder};
@@ -40,12 +40,12 @@ const MODES: [Mode; 10] = [
 ];
 
 /// In the order of the message's numbers, from one; zero is a pose that is believed.
-const LOST: [Lost; 5] = [
-    Lost::Blind,
-    Lost::ThroughWalls,
-    Lost::Unexplained,
-    Lost::Jumped,
-    Lost::Unsure,
+const LOST: [LostReason; 5] = [
+    LostReason::NoReturns,
+    LostReason::BeamsThroughWalls,
+    LostReason::PoorMatch,
+    LostReason::PoseJump,
+    LostReason::HighUncertainty,
 ];
 
 /// The message of a tick.
@@ -168,7 +168,7 @@ mod tests {
         let observation = Observation {
             time_s: 12.3,
             pose: Pose::new(0.1, -0.2, 0.3),
-            lost: Some(Lost::Unsure),
+            lost: Some(LostReason::HighUncertainty),
             twist: Twist::new(0.4, -0.5),
             scan: Scan {
                 angle_min: -1.0,

@@ -8,7 +8,7 @@ use crate::recording::parts::{self, BASE, MAP, ODOM};
 pub fn transforms(time_s: f64, belief: &Pose, odometry: &Pose) -> Vec<u8> {
     let mut message = Encoder::new();
     let frames = [
-        (MAP, ODOM, belief.frame_of(odometry)),
+        (MAP, ODOM, belief.frame_origin(odometry)),
         (ODOM, BASE, *odometry),
     ];
     message.count(frames.len());

@@ -3,7 +3,7 @@
 use super::Why;
 use super::draft::Draft;
 use super::section::Section;
-use crate::spelling::nearest;
+use crate::suggest::closest_name;
 
 /// A parameter, or a group of them where the name begins or ends with a star, or both; why it is left; in words.
 pub(super) type Rule = (&'static str, Why, &'static str);
@@ -48,7 +48,7 @@ pub(super) fn leave(section: Section, draft: &mut Draft, mapped: &[&str], rules:
         let known = all()
             .map(|(pattern, ..)| *pattern)
             .chain(mapped.iter().copied());
-        let words = match nearest(&name, known.filter(|known| !known.contains('*'))) {
+        let words = match closest_name(&name, known.filter(|known| !known.contains('*'))) {
             Some(meant) => format!("no parameter that is known here: did you mean `{meant}`?"),
             None => "no parameter that is known here".to_owned(),
         };

@@ -5,8 +5,8 @@ use super::frames::Frames;
 use super::scan::{from_now, from_origin, scan, sweep};
 use super::{MessageError, Missing};
 use crate::geometry::{Pose, wrap_angle};
-use crate::localization::PoseTrack;
-use crate::map::{Scan, Sweep};
+use crate::localization::PoseHistory;
+use crate::map::{Scan, TimedScan};
 use crate::navigator::Observation;
 use crate::ros::msg::{LaserScan, Odometry, Time};
 
@@ -26,7 +26,7 @@ pub struct Heard {
     pub motion: Option<(f64, Motion)>,
     scan: Option<Sensed>,
     /// Where odometry had the robot, by the sender's clock.
-    track: PoseTrack,
+    track: PoseHistory,
 }
 
 /// A scan in the lidar's frame.
@@ -37,7 +37,7 @@ struct Sensed {
     frame: String,
     scan: Scan,
     /// Beam by beam, with the times of the sender's clock where it tells them.
-    sweep: Option<Sweep>,
+    sweep: Option<TimedScan>,
 }
 
 impl Heard {
@@ -55,7 +55,7 @@ impl Heard {
         let stamp = message.header.stamp;
         // Poses of another frame, or of no time, are no way that was driven.
         if stamp.is_zero() || before.is_some_and(|frame| *frame != motion.frame) {
-            self.track = PoseTrack::new();
+            self.track = PoseHistory::new();
         }
         if !stamp.is_zero() {
             self.track.record(stamp.seconds(), &motion.pose);

@@ -179,7 +179,7 @@ impl NodeCore {
 
     fn braked(&self) -> Twist {
         let limits = &self.settings.config.robot.limits;
-        limits.braked(&self.command, self.period_s())
+        limits.brake(&self.command, self.period_s())
     }
 
     /// The navigator's decision; none where something is missing, or there is no way.

@@ -4,8 +4,8 @@ use core::f64::consts::TAU;
 
 use super::MessageError;
 use crate::geometry::Pose;
-use crate::localization::{PoseTrack, View};
-use crate::map::{Beam, Scan, Sweep};
+use crate::localization::{PoseHistory, DeskewedScan};
+use crate::map::{Beam, Scan, TimedScan};
 use crate::ros::msg::LaserScan;
 
 /// So many beams may be missing or too many by the angles: drivers round them.
@@ -61,7 +61,7 @@ pub fn scan(message: &LaserScan) -> Result<Scan, MessageError> {
 
 /// The same in the order in which it was measured, with the time of each beam by the sender's clock. None where the message does
 /// not say when that was.
-pub fn sweep(message: &LaserScan, scan: &Scan) -> Option<Sweep> {
+pub fn sweep(message: &LaserScan, scan: &Scan) -> Option<TimedScan> {
     let (stamp, count) = (message.header.stamp, scan.ranges.len());
     if stamp.is_zero() || count == 0 {
         return None;
@@ -82,7 +82,7 @@ pub fn sweep(message: &LaserScan, scan: &Scan) -> Option<Sweep> {
             time_s: stamp.seconds() + index as f64 * step_s,
         }
     };
-    Some(Sweep {
+    Some(TimedScan {
         beams: (0..count).map(beam).collect(),
         range_max: scan.range_max,
     })
@@ -101,10 +101,10 @@ fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
 
 /// A scan by a lidar that is mounted at a pose of the robot's frame, as from the robot's origin at the newest pose of a track of
 /// its motion: each beam is where it was when it was measured.
-pub fn from_now(scan: &Scan, sweep: &Sweep, mount: &Pose, track: &PoseTrack) -> Scan {
+pub fn from_now(scan: &Scan, sweep: &TimedScan, mount: &Pose, track: &PoseHistory) -> Scan {
     let beams = sweep.beams.iter().map(|beam| beam.from_mount(mount));
-    let mut view = View::default();
-    let sweep = Sweep {
+    let mut view = DeskewedScan::default();
+    let sweep = TimedScan {
         beams: beams.collect(),
         range_max: scan.range_max + mount.position().coords.norm(),
     };
@@ -136,7 +136,7 @@ pub fn from_origin(scan: Scan, mount: &Pose) -> Scan {
         let beam = beam.from_mount(mount);
         (!range.is_nan()).then_some((beam.angle, beam.range))
     };
-    Scan::nearest_of(
+    Scan::from_measurements(
         beams as usize,
         scan.range_max + mount.position().coords.norm(),
         scan.ranges.iter().enumerate().filter_map(seen),

@@ -3,7 +3,7 @@
 //! The maps lie beside the repository; where they do not the trials are ignored.
 
 use inbye::geometry::Point;
-use inbye::global::{Ground, Method, PlanError, Searcher, Settings, plan};
+use inbye::global::{PlanningSpace, SearchMethod, PlanError, Searcher, Settings, plan};
 use inbye::map::{
     FreeSpace, LoadOptions, ObstacleGrid, UnknownPolicy, cell_from_top_left, load, read_scen,
 };
@@ -90,7 +90,7 @@ fn keeps_clear(file: PathBuf) -> Trial {
                 continue;
             }
             let settings = Settings {
-                search: [Method::AStar, Method::JumpPoints][number % 2],
+                search: [SearchMethod::AStar, SearchMethod::JumpPoints][number % 2],
                 spline_degree: 1 + number % 6,
                 ..Settings::default()
             };
@@ -117,9 +117,9 @@ fn path(
     [start, goal]: [Point; 2],
     settings: &Settings,
 ) -> Result<inbye::global::Plan, PlanError> {
-    let ground = Ground {
+    let ground = PlanningSpace {
         search: space,
-        proof: space,
+        smoothing: space,
         costs: None,
     };
     plan(searcher, &ground, start, goal, settings, &mut || 0.0)
@@ -176,7 +176,7 @@ fn are_short(mine: &FilePath) -> Result<(), Failed> {
     let obstacles = read(mine)?;
     let space = FreeSpace::new(&obstacles, 0.0);
     let settings = Settings {
-        search: Method::JumpPoints,
+        search: SearchMethod::JumpPoints,
         ..Settings::default()
     };
     let mut searcher = Searcher::default();

@@ -5,7 +5,7 @@ mod sight;
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    Ground, Heuristic, Path, Plan, PlanError, Pruning, Searcher, Settings, is_clear, plan, prune,
+    PlanningSpace, Heuristic, Path, Plan, PlanError, Pruning, Searcher, Settings, is_clear, plan, prune,
 };
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid};
 use rand::{RngExt, SeedableRng};
@@ -59,9 +59,9 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
         spline_degree: random.random_range(1..=6),
         ..Settings::default()
     };
-    let ground = Ground {
+    let ground = PlanningSpace {
         search: &search,
-        proof: &proof,
+        smoothing: &proof,
         costs: None,
     };
     match plan(
@@ -358,9 +358,9 @@ fn ends_at_cell_centres_make_no_turn_of_their_own() {
     // Centres that a user types are often a rounding error away from the map's.
     for case in cases(25, 300, 30) {
         let frame = case.obstacles.frame();
-        let ground = Ground {
+        let ground = PlanningSpace {
             search: &case.search,
-            proof: &case.proof,
+            smoothing: &case.proof,
             costs: None,
         };
         let settings = Settings::default();

@@ -5,7 +5,7 @@ mod ends;
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    DIAGONAL, Ground, Heuristic, Plan, PlanError, STRAIGHT, Searcher, Settings, plan,
+    DIAGONAL, PlanningSpace, Heuristic, Plan, PlanError, STRAIGHT, Searcher, Settings, plan,
 };
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use pathfinding::prelude::{bfs_reach, dijkstra};
@@ -307,9 +307,9 @@ fn cells_that_are_not_free_are_not_searched_from_or_for() {
 }
 
 fn query(space: &FreeSpace, start: Point, goal: Point) -> Result<Plan, PlanError> {
-    let ground = Ground {
+    let ground = PlanningSpace {
         search: space,
-        proof: space,
+        smoothing: space,
         costs: None,
     };
     let settings = Settings::default();

@@ -9,7 +9,7 @@ const ROOMS: [&str; 20] = [
     "documented",
     "geometry",
     "numeric",
-    "spelling",
+    "suggest",
     "map",
     "robot",
     "localization",

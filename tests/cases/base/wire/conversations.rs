@@ -2,7 +2,7 @@
 
 use inbye::base::{BaseSettings, Protocol};
 use inbye::geometry::Twist;
-use inbye::robot::{Sides, TrackLimits, TrackSpeeds};
+use inbye::robot::{PerTrack, TrackLimits, TrackSpeeds};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -16,7 +16,7 @@ const RESOLUTION: f64 = 0.004;
 fn settings() -> BaseSettings {
     BaseSettings {
         effective_width_ratio: 1.5,
-        ticks_per_m: Sides::new(10_000.0, 12_000.0),
+        ticks_per_m: PerTrack::new(10_000.0, 12_000.0),
         ..BaseSettings::default()
     }
 }
@@ -64,7 +64,7 @@ fn every_wiring_drives_the_same_robot() {
         for wiring in 0..8 {
             let settings = BaseSettings {
                 swap_tracks: wiring & 1 != 0,
-                reversed: Sides::new(wiring & 2 != 0, wiring & 4 != 0),
+                reversed: PerTrack::new(wiring & 2 != 0, wiring & 4 != 0),
                 ..settings()
             };
             let mut talk = Conversation::new(protocol, settings);

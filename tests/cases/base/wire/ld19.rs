@@ -11,8 +11,8 @@ use inbye::base::ld19::{
 };
 use inbye::base::{BaseConfig, BaseError};
 use inbye::geometry::{Point as Place, Pose, Twist};
-use inbye::localization::{PoseTrack, View};
-use inbye::map::{GridFrame, ObstacleGrid, Sweep};
+use inbye::localization::{PoseHistory, DeskewedScan};
+use inbye::map::{GridFrame, ObstacleGrid, TimedScan};
 use inbye::sim::{Lidar, RotatingLidar, World};
 use proptest::collection::vec;
 use proptest::prelude::{Strategy, any, prop_assert_eq};
@@ -206,7 +206,7 @@ fn turning(seconds: f64, post: u16) -> Vec<Packet> {
 }
 
 /// The turns made of packets, each of which comes late by so much, seconds.
-fn turns(settings: LidarSettings, packets: &[Packet], late: impl Fn(usize) -> f64) -> Vec<Sweep> {
+fn turns(settings: LidarSettings, packets: &[Packet], late: impl Fn(usize) -> f64) -> Vec<TimedScan> {
     let mut revolutions = Revolutions::new(settings);
     let mut now_s = 0.0_f64;
     let mut all = Vec::new();
@@ -218,7 +218,7 @@ fn turns(settings: LidarSettings, packets: &[Packet], late: impl Fn(usize) -> f6
     all
 }
 
-fn post(sweep: &Sweep) -> (f64, f64) {
+fn post(sweep: &TimedScan) -> (f64, f64) {
     let mut near = sweep.beams.iter().filter(|beam| beam.range < 2.0);
     let beam = near.next().expect("the post is seen");
     assert!(near.next().is_none());
@@ -237,7 +237,7 @@ fn a_turn_runs_clockwise_on_the_line_and_counter_clockwise_here() {
             "{angle}"
         );
         assert_eq!(sweep.beams.len(), 450);
-        assert!(sweep.is_sound());
+        assert!(sweep.is_valid());
         let times = sweep
             .beams
             .windows(2)
@@ -298,7 +298,7 @@ fn lost_packets_cost_their_points_and_a_gap_costs_the_turn() {
     assert_eq!(few.len(), whole);
     assert!(few.iter().any(|sweep| sweep.beams.len() == 450 - 36));
     let gap = turns(plain, &without(100..160), |_| 0.0);
-    assert!(gap.len() < whole && gap.iter().all(Sweep::is_sound));
+    assert!(gap.len() < whole && gap.iter().all(TimedScan::is_valid));
     // No distance, and one within the robot, are no measurement.
     let mut blind = all;
     for packet in &mut blind {
@@ -325,7 +325,7 @@ fn any_packets_make_sound_turns() {
                 ..packet
             };
             if let Some(sweep) = revolutions.take(&packet, now_s) {
-                prop_assert_eq!(sweep.is_sound(), true);
+                prop_assert_eq!(sweep.is_valid(), true);
                 let times = || sweep.beams.iter().map(|beam| beam.time_s);
                 prop_assert_eq!(times().is_sorted(), true);
                 let (first_s, last_s) = (times().next(), times().next_back());
@@ -364,7 +364,7 @@ fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
         Decoder::default(),
         Revolutions::new(LidarSettings::default()),
     );
-    let (mut track, mut looks) = (PoseTrack::new(), 0);
+    let (mut track, mut looks) = (PoseHistory::new(), 0);
     for tick in 0..400 {
         let now_s = 0.005 * f64::from(tick);
         let pose = start.after(&twist, now_s);
@@ -376,7 +376,7 @@ fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
             let Some(sweep) = revolutions.take(&packet, now_s) else {
                 continue;
             };
-            let mut view = View::default();
+            let mut view = DeskewedScan::default();
             view.take(&sweep, &track);
             looks += 1;
             assert!(view.hits.len() > 440);

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use inbye::base::{BaseSettings, Feedback, Machine, Peer, Protocol, Session};
 use inbye::geometry::Twist;
-use inbye::robot::{Sides, TrackSpeeds};
+use inbye::robot::{PerTrack, TrackSpeeds};
 
 /// One turn of both loops, seconds.
 const TURN_S: f64 = 0.001;
@@ -35,7 +35,7 @@ pub struct Conversation {
     /// All that the host wrote.
     pub written: Vec<u8>,
     settings: BaseSettings,
-    travel: Sides<f64>,
+    travel: PerTrack<f64>,
     to_base: VecDeque<(f64, Vec<u8>)>,
     to_host: VecDeque<(f64, Vec<u8>)>,
     turns: u64,
@@ -63,7 +63,7 @@ impl Conversation {
             set: Vec::new(),
             written: Vec::new(),
             settings: base,
-            travel: Sides::both(0.0),
+            travel: PerTrack::both(0.0),
             to_base: VecDeque::new(),
             to_host: VecDeque::new(),
             turns: 0,
@@ -149,7 +149,7 @@ impl Conversation {
     fn roll(&mut self, set: TrackSpeeds) {
         let share = TURN_S / LAG_S;
         let speeds =
-            Sides::from(self.machine.speeds).zip(set.into(), |now, set| now + share * (set - now));
+            PerTrack::from(self.machine.speeds).zip(set.into(), |now, set| now + share * (set - now));
         self.machine.speeds = speeds.into();
         self.travel = self
             .travel

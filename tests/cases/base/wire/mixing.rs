@@ -1,7 +1,7 @@
 //! Any motion through the mixer: within the limits of each track, with the curvature that was wanted.
 
 use inbye::geometry::{Pose, Twist};
-use inbye::robot::{Mixer, Sides, TrackLimits, TrackOdometry, TrackSpeeds, TrackedDrive};
+use inbye::robot::{Mixer, PerTrack, TrackLimits, TrackOdometry, TrackSpeeds, TrackedDrive};
 use proptest::prelude::{Strategy, prop_assert};
 use proptest::test_runner::TestCaseError;
 
@@ -103,9 +103,9 @@ fn ramps_obey_each_track_and_arrive() {
 #[test]
 fn ticks_of_a_drive_lead_where_the_drive_led() {
     for_all(300, (twist(), 0..u32::MAX), |(twist, start)| {
-        let per_m = Sides::new(20_000.0, 30_000.0);
+        let per_m = PerTrack::new(20_000.0, 30_000.0);
         let mut odometry = TrackOdometry::new(DRIVE, per_m, Pose::default());
-        let tracks = Sides::from(DRIVE.tracks(&twist));
+        let tracks = PerTrack::from(DRIVE.tracks(&twist));
         for tick in 0..=50 {
             let time_s = 0.02 * f64::from(tick);
             odometry.read(tracks.zip(per_m, |speed, per_m| {

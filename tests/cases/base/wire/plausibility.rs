@@ -4,7 +4,7 @@ use inbye::base::{
     BaseSettings, Faults, Feedback, Observation, Plausibility, PlausibilitySettings, Verdict,
 };
 use inbye::geometry::Twist;
-use inbye::robot::{Mixer, Side, Sides};
+use inbye::robot::{Mixer, Side, PerTrack};
 
 /// Time of a look, seconds.
 const LOOK_S: f64 = 0.05;
@@ -16,7 +16,7 @@ struct Drive {
     judge: Plausibility,
     mixer: Mixer,
     settings: BaseSettings,
-    speeds: Sides<f64>,
+    speeds: PerTrack<f64>,
     now_s: f64,
 }
 
@@ -31,7 +31,7 @@ impl Drive {
                 .expect("valid settings"),
             mixer: Mixer::new(settings.drive(), settings.tracks),
             settings,
-            speeds: Sides::both(0.0),
+            speeds: PerTrack::both(0.0),
             now_s: 0.0,
         }
     }
@@ -41,7 +41,7 @@ impl Drive {
         &mut self,
         wanted: Twist,
         time_s: f64,
-        fault: impl Fn(&mut Sides<f64>, &mut Feedback),
+        fault: impl Fn(&mut PerTrack<f64>, &mut Feedback),
     ) -> Option<(f64, Verdict)> {
         let start_s = self.now_s;
         for _ in 0..(time_s / LOOK_S).round() as usize {
@@ -74,7 +74,7 @@ impl Drive {
     }
 }
 
-fn healthy(_: &mut Sides<f64>, _: &mut Feedback) {}
+fn healthy(_: &mut PerTrack<f64>, _: &mut Feedback) {}
 
 #[test]
 fn a_healthy_base_is_left_alone_through_starts_reversals_and_turns() {
@@ -101,7 +101,7 @@ fn a_healthy_base_is_left_alone_through_starts_reversals_and_turns() {
 fn a_stuck_track_is_found_on_its_side_and_says_so() {
     for side in [Side::Left, Side::Right] {
         let mut drive = Drive::new();
-        let stuck = move |measured: &mut Sides<f64>, _: &mut Feedback| match side {
+        let stuck = move |measured: &mut PerTrack<f64>, _: &mut Feedback| match side {
             Side::Left => measured.left = 0.002,
             Side::Right => measured.right = 0.002,
         };
@@ -121,7 +121,7 @@ fn a_stuck_track_is_found_on_its_side_and_says_so() {
 #[test]
 fn a_reversed_track_is_found_before_it_has_gone_far() {
     let mut drive = Drive::new();
-    let reversed = |measured: &mut Sides<f64>, _: &mut Feedback| measured.right = -measured.right;
+    let reversed = |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.right = -measured.right;
     let (after_s, verdict) = drive.keep_on(Twist::new(0.5, 0.0), 3.0, reversed).unwrap();
     assert!(
         matches!(
@@ -138,7 +138,7 @@ fn a_reversed_track_is_found_before_it_has_gone_far() {
 
 #[test]
 fn a_runaway_is_found_at_rest_and_under_way() {
-    let away = |measured: &mut Sides<f64>, _: &mut Feedback| measured.left = 1.2;
+    let away = |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.left = 1.2;
     for wanted in [Twist::STOP, Twist::new(0.5, 0.0)] {
         let mut drive = Drive::new();
         assert_eq!(drive.keep_on(wanted, 2.0, healthy), None);
@@ -162,7 +162,7 @@ fn slip_is_found_by_the_gyro_and_only_where_it_is_gross() {
     let turn = Twist::new(0.0, 1.5);
     for (share, found) in [(1.0, false), (0.8, false), (0.3, true), (-1.0, true)] {
         let mut drive = Drive::new();
-        let slip = move |measured: &mut Sides<f64>, feedback: &mut Feedback| {
+        let slip = move |measured: &mut PerTrack<f64>, feedback: &mut Feedback| {
             feedback.yaw_rate = Some(share * (measured.right - measured.left) / 0.5);
         };
         let verdict = drive.keep_on(turn, 4.0, slip);
@@ -177,7 +177,7 @@ fn slip_is_found_by_the_gyro_and_only_where_it_is_gross() {
 #[test]
 fn a_low_battery_is_found_and_a_sagging_one_is_not() {
     let mut drive = Drive::new();
-    let low = |_: &mut Sides<f64>, feedback: &mut Feedback| feedback.battery_v = Some(21.0);
+    let low = |_: &mut PerTrack<f64>, feedback: &mut Feedback| feedback.battery_v = Some(21.0);
     assert_eq!(drive.keep_on(Twist::STOP, 4.0, low), None);
     assert_eq!(drive.keep_on(Twist::STOP, 1.0, healthy), None);
     let (after_s, verdict) = drive.keep_on(Twist::STOP, 6.0, low).unwrap();
@@ -188,7 +188,7 @@ fn a_low_battery_is_found_and_a_sagging_one_is_not() {
 #[test]
 fn what_the_base_says_itself_is_found_at_once() {
     let reports = |feedback: Feedback| {
-        let say = move |_: &mut Sides<f64>, said: &mut Feedback| *said = feedback;
+        let say = move |_: &mut PerTrack<f64>, said: &mut Feedback| *said = feedback;
         let verdict = Drive::new().keep_on(Twist::STOP, 0.1, say);
         verdict.map(|(_, verdict)| verdict)
     };
@@ -213,7 +213,7 @@ fn what_the_base_says_itself_is_found_at_once() {
 #[test]
 fn a_verdict_is_kept_until_it_is_released_and_found_again_where_it_still_holds() {
     let mut drive = Drive::new();
-    let away = |measured: &mut Sides<f64>, _: &mut Feedback| *measured = Sides::both(0.5);
+    let away = |measured: &mut PerTrack<f64>, _: &mut Feedback| *measured = PerTrack::both(0.5);
     let (_, first) = drive.keep_on(Twist::STOP, 3.0, away).unwrap();
     let (after_s, kept) = drive.keep_on(Twist::STOP, 3.0, healthy).unwrap();
     assert_eq!((kept, after_s < 0.06), (first, true));

@@ -11,7 +11,7 @@ use inbye::base::{
     Protocol, SerialBase, SerialSettings,
 };
 use inbye::geometry::Twist;
-use inbye::robot::Sides;
+use inbye::robot::PerTrack;
 use serialport::{SerialPort, TTYPort};
 
 /// A bound so generous that a busy machine does not trip it.
@@ -22,7 +22,7 @@ fn control(mut port: TTYPort, mut peer: Box<dyn Peer>, settings: &BaseSettings, 
     port.set_timeout(Duration::from_millis(1))
         .expect("a timeout");
     let start = Instant::now();
-    let (mut machine, mut travel_m, mut last_s) = (Machine::default(), Sides::both(0.0), 0.0);
+    let (mut machine, mut travel_m, mut last_s) = (Machine::default(), PerTrack::both(0.0), 0.0);
     let mut bytes = [0; 256];
     while !end.load(Ordering::Relaxed) {
         let now_s = start.elapsed().as_secs_f64();
@@ -32,7 +32,7 @@ fn control(mut port: TTYPort, mut peer: Box<dyn Peer>, settings: &BaseSettings, 
         let mut line = Vec::new();
         machine.speeds = peer.step(now_s, &machine, &mut line);
         let _ = port.write_all(&line);
-        let speeds = Sides::from(machine.speeds);
+        let speeds = PerTrack::from(machine.speeds);
         travel_m = travel_m.zip(speeds, |travel_m, speed| {
             travel_m + speed * (now_s - last_s)
         });

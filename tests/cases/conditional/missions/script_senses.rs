@@ -1,7 +1,7 @@
 //! Senses that lie, fail or say nothing.
 
 use inbye::geometry::{Pose, Twist};
-use inbye::localization::Lost;
+use inbye::localization::LostReason;
 use inbye::navigator::{Decision, Fault, Mode, Observation, ObservationFault};
 
 use super::Test;
@@ -124,14 +124,14 @@ fn goes_on_after_a_few_and_gives_up_after_many(
 
 /// A robot whose localisation has lost it stands for as long as its patience lasts, and goes on where it is found, also elsewhere.
 fn lost() {
-    let (decisions, mut script) = disturbed(100, &|_, seen| seen.lost = Some(Lost::Blind));
+    let (decisions, mut script) = disturbed(100, &|_, seen| seen.lost = Some(LostReason::NoReturns));
     assert!(
         decisions
             .iter()
             .all(|decision| decision.mode == Mode::SensorFault)
     );
     assert_eq!(decisions[20].command, Twist::STOP);
-    let doubt = ObservationFault::Lost(Lost::Blind);
+    let doubt = ObservationFault::Lost(LostReason::NoReturns);
     // The key of an object in the JSON of a drive.
     let counts = serde_json::to_value(script.navigator.observation_faults());
     assert_eq!(
@@ -143,7 +143,7 @@ fn lost() {
         Some(&100)
     );
     script.finish(45.0);
-    let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(Lost::Blind));
+    let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(LostReason::NoReturns));
     assert_eq!(decisions.last().map(|last| last.mode), Some(Mode::Failed));
     let fault = script.navigator.fault().map(ToString::to_string);
     assert_eq!(

@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    ClearanceCosts, Ground, Heuristic, Path, Searcher, Settings, min_clearance_m, plan,
+    ClearanceCosts, PlanningSpace, Heuristic, Path, Searcher, Settings, min_clearance_m, plan,
 };
 use inbye::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use pathfinding::prelude::dijkstra;
@@ -92,9 +92,9 @@ fn a_path_keeps_its_distance_where_that_is_asked_for_and_there_is_room() {
         };
         let costs = settings.costs(&obstacles);
         assert_eq!(costs.is_some(), clearance_weight > 0.0);
-        let ground = Ground {
+        let ground = PlanningSpace {
             search: &space,
-            proof: &space,
+            smoothing: &space,
             costs: costs.as_ref(),
         };
         plan(

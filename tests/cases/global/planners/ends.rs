@@ -1,7 +1,7 @@
 //! Ends that cannot be, and settings out of range: what is said of them.
 
 use inbye::geometry::Point;
-use inbye::global::{Ground, Heuristic, PlanError, Searcher, Settings, plan};
+use inbye::global::{PlanningSpace, Heuristic, PlanError, Searcher, Settings, plan};
 
 use super::{WORKINGS, free_space, query};
 
@@ -128,9 +128,9 @@ fn a_goal_in_a_closed_chamber_has_no_path() {
 #[test]
 fn settings_out_of_range_are_named() {
     let space = free_space(&WORKINGS, 0.0);
-    let ground = Ground {
+    let ground = PlanningSpace {
         search: &space,
-        proof: &space,
+        smoothing: &space,
         costs: None,
     };
     let here = Point::new(-8.7, 21.3);

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use inbye::geometry::{Point, Pose, wrap_angle};
-use inbye::localization::{Fix, LocalizationError, LocalizationSettings, Localizer, Lost, State};
-use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, Sweep};
+use inbye::localization::{PoseEstimate, LocalizationError, LocalizationSettings, Localizer, LostReason, LocalizationStatus};
+use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, TimedScan};
 use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -60,25 +60,25 @@ impl Stage {
         }
     }
 
-    fn look(&mut self, lidar: &Lidar, truth: &Pose, time_s: f64) -> Fix {
+    fn update(&mut self, lidar: &Lidar, truth: &Pose, time_s: f64) -> PoseEstimate {
         let seen = lidar.scan(&self.world, truth, &mut self.rng);
         *self
             .localizer
-            .look(&Sweep::of_scan(&seen.scan, time_s, 0.0))
+            .update(&TimedScan::from_scan(&seen.scan, time_s, 0.0))
     }
 
     /// Stands for so many revolutions.
-    fn stand(&mut self, truth: &Pose, times: u32) -> Fix {
+    fn stand(&mut self, truth: &Pose, times: u32) -> PoseEstimate {
         for tick in 0..times {
             let time_s = 0.1 * f64::from(tick);
-            self.localizer.moved(time_s, &Pose::default());
-            self.look(&LIDAR, truth, time_s);
+            self.localizer.predict(time_s, &Pose::default());
+            self.update(&LIDAR, truth, time_s);
         }
-        *self.localizer.fix()
+        *self.localizer.estimate()
     }
 }
 
-fn off(fix: &Fix, truth: &Pose) -> (f64, f64) {
+fn off(fix: &PoseEstimate, truth: &Pose) -> (f64, f64) {
     let off_m = (fix.pose.position() - truth.position()).norm();
     (off_m, wrap_angle(fix.pose.yaw - truth.yaw).abs())
 }
@@ -91,8 +91,8 @@ fn a_start_that_is_a_little_off_is_mended() {
         let fix = Stage::new(ground(Pose::default(), &ROOM), &start).stand(&truth, 10);
         let (off_m, off_rad) = off(&fix, &truth);
         assert!(off_m < 0.01 && off_rad < 0.004, "{fix:?}");
-        assert_eq!((fix.state, fix.unseen_directions), (State::Tracking, 0));
-        assert!(fix.agreement.agree_share() > 0.95, "{fix:?}");
+        assert_eq!((fix.status, fix.unobservable_directions), (LocalizationStatus::Tracking, 0));
+        assert!(fix.agreement.matching_fraction() > 0.95, "{fix:?}");
     }
 }
 
@@ -122,12 +122,12 @@ fn people_do_not_pull_the_pose() {
     stage.world.moving = vec![person(5.0, 4.3), person(4.2, 5.2), person(3.2, 3.9)];
     let fix = stage.stand(&truth, 10);
     assert!(off(&fix, &truth).0 < 0.012, "{fix:?}");
-    assert_eq!(fix.state, State::Tracking);
+    assert_eq!(fix.status, LocalizationStatus::Tracking);
     assert!(fix.agreement.unmapped() > 60, "{fix:?}");
 }
 
 /// A robot in the middle of a smooth roadway, driven by odometry that counts 5 % too much.
-fn along_the_roadway(lidar: &Lidar) -> (Fix, Pose, f64) {
+fn along_the_roadway(lidar: &Lidar) -> (PoseEstimate, Pose, f64) {
     let start = Pose::new(9.0, 7.5, 0.0);
     let mut stage = Stage::new(ground(Pose::default(), &ROADWAY), &start);
     let mut truth = start;
@@ -137,11 +137,11 @@ fn along_the_roadway(lidar: &Lidar) -> (Fix, Pose, f64) {
         let time_s = 0.1 * f64::from(tick);
         stage
             .localizer
-            .moved(time_s, &Pose::new(way_m / 0.95, 0.0, 0.0));
-        stage.look(lidar, &truth, time_s);
+            .predict(time_s, &Pose::new(way_m / 0.95, 0.0, 0.0));
+        stage.update(lidar, &truth, time_s);
     }
-    let (way_factor, _) = stage.localizer.odometry_factors();
-    (*stage.localizer.fix(), truth, way_factor)
+    let (way_factor, _) = stage.localizer.odometry_scale();
+    (*stage.localizer.estimate(), truth, way_factor)
 }
 
 #[test]
@@ -151,21 +151,21 @@ fn along_a_smooth_roadway_the_pose_is_left_to_odometry_and_said_to_be() {
         ..LIDAR
     };
     let (fix, truth, way_factor) = along_the_roadway(&short);
-    assert_eq!(fix.unseen_directions, 1);
+    assert_eq!(fix.unobservable_directions, 1);
     // Off along by what slipped in 2 m, and not across.
     assert!((fix.pose.x - truth.x - 0.105).abs() < 0.01, "{fix:?}");
     assert!((fix.pose.y - truth.y).abs() < 0.005, "{fix:?}");
     assert!(off(&fix, &truth).1 < 0.003, "{fix:?}");
     assert!(fix.covariance[(0, 0)].sqrt() > 0.1, "{fix:?}");
     assert!(fix.covariance[(1, 1)].sqrt() < 0.02, "{fix:?}");
-    assert_eq!(fix.state, State::Uncertain);
+    assert_eq!(fix.status, LocalizationStatus::Uncertain);
     assert!((way_factor - 1.0).abs() < 1e-6, "{way_factor}");
 }
 
 #[test]
 fn where_an_end_is_seen_the_slip_is_learned() {
     let (fix, truth, way_factor) = along_the_roadway(&LIDAR);
-    assert_eq!((fix.unseen_directions, fix.state), (0, State::Tracking));
+    assert_eq!((fix.unobservable_directions, fix.status), (0, LocalizationStatus::Tracking));
     assert!(off(&fix, &truth).0 < 0.02, "{fix:?}");
     assert!((way_factor - 0.95).abs() < 0.02, "{way_factor}");
 }
@@ -179,9 +179,9 @@ fn without_revolutions_the_pose_drifts() {
         let yaw = 0.05 * f64::from(tick);
         stage
             .localizer
-            .moved(0.1 * f64::from(tick), &Pose::new(0.0, 0.0, yaw));
+            .predict(0.1 * f64::from(tick), &Pose::new(0.0, 0.0, yaw));
     }
-    let fix = stage.localizer.fix();
+    let fix = stage.localizer.estimate();
     assert!((wrap_angle(fix.pose.yaw - 5.4)).abs() < 1e-9, "{fix:?}");
     assert!(fix.sigma_rad() > 0.1, "{fix:?}");
 }
@@ -198,14 +198,14 @@ fn what_was_covered_is_found_only_by_evidence() {
     let mut states = Vec::new();
     for tick in 10..40 {
         let lidar = if tick < 20 { &blind } else { &LIDAR };
-        states.push(stage.look(lidar, &truth, 0.1 * f64::from(tick)).state);
+        states.push(stage.update(lidar, &truth, 0.1 * f64::from(tick)).status);
     }
-    assert_eq!(states[3], State::Uncertain);
-    assert_eq!(states[4..10], [State::Lost(Lost::Blind); 6]);
+    assert_eq!(states[3], LocalizationStatus::Uncertain);
+    assert_eq!(states[4..10], [LocalizationStatus::Lost(LostReason::NoReturns); 6]);
     // Five revolutions that agree.
-    assert_eq!(states[10..14], [State::Lost(Lost::Blind); 4]);
+    assert_eq!(states[10..14], [LocalizationStatus::Lost(LostReason::NoReturns); 4]);
     assert!(
-        states[15..].iter().all(|state| *state == State::Tracking),
+        states[15..].iter().all(|state| *state == LocalizationStatus::Tracking),
         "{states:?}"
     );
 }
@@ -214,13 +214,13 @@ fn what_was_covered_is_found_only_by_evidence() {
 fn what_cannot_be_a_localiser_is_refused() {
     let ground = ground(Pose::default(), &ROOM);
     let bad = LocalizationSettings {
-        outlier_m: f64::NAN,
+        outlier_distance_m: f64::NAN,
         ..LocalizationSettings::default()
     };
     let refusal = Localizer::new(&ground, bad, &Pose::default()).expect_err("no number");
     assert_eq!(
         refusal.to_string(),
-        "outlier_m is NaN: it must be above zero and at most 1"
+        "outlier_distance_m is NaN: it must be above zero and at most 1"
     );
     let nowhere = Pose::new(f64::NAN, 0.0, 0.0);
     let refusal = Localizer::new(&ground, LocalizationSettings::default(), &nowhere);
@@ -233,14 +233,14 @@ fn numbers_that_are_none_are_passed_over() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
     stage.stand(&truth, 5);
-    let before = *stage.localizer.fix();
-    stage.localizer.moved(f64::NAN, &Pose::default());
+    let before = *stage.localizer.estimate();
+    stage.localizer.predict(f64::NAN, &Pose::default());
     stage
         .localizer
-        .moved(1.0, &Pose::new(f64::INFINITY, 0.0, 0.0));
-    assert_eq!(*stage.localizer.fix(), before);
+        .predict(1.0, &Pose::new(f64::INFINITY, 0.0, 0.0));
+    assert_eq!(*stage.localizer.estimate(), before);
     let seen = LIDAR.scan(&stage.world, &truth, &mut stage.rng);
-    let mut sweep = Sweep::of_scan(&seen.scan, 0.5, 0.0);
+    let mut sweep = TimedScan::from_scan(&seen.scan, 0.5, 0.0);
     for (number, beam) in sweep.beams.iter_mut().enumerate() {
         match number % 4 {
             0 => beam.angle = f64::NAN,
@@ -249,11 +249,11 @@ fn numbers_that_are_none_are_passed_over() {
             _ => {}
         }
     }
-    let fix = *stage.localizer.look(&sweep);
+    let fix = *stage.localizer.update(&sweep);
     assert!(
         fix.pose.is_finite() && off(&fix, &truth).0 < 0.02,
         "{fix:?}"
     );
-    stage.localizer.look(&Sweep::default());
+    stage.localizer.update(&TimedScan::default());
     assert!(stage.localizer.pose().is_finite());
 }

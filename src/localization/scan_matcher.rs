@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::LocalizationSettings;
-use super::view::Hit;
-use super::walls::Walls;
+use super::deskewed_scan::Hit;
+use super::signed_distance_field::SignedDistanceField;
 use crate::geometry::{Pose, wrap_angle};
 
 /// Most rounds of one matching.
@@ -30,8 +30,8 @@ pub(super) struct Matched {
     /// What the beams tell of x, y and yaw there.
     pub information: Matrix3<f64>,
     pub rms_m: f64,
-    pub unseen_directions: u8,
-    pub rounds: u8,
+    pub unobservable_directions: u8,
+    pub iterations: u8,
 }
 
 /// What the beams say at a pose: sums over those that count.
@@ -48,7 +48,7 @@ struct Sums {
 /// Moves a pose of the grid's frame to where the beams end on walls, held by the prior: that pose with its certainty, the inverse of
 /// its covariance.
 pub(super) fn matched(
-    walls: &Walls,
+    walls: &SignedDistanceField,
     hits: &[Hit],
     prior: &Pose,
     certainty: &Matrix3<f64>,
@@ -57,7 +57,7 @@ pub(super) fn matched(
 ) -> Matched {
     let narrow_m = tolerance_m(walls, settings);
     let mut wide_m = WIDE_SIGMAS * prior_sigma_m;
-    let (mut pose, mut rounds) = (*prior, 0);
+    let (mut pose, mut iterations) = (*prior, 0);
     loop {
         let sums = sums(walls, hits, &pose, narrow_m + wide_m);
         let told = told(&sums, hits.len(), settings);
@@ -71,11 +71,11 @@ pub(super) fn matched(
             .map_or_else(Vector3::zeros, |whole| {
                 whole.solve(&(-told.gradient - certainty * off))
             });
-        rounds += 1;
+        iterations += 1;
         let is_still = step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD;
         let is_narrow = wide_m < 0.1 * narrow_m;
         // The last word is of a pose whose sums are known.
-        if is_still && is_narrow || rounds == MOST_ROUNDS {
+        if is_still && is_narrow || iterations == MOST_ROUNDS {
             return Matched {
                 pose,
                 information: told.information,
@@ -84,8 +84,8 @@ pub(super) fn matched(
                 } else {
                     0.0
                 },
-                unseen_directions: told.unseen,
-                rounds,
+                unobservable_directions: told.unseen,
+                iterations,
             };
         }
         let stride = (step.xy().norm() / STRIDE_M).max(step.z.abs() / STRIDE_RAD);
@@ -100,12 +100,12 @@ pub(super) fn matched(
 }
 
 /// Beams that end no farther from a wall than this, metres, are taken to end on it.
-pub(super) fn tolerance_m(walls: &Walls, settings: &LocalizationSettings) -> f64 {
-    settings.outlier_m + 0.5 * walls.resolution_m()
+pub(super) fn tolerance_m(walls: &SignedDistanceField, settings: &LocalizationSettings) -> f64 {
+    settings.outlier_distance_m + 0.5 * walls.resolution_m()
 }
 
 /// In the order of the beams. Each weighs by Tukey's function of its distance: one on the wall, zero from the tolerance on.
-fn sums(walls: &Walls, hits: &[Hit], pose: &Pose, tolerance_m: f64) -> Sums {
+fn sums(walls: &SignedDistanceField, hits: &[Hit], pose: &Pose, tolerance_m: f64) -> Sums {
     let (sin, cos) = libm::sincos(pose.yaw);
     let mut sums = Sums::default();
     for hit in hits {
@@ -154,7 +154,7 @@ fn told(sums: &Sums, beams: usize, settings: &LocalizationSettings) -> Told {
     let even = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / arm_m));
     let back = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, arm_m));
     let eigen = SymmetricEigen::new(even * sums.hessian * even);
-    let least = settings.least_information * beams as f64;
+    let least = settings.min_information * beams as f64;
     let (mut kept, mut unseen) = (Matrix3::zeros(), 0);
     for (direction, value) in eigen
         .eigenvectors

@@ -1,12 +1,12 @@
 //! What a revolution saw, as from one moment: each beam moved by what the robot drove since.
 
-use super::PoseTrack;
+use super::PoseHistory;
 use crate::geometry::{Point, Pose, Vector};
-use crate::map::{Scan, Sweep};
+use crate::map::{Scan, TimedScan};
 
 /// A revolution without the skew that motion gave it. Points are in the robot's frame at the time of the view.
 #[derive(Clone, Debug, Default)]
-pub struct View {
+pub struct DeskewedScan {
     /// The moment from which it is seen, seconds.
     pub time_s: f64,
     /// Where beams ended.
@@ -37,11 +37,11 @@ pub struct Ray {
     pub direction: Vector,
 }
 
-impl View {
+impl DeskewedScan {
     /// Looks at a sweep from where the odometry of a track was at its newest pose. Where the track is empty the robot has not moved.
     ///
     /// Memory is used again: a view that has seen as many beams before allocates nothing.
-    pub fn take(&mut self, sweep: &Sweep, track: &PoseTrack) {
+    pub fn take(&mut self, sweep: &TimedScan, track: &PoseHistory) {
         self.hits.clear();
         self.open.clear();
         self.hits.reserve(sweep.beams.len());
@@ -81,7 +81,7 @@ impl View {
         let farthest = self.hits.iter().map(|hit| hit.end.coords.norm());
         let range_max = farthest.fold(self.range_max, f64::max);
         let measured = self.open.iter().map(open);
-        Scan::nearest_of(beams, range_max, measured.chain(self.hits.iter().map(hit)))
+        Scan::from_measurements(beams, range_max, measured.chain(self.hits.iter().map(hit)))
     }
 }
 
@@ -94,7 +94,7 @@ mod tests {
     /// A robot that drives a curve while its lidar turns sees a post at the same place all the while.
     #[test]
     fn motion_does_not_smear_a_post() {
-        let (mut track, twist) = (PoseTrack::new(), Twist::new(1.0, 0.8));
+        let (mut track, twist) = (PoseHistory::new(), Twist::new(1.0, 0.8));
         let start = Pose::new(4.0, 2.0, -1.0);
         (0..=10).for_each(|tick| {
             let time_s = 0.01 * f64::from(tick);
@@ -110,14 +110,14 @@ mod tests {
                 time_s,
             }
         };
-        let mut sweep = Sweep {
+        let mut sweep = TimedScan {
             beams: (0..=100).map(beam).collect(),
             range_max: 10.0,
         };
         sweep.beams[50].range = f64::INFINITY;
         sweep.beams[51].range = f64::NAN;
         sweep.beams[52].range = -1.0;
-        let mut view = View::default();
+        let mut view = DeskewedScan::default();
         view.take(&sweep, &track);
         assert_eq!(
             (view.hits.len(), view.open.len(), view.unmeasured),

@@ -8,12 +8,12 @@ const ALIKE: f64 = 0.75;
 /// The word that is most like the one given, if any is like it at all.
 ///
 /// ```
-/// use inbye::spelling::nearest;
+/// use inbye::suggest::closest_name;
 /// let known = ["max_vel_x", "min_vel_x"];
-/// assert_eq!(nearest("mxa_vel_x", known), Some("max_vel_x"));
-/// assert_eq!(nearest("colour", known), None);
+/// assert_eq!(closest_name("mxa_vel_x", known), Some("max_vel_x"));
+/// assert_eq!(closest_name("colour", known), None);
 /// ```
-pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn closest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let likeness = |known: &'a str| (known, normalized_damerau_levenshtein(given, known));
     let (known, alike) = known
         .into_iter()

@@ -12,11 +12,11 @@ const MOST: usize = 1024;
 
 /// The last second of a motion.
 #[derive(Clone, Debug, Default)]
-pub struct PoseTrack {
+pub struct PoseHistory {
     rows: VecDeque<(f64, Pose)>,
 }
 
-impl PoseTrack {
+impl PoseHistory {
     /// Nothing remembered, and room for all that will be.
     #[must_use]
     pub fn new() -> Self {
@@ -68,7 +68,7 @@ impl PoseTrack {
         let Some(&(after_s, after)) = self.rows.get(after) else {
             return Some(before);
         };
-        Some(before.on_the_way_to(&after, (time_s - before_s) / (after_s - before_s)))
+        Some(before.interpolate(&after, (time_s - before_s) / (after_s - before_s)))
     }
 }
 
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_pose_between_two_is_on_the_way() {
-        let mut track = PoseTrack::new();
+        let mut track = PoseHistory::new();
         assert_eq!(track.at(0.0), None);
         track.record(1.0, &Pose::new(0.0, 0.0, 0.0));
         track.record(1.1, &Pose::new(0.1, 0.0, 0.0));
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn old_poses_go_and_a_clock_that_runs_back_begins_anew() {
-        let mut track = PoseTrack::new();
+        let mut track = PoseHistory::new();
         for tick in 0..100_000 {
             track.record(
                 0.01 * f64::from(tick),

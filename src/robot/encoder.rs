@@ -1,20 +1,20 @@
 //! Encoder ticks: how far each track ran, and where that takes the base (paper, eqs. 3-8).
 
-use super::{Sides, TrackedDrive};
+use super::{PerTrack, TrackedDrive};
 use crate::geometry::{Pose, Twist};
 
 /// Ticks from one reading of a 32-bit counter to the next, either way, across its wrap-around.
 ///
 /// Right as long as less than 2^31 ticks passed: half a day at 50,000 ticks a second.
 #[must_use]
-pub const fn ticks_between(before: u32, now: u32) -> i32 {
+pub const fn tick_difference(before: u32, now: u32) -> i32 {
     now.wrapping_sub(before) as i32
 }
 
 impl TrackedDrive {
     /// The pose after each track ran a way, metres, both evenly: the exact arc of eqs. 6 to 8. Its yaw is in (-pi, pi].
     #[must_use]
-    pub fn after(&self, pose: &Pose, travel_m: &Sides<f64>) -> Pose {
+    pub fn after(&self, pose: &Pose, travel_m: &PerTrack<f64>) -> Pose {
         pose.after(&self.twist(&(*travel_m).into()), 1.0)
     }
 }
@@ -23,15 +23,15 @@ impl TrackedDrive {
 #[derive(Clone, Debug)]
 pub struct TrackOdometry {
     drive: TrackedDrive,
-    ticks_per_m: Sides<f64>,
-    last: Option<Sides<u32>>,
+    ticks_per_m: PerTrack<f64>,
+    last: Option<PerTrack<u32>>,
     pose: Pose,
 }
 
 impl TrackOdometry {
     /// Odometry that begins at a pose. The drive's width is the effective one.
     #[must_use]
-    pub fn new(drive: TrackedDrive, ticks_per_m: Sides<f64>, pose: Pose) -> Self {
+    pub fn new(drive: TrackedDrive, ticks_per_m: PerTrack<f64>, pose: Pose) -> Self {
         Self {
             drive,
             ticks_per_m,
@@ -41,7 +41,7 @@ impl TrackOdometry {
     }
 
     /// Takes a reading and returns the motion since the last one, metres and radians: zero for the first.
-    pub fn read(&mut self, ticks: Sides<u32>) -> Twist {
+    pub fn read(&mut self, ticks: PerTrack<u32>) -> Twist {
         let last = self.last.replace(ticks).unwrap_or(ticks);
         let travel_m = travel_m(&last, &ticks, &self.ticks_per_m);
         self.pose = self.drive.after(&self.pose, &travel_m);
@@ -55,16 +55,16 @@ impl TrackOdometry {
     }
 
     /// Forgets the last reading and keeps the pose: after the counters may have begun anew.
-    pub fn forget_counters(&mut self) {
+    pub fn reset_counters(&mut self) {
         self.last = None;
     }
 }
 
 /// How far each track ran from one reading to another, metres.
 #[must_use]
-pub fn travel_m(before: &Sides<u32>, now: &Sides<u32>, ticks_per_m: &Sides<f64>) -> Sides<f64> {
+pub fn travel_m(before: &PerTrack<u32>, now: &PerTrack<u32>, ticks_per_m: &PerTrack<f64>) -> PerTrack<f64> {
     before
-        .zip(*now, |before, now| f64::from(ticks_between(before, now)))
+        .zip(*now, |before, now| f64::from(tick_difference(before, now)))
         .zip(*ticks_per_m, |ticks, per_m| ticks / per_m)
 }
 
@@ -78,18 +78,18 @@ mod tests {
 
     #[test]
     fn counters_wrap_in_both_directions() {
-        assert_eq!(ticks_between(u32::MAX - 1, 3), 5);
-        assert_eq!(ticks_between(3, u32::MAX - 1), -5);
-        assert_eq!(ticks_between(0x7FFF_FFFE, 0x8000_0003), 5);
-        assert_eq!(ticks_between(7, 7), 0);
+        assert_eq!(tick_difference(u32::MAX - 1, 3), 5);
+        assert_eq!(tick_difference(3, u32::MAX - 1), -5);
+        assert_eq!(tick_difference(0x7FFF_FFFE, 0x8000_0003), 5);
+        assert_eq!(tick_difference(7, 7), 0);
     }
 
     #[test]
     fn a_half_turn_on_the_spot_is_half_the_circle_of_each_track() {
-        let mut odometry = TrackOdometry::new(DRIVE, Sides::new(1000.0, 2000.0), Pose::default());
-        odometry.read(Sides::new(100, u32::MAX - 99));
+        let mut odometry = TrackOdometry::new(DRIVE, PerTrack::new(1000.0, 2000.0), Pose::default());
+        odometry.read(PerTrack::new(100, u32::MAX - 99));
         // pi / 2 times 0.5 m is 0.7854 m back and forth: 785 and 1571 ticks, across both wraps.
-        let moved = odometry.read(Sides::new(100_u32.wrapping_sub(785), 1471));
+        let moved = odometry.read(PerTrack::new(100_u32.wrapping_sub(785), 1471));
         assert!(
             moved.linear.abs() < 3e-4 && (moved.angular - PI).abs() < 2e-3,
             "{moved:?}"
@@ -99,11 +99,11 @@ mod tests {
 
     #[test]
     fn counters_that_begin_anew_do_not_move_the_base() {
-        let mut odometry = TrackOdometry::new(DRIVE, Sides::both(1000.0), Pose::default());
-        odometry.read(Sides::both(500));
-        odometry.read(Sides::both(1500));
-        odometry.forget_counters();
-        assert_eq!(odometry.read(Sides::both(0)), Twist::STOP);
+        let mut odometry = TrackOdometry::new(DRIVE, PerTrack::both(1000.0), Pose::default());
+        odometry.read(PerTrack::both(500));
+        odometry.read(PerTrack::both(1500));
+        odometry.reset_counters();
+        assert_eq!(odometry.read(PerTrack::both(0)), Twist::STOP);
         assert!((odometry.pose().x - 1.0).abs() < 1e-12);
     }
 }

@@ -4,9 +4,9 @@ use core::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::matching::{Matched, matched, tolerance_m};
-use super::walls::Walls;
-use super::{Agreement, LocalizationSettings, View};
+use super::scan_matcher::{Matched, matched, tolerance_m};
+use super::signed_distance_field::SignedDistanceField;
+use super::{Agreement, LocalizationSettings, DeskewedScan};
 use crate::geometry::{Pose, wrap_angle};
 
 /// Distance of the poses that are tried, metres and radians.
@@ -34,8 +34,8 @@ const BETTER_BY: f64 = 0.1;
 /// The one pose within a distance of a place of the grid's frame at which the view agrees with the map as well as a found robot's must;
 /// none where there is none, or more than one.
 pub(super) fn find(
-    walls: &Walls,
-    view: &View,
+    walls: &SignedDistanceField,
+    view: &DeskewedScan,
     about: &Pose,
     settings: &LocalizationSettings,
 ) -> Option<Pose> {
@@ -49,7 +49,7 @@ pub(super) fn find(
     let all: Vec<(Agreement, Pose)> = refined.collect();
     // The first of equals, so that the answer is one.
     let best = all.iter().reduce(|best, other| {
-        if other.0.agree_share() > best.0.agree_share() {
+        if other.0.matching_fraction() > best.0.matching_fraction() {
             other
         } else {
             best
@@ -59,11 +59,11 @@ pub(super) fn find(
     let rival = all
         .iter()
         .filter(|(_, other)| is_apart(other, pose))
-        .map(|(agreement, _)| agreement.agree_share())
+        .map(|(agreement, _)| agreement.matching_fraction())
         .fold(0.0, f64::max);
-    let is_good = agreement.agree_share() >= settings.found_agreement
-        && agreement.through_share() <= settings.most_through / 2.0
-        && agreement.agree_share() >= rival + BETTER_BY;
+    let is_good = agreement.matching_fraction() >= settings.relocalized_agreement
+        && agreement.through_walls_fraction() <= settings.max_through_walls / 2.0
+        && agreement.matching_fraction() >= rival + BETTER_BY;
     is_good.then_some(*pose)
 }
 
@@ -72,7 +72,7 @@ fn is_apart(one: &Pose, other: &Pose) -> bool {
         || wrap_angle(one.yaw - other.yaw).abs() > APART_RAD
 }
 
-fn refine(walls: &Walls, view: &View, pose: &Pose, settings: &LocalizationSettings) -> Matched {
+fn refine(walls: &SignedDistanceField, view: &DeskewedScan, pose: &Pose, settings: &LocalizationSettings) -> Matched {
     let sigmas = Vector3::new(SIGMA_M, SIGMA_M, SIGMA_RAD);
     let certainty = Matrix3::from_diagonal(&sigmas.map(|sigma| 1.0 / (sigma * sigma)));
     matched(walls, &view.hits, pose, &certainty, 0.5 * SIGMA_M, settings)
@@ -80,14 +80,14 @@ fn refine(walls: &Walls, view: &View, pose: &Pose, settings: &LocalizationSettin
 
 /// The best poses of a lattice, no two near one another, best first; of equals the first.
 fn best_of_lattice(
-    walls: &Walls,
-    view: &View,
+    walls: &SignedDistanceField,
+    view: &DeskewedScan,
     about: &Pose,
     settings: &LocalizationSettings,
 ) -> Vec<Pose> {
     let hits = &view.hits;
     let every = hits.len().div_ceil(BEAMS).max(1);
-    let steps = (settings.search_radius_m / STEP_M).floor() as i32;
+    let steps = (settings.relocalization_radius_m / STEP_M).floor() as i32;
     let mut tried: Vec<(f64, Pose)> = Vec::new();
     let mut ends = Vec::with_capacity(BEAMS);
     for turn in 0..YAWS {

@@ -7,12 +7,12 @@ use crate::geometry::{Point, nearest_on_segment};
 use crate::map::{Cell, DistanceField, GridFrame, ObstacleGrid};
 
 /// How near paths come to the obstacles of one map: what only the map decides is found once.
-pub struct Clearances<'a> {
+pub struct PathClearance<'a> {
     obstacles: &'a ObstacleGrid,
     field: DistanceField,
 }
 
-impl<'a> Clearances<'a> {
+impl<'a> PathClearance<'a> {
     /// Among these obstacles.
     #[must_use]
     pub fn new(obstacles: &'a ObstacleGrid) -> Self {
@@ -45,10 +45,10 @@ impl<'a> Clearances<'a> {
     }
 }
 
-/// [`Clearances::min_m`] of a single path.
+/// [`PathClearance::min_m`] of a single path.
 #[must_use]
 pub fn min_clearance_m(path: &Path, obstacles: &ObstacleGrid) -> f64 {
-    Clearances::new(obstacles).min_m(path)
+    PathClearance::new(obstacles).min_m(path)
 }
 
 /// Pieces of a path are at most this long, in cells.

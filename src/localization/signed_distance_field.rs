@@ -16,7 +16,7 @@ const FARTHEST: f64 = 127.0;
 /// half a cell off the depth of a wall's cell below the nearest open one. Between a cell of each kind the value then crosses zero
 /// where the two squares touch, with slope one on both sides, and a beam that ends on the surface has neither bias nor a kink.
 #[derive(Clone, Debug)]
-pub(super) struct Walls {
+pub(super) struct SignedDistanceField {
     frame: GridFrame,
     /// In 1/256 of a cell, row-major, lowest row first.
     signed: Vec<i16>,
@@ -31,7 +31,7 @@ pub(super) struct Level {
     pub slope: [f64; 2],
 }
 
-impl Walls {
+impl SignedDistanceField {
     pub fn new(obstacles: &ObstacleGrid) -> Self {
         let frame = *obstacles.frame();
         let width = frame.width as usize;
@@ -126,7 +126,7 @@ mod tests {
     use crate::map::Cell;
 
     /// Open ground from 1 m to 3 m along both axes, walls about it, in cells of 0.1 m.
-    fn room(origin: Pose) -> Walls {
+    fn room(origin: Pose) -> SignedDistanceField {
         let frame = GridFrame {
             width: 40,
             height: 40,
@@ -139,7 +139,7 @@ mod tests {
                 obstacles.set(Cell::new(column, row), false);
             }
         }
-        Walls::new(&obstacles)
+        SignedDistanceField::new(&obstacles)
     }
 
     #[test]
@@ -184,7 +184,7 @@ mod tests {
             origin: Pose::default(),
         };
         for blocked in [false, true] {
-            let walls = Walls::new(&ObstacleGrid::new(frame, vec![blocked; 81]));
+            let walls = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![blocked; 81]));
             let level = walls.level(0.45, 0.45).expect("on the map");
             assert_eq!(level.slope, [0.0, 0.0]);
             assert!((level.distance_m > 1.0) != blocked, "{level:?}");

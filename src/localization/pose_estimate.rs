@@ -11,27 +11,27 @@ use crate::geometry::Pose;
 /// Why a robot does not know where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Lost {
+pub enum LostReason {
     /// The lidar measures nothing where the map has walls.
-    Blind,
+    NoReturns,
     /// Too many beams pass through walls of the map.
-    ThroughWalls,
+    BeamsThroughWalls,
     /// Too few beams end on walls of the map.
-    Unexplained,
+    PoorMatch,
     /// The map would have it where the robot cannot have driven.
-    Jumped,
+    PoseJump,
     /// Nothing to hold on to for so long that odometry alone does not tell where it is.
-    Unsure,
+    HighUncertainty,
 }
 
-impl fmt::Display for Lost {
+impl fmt::Display for LostReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Blind => "the lidar measures nothing where the map has walls",
-            Self::ThroughWalls => "the lidar sees through walls of the map",
-            Self::Unexplained => "what the lidar sees is not on the map",
-            Self::Jumped => "the map fits best where the robot cannot have driven",
-            Self::Unsure => "walls have told too little of the place for too long",
+            Self::NoReturns => "the lidar measures nothing where the map has walls",
+            Self::BeamsThroughWalls => "the lidar sees through walls of the map",
+            Self::PoorMatch => "what the lidar sees is not on the map",
+            Self::PoseJump => "the map fits best where the robot cannot have driven",
+            Self::HighUncertainty => "walls have told too little of the place for too long",
         })
     }
 }
@@ -39,19 +39,19 @@ impl fmt::Display for Lost {
 /// How much a pose is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum State {
+pub enum LocalizationStatus {
     /// The scans agree with the map at this pose.
     Tracking,
     /// They did until a moment ago, or have not told enough yet.
     Uncertain,
     /// The robot does not know where it is.
-    Lost(Lost),
+    Lost(LostReason),
 }
 
-impl State {
+impl LocalizationStatus {
     /// Why, of a robot that is lost.
     #[must_use]
-    pub const fn lost(&self) -> Option<Lost> {
+    pub const fn lost_reason(&self) -> Option<LostReason> {
         match self {
             Self::Lost(why) => Some(*why),
             Self::Tracking | Self::Uncertain => None,
@@ -61,7 +61,7 @@ impl State {
 
 /// The pose after a revolution, and what speaks for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fix {
+pub struct PoseEstimate {
     /// The moment of the pose, seconds: that of the newest odometry.
     pub time_s: f64,
     /// Where the robot is, in the map frame.
@@ -73,14 +73,14 @@ pub struct Fix {
     /// Root mean square distance from the walls of the beams that count, metres, weighted as they count; zero where none does.
     pub rms_m: f64,
     /// Directions of motion, of three, that the walls told nothing of.
-    pub unseen_directions: u8,
+    pub unobservable_directions: u8,
     /// Rounds of the matching.
-    pub rounds: u8,
+    pub iterations: u8,
     /// How much it is worth.
-    pub state: State,
+    pub status: LocalizationStatus,
 }
 
-impl Fix {
+impl PoseEstimate {
     /// Standard deviation of the position along the axis where it is largest, any axis, metres.
     #[must_use]
     pub fn sigma_m(&self) -> f64 {

@@ -15,27 +15,27 @@ pub enum Side {
 /// One value for each track.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Sides<T> {
+pub struct PerTrack<T> {
     /// Of the left track.
     pub left: T,
     /// Of the right track.
     pub right: T,
 }
 
-impl<T> Sides<T> {
+impl<T> PerTrack<T> {
     /// A value for each track.
     pub const fn new(left: T, right: T) -> Self {
         Self { left, right }
     }
 
     /// What a function makes of each.
-    pub fn map<U>(self, mut change: impl FnMut(T) -> U) -> Sides<U> {
-        Sides::new(change(self.left), change(self.right))
+    pub fn map<U>(self, mut change: impl FnMut(T) -> U) -> PerTrack<U> {
+        PerTrack::new(change(self.left), change(self.right))
     }
 
     /// What a function makes of each together with another's.
-    pub fn zip<U, V>(self, other: Sides<U>, mut join: impl FnMut(T, U) -> V) -> Sides<V> {
-        Sides::new(join(self.left, other.left), join(self.right, other.right))
+    pub fn zip<U, V>(self, other: PerTrack<U>, mut join: impl FnMut(T, U) -> V) -> PerTrack<V> {
+        PerTrack::new(join(self.left, other.left), join(self.right, other.right))
     }
 
     /// Left and right exchanged.
@@ -45,7 +45,7 @@ impl<T> Sides<T> {
     }
 }
 
-impl<T: Copy> Sides<T> {
+impl<T: Copy> PerTrack<T> {
     /// The same for both.
     pub const fn both(value: T) -> Self {
         Self::new(value, value)

@@ -30,21 +30,21 @@ type Square = SMatrix<f64, 5, 5>;
 
 /// The estimate, in the frame of the map's grid.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Belief {
+pub(super) struct PoseEkf {
     pub pose: Pose,
     way_factor: f64,
     turn_factor: f64,
     covariance: Square,
 }
 
-impl Belief {
+impl PoseEkf {
     pub fn new(pose: Pose, settings: &LocalizationSettings) -> Self {
         let sigmas = SVector::<f64, 5>::from([
-            settings.start_sigma_m,
-            settings.start_sigma_m,
-            settings.start_sigma_rad,
-            settings.slip_sigma,
-            settings.turn_sigma,
+            settings.initial_sigma_m,
+            settings.initial_sigma_m,
+            settings.initial_sigma_rad,
+            settings.distance_scale_sigma,
+            settings.turn_scale_sigma,
         ]);
         Self {
             pose,
@@ -55,7 +55,7 @@ impl Belief {
     }
 
     /// The same about odometry, at another place that is known as well as a start.
-    pub fn moved_to(&self, pose: Pose, settings: &LocalizationSettings) -> Self {
+    pub fn reset_pose(&self, pose: Pose, settings: &LocalizationSettings) -> Self {
         let mut there = Self::new(pose, settings);
         there.way_factor = self.way_factor;
         there.turn_factor = self.turn_factor;
@@ -75,7 +75,7 @@ impl Belief {
     }
 
     /// Takes in what odometry has the robot driven, from one pose to another, in a time, seconds.
-    pub fn moved(&mut self, from: &Pose, to: &Pose, time_s: f64, settings: &LocalizationSettings) {
+    pub fn predict(&mut self, from: &Pose, to: &Pose, time_s: f64, settings: &LocalizationSettings) {
         let step = from.inverse_transform(&to.position());
         let turn = wrap_angle(to.yaw - from.yaw);
         // Half the difference that the factor makes to the turn swings the step.
@@ -93,7 +93,7 @@ impl Belief {
         transition[(2, 4)] = turn;
         let (way_m, turned) = (step.coords.norm(), turn.abs());
         let at_rest = AT_REST_M2_PER_S * time_s;
-        let along = settings.way_sigma_m * settings.way_sigma_m * way_m + at_rest;
+        let along = settings.distance_sigma_m * settings.distance_sigma_m * way_m + at_rest;
         let aside = ASIDE_M2_PER_M * way_m + ASIDE_M2_PER_RAD * turned + at_rest;
         let spread = (along - aside) * cos * sin;
         let mut added = Square::zeros();
@@ -109,7 +109,7 @@ impl Belief {
 
     /// Takes in where the walls have the robot, and how much they tell: their information on x, y and yaw. The pose given is the most
     /// probable one by both. Nothing is changed where the numbers do not allow it.
-    pub fn matched(&mut self, pose: &Pose, information: &Matrix3<f64>) {
+    pub fn correct(&mut self, pose: &Pose, information: &Matrix3<f64>) {
         let covariance = self.pose_covariance();
         let Some(certainty) = covariance.try_inverse() else {
             return;
