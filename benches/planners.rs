@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use inbye::geometry::Pose;
-use inbye::global::{PlanningSpace, Heuristic, Searcher, Settings, plan};
+use inbye::global::{Heuristic, PlanningSpace, Searcher, Settings, plan};
 use inbye::localization::{LocalizationSettings, Localizer};
 use inbye::map::{FreeSpace, UnknownPolicy};
 use inbye::sim::{Lidar, World, roadway, scenes};

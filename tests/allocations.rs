@@ -15,7 +15,7 @@ use inbye::local::{
     Axis, ClearanceField, CpuEngine, Detail, Engine, Instructions, LocalPlanner, LocalSettings,
     Prepared, Problem, Situation, Stopping, Window,
 };
-use inbye::localization::{LocalizationSettings, Localizer, LocalizationStatus};
+use inbye::localization::{LocalizationSettings, LocalizationStatus, Localizer};
 use inbye::map::{Cell, FreeSpace, MovingDisc, TimedScan, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use inbye::sim::{Lidar, World, roadway};
@@ -262,21 +262,23 @@ fn warm_localizers() -> Result<(), Failed> {
     let settings = LocalizationSettings::default();
     let mut localizer = Localizer::new(&obstacles, settings, &scene.start)?;
     let mut random = Pcg64Mcg::seed_from_u64(5);
-    let looks = |laps: core::ops::Range<usize>, random: &mut Pcg64Mcg| -> Vec<(f64, Pose, TimedScan)> {
-        let look = |tick: usize| {
-            let time_s = 0.1 * tick as f64;
-            let pose = scene.start.after(&Twist::new(0.5, 0.05), time_s);
-            let sweep = Lidar::default().sweep(&world, |_| pose, time_s, random);
-            (time_s, pose, sweep)
+    let looks =
+        |laps: core::ops::Range<usize>, random: &mut Pcg64Mcg| -> Vec<(f64, Pose, TimedScan)> {
+            let look = |tick: usize| {
+                let time_s = 0.1 * tick as f64;
+                let pose = scene.start.after(&Twist::new(0.5, 0.05), time_s);
+                let sweep = Lidar::default().sweep(&world, |_| pose, time_s, random);
+                (time_s, pose, sweep)
+            };
+            laps.map(look).collect()
         };
-        laps.map(look).collect()
-    };
     let mut lap = |looks: &[(f64, Pose, TimedScan)]| {
         let mut tracked = 0;
         let count = allocations(|| {
             for (time_s, pose, sweep) in looks {
                 localizer.predict(*time_s, pose);
-                tracked += usize::from(localizer.update(sweep).status == LocalizationStatus::Tracking);
+                tracked +=
+                    usize::from(localizer.update(sweep).status == LocalizationStatus::Tracking);
             }
         });
         (count, tracked)

@@ -8,7 +8,7 @@ use super::settings::above_zero;
 use super::{BaseError, BaseSettings, Faults, Feedback, Verdict};
 use crate::documented::documented;
 use crate::geometry::Twist;
-use crate::robot::{Side, PerTrack, TrackSpeeds, TrackedDrive};
+use crate::robot::{PerTrack, Side, TrackSpeeds, TrackedDrive};
 
 /// A track that runs slower than this share of what it was told stands, if for long.
 const STANDING_SHARE: f64 = 0.1;

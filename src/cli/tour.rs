@@ -2,7 +2,7 @@
 
 use inbye::geometry::Point;
 use inbye::global::{
-    self, PathClearance, Curvature, PlanningSpace, Path, Plan, PlanError, Searcher, StageTimes,
+    self, Curvature, Path, PathClearance, Plan, PlanError, PlanningSpace, Searcher, StageTimes,
 };
 use inbye::map::{FreeSpace, ObstacleGrid};
 use inbye::runtime::Config;

@@ -1,7 +1,6 @@
 //! Which way: the global path on a grid, searched, pruned and smoothed (paper, section 3).
 
 mod bspline;
-mod path_clearance;
 mod clearance_cost;
 mod cost;
 mod curvature;
@@ -9,6 +8,7 @@ mod error;
 mod heuristic;
 mod line_of_sight;
 mod path;
+mod path_clearance;
 mod plan;
 mod prune;
 mod reachable;
@@ -16,7 +16,6 @@ mod search;
 mod settings;
 mod spline;
 
-pub use path_clearance::{PathClearance, min_clearance_m};
 pub use clearance_cost::{ClearanceCosts, MAX_CLEARANCE_WEIGHT};
 pub use cost::{DIAGONAL, STRAIGHT};
 pub use curvature::{Curvature, Spline};
@@ -24,9 +23,10 @@ pub use error::PlanError;
 pub use heuristic::Heuristic;
 pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
-pub use plan::{PlanningSpace, Plan, StageTimes, plan};
+pub use path_clearance::{PathClearance, min_clearance_m};
+pub use plan::{Plan, PlanningSpace, StageTimes, plan};
 pub use prune::prune;
 pub use reachable::nearest_reachable;
 pub use search::{CellPath, NoPath, Searcher};
-pub use settings::{SearchMethod, Pruning, Settings};
+pub use settings::{Pruning, SearchMethod, Settings};
 pub use spline::smooth;

@@ -2,7 +2,8 @@
 
 use super::spline::smooth_with_spline;
 use super::{
-    ClearanceCosts, SearchMethod, Path, PlanError, Searcher, Settings, Spline, nearest_reachable, prune,
+    ClearanceCosts, Path, PlanError, SearchMethod, Searcher, Settings, Spline, nearest_reachable,
+    prune,
 };
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};

@@ -311,7 +311,10 @@ mod tests {
             });
             let ratio = by_chords.fold(0.0, f64::max) / curvature.max_per_m();
             assert!((0.9..1.01).contains(&ratio), "{ratio} at degree {degree}");
-            let (straight, all) = (curvature.fraction_within(0.0), curvature.fraction_within(1e9));
+            let (straight, all) = (
+                curvature.fraction_within(0.0),
+                curvature.fraction_within(1e9),
+            );
             assert!(
                 straight < 0.8 && all == 1.0,
                 "{straight} at degree {degree}"

@@ -46,7 +46,12 @@ impl Agreement {
     }
 
     /// Of a view from a pose of the grid's frame. Ends within the tolerance of a wall, metres, are on it.
-    pub(super) fn of(walls: &SignedDistanceField, view: &DeskewedScan, pose: &Pose, tolerance_m: f64) -> Self {
+    pub(super) fn of(
+        walls: &SignedDistanceField,
+        view: &DeskewedScan,
+        pose: &Pose,
+        tolerance_m: f64,
+    ) -> Self {
         let mut all = Self::default();
         let (sin, cos) = libm::sincos(pose.yaw);
         let turned = |point: &Point| {
@@ -87,7 +92,12 @@ impl Agreement {
 }
 
 /// Whether a beam enters a wall and leaves it again before its end, metres before which walls are that of the end itself.
-fn passes_through(walls: &SignedDistanceField, from: &Point, end: &Point, before_end_m: f64) -> bool {
+fn passes_through(
+    walls: &SignedDistanceField,
+    from: &Point,
+    end: &Point,
+    before_end_m: f64,
+) -> bool {
     let skin_m = SKIN_CELLS * walls.resolution_m();
     let mut is_inside = false;
     let mut came_out = false;

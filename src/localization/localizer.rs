@@ -4,11 +4,12 @@ use nalgebra::Matrix3;
 
 use super::agreement::walled_share;
 use super::pose_ekf::PoseEkf;
-use super::scan_matcher::{Matched, matched, tolerance_m};
 use super::relocalization;
+use super::scan_matcher::{Matched, matched, tolerance_m};
 use super::signed_distance_field::SignedDistanceField;
 use super::{
-    Agreement, PoseEstimate, LocalizationError, LocalizationSettings, LostReason, PoseHistory, LocalizationStatus, DeskewedScan,
+    Agreement, DeskewedScan, LocalizationError, LocalizationSettings, LocalizationStatus,
+    LostReason, PoseEstimate, PoseHistory,
 };
 use crate::geometry::Pose;
 use crate::map::{ObstacleGrid, TimedScan};

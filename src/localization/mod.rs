@@ -12,21 +12,21 @@
 //! The same calls give the same bits on every machine: sums run in the order of the beams, and trigonometry is `libm`'s.
 
 mod agreement;
-mod pose_ekf;
-mod error;
-mod pose_estimate;
-mod localizer;
-mod scan_matcher;
-mod relocalization;
-mod settings;
-mod pose_history;
 mod deskewed_scan;
+mod error;
+mod localizer;
+mod pose_ekf;
+mod pose_estimate;
+mod pose_history;
+mod relocalization;
+mod scan_matcher;
+mod settings;
 mod signed_distance_field;
 
 pub use agreement::Agreement;
-pub use error::LocalizationError;
-pub use pose_estimate::{PoseEstimate, LostReason, LocalizationStatus};
-pub use localizer::Localizer;
-pub use settings::LocalizationSettings;
-pub use pose_history::PoseHistory;
 pub use deskewed_scan::DeskewedScan;
+pub use error::LocalizationError;
+pub use localizer::Localizer;
+pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
+pub use pose_history::PoseHistory;
+pub use settings::LocalizationSettings;

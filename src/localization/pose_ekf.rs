@@ -75,7 +75,13 @@ impl PoseEkf {
     }
 
     /// Takes in what odometry has the robot driven, from one pose to another, in a time, seconds.
-    pub fn predict(&mut self, from: &Pose, to: &Pose, time_s: f64, settings: &LocalizationSettings) {
+    pub fn predict(
+        &mut self,
+        from: &Pose,
+        to: &Pose,
+        time_s: f64,
+        settings: &LocalizationSettings,
+    ) {
         let step = from.inverse_transform(&to.position());
         let turn = wrap_angle(to.yaw - from.yaw);
         // Half the difference that the factor makes to the turn swings the step.

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::scan_matcher::{Matched, matched, tolerance_m};
 use super::signed_distance_field::SignedDistanceField;
-use super::{Agreement, LocalizationSettings, DeskewedScan};
+use super::{Agreement, DeskewedScan, LocalizationSettings};
 use crate::geometry::{Pose, wrap_angle};
 
 /// Distance of the poses that are tried, metres and radians.
@@ -72,7 +72,12 @@ fn is_apart(one: &Pose, other: &Pose) -> bool {
         || wrap_angle(one.yaw - other.yaw).abs() > APART_RAD
 }
 
-fn refine(walls: &SignedDistanceField, view: &DeskewedScan, pose: &Pose, settings: &LocalizationSettings) -> Matched {
+fn refine(
+    walls: &SignedDistanceField,
+    view: &DeskewedScan,
+    pose: &Pose,
+    settings: &LocalizationSettings,
+) -> Matched {
     let sigmas = Vector3::new(SIGMA_M, SIGMA_M, SIGMA_RAD);
     let certainty = Matrix3::from_diagonal(&sigmas.map(|sigma| 1.0 / (sigma * sigma)));
     matched(walls, &view.hits, pose, &certainty, 0.5 * SIGMA_M, settings)

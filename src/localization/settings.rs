@@ -142,7 +142,10 @@ impl LocalizationSettings {
         within(1.0, 1e4, "1 to 10000", &beams)?;
         let turns = [
             ("lost_after_scans", f64::from(self.lost_after_scans)),
-            ("relocalized_after_scans", f64::from(self.relocalized_after_scans)),
+            (
+                "relocalized_after_scans",
+                f64::from(self.relocalized_after_scans),
+            ),
         ];
         within(1.0, 1e3, "1 to 1000", &turns)?;
         let search = [("relocalization_radius_m", self.relocalization_radius_m)];

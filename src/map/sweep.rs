@@ -91,6 +91,9 @@ mod tests {
             (vec![-1.0, -0.5, 0.0], vec![6.9, 6.95, 7.0])
         );
         assert!(sweep.is_valid() && sweep.end_s() == Some(7.0));
-        assert_eq!(TimedScan::from_scan(&Scan::default(), 7.0, 0.1).end_s(), None);
+        assert_eq!(
+            TimedScan::from_scan(&Scan::default(), 7.0, 0.1).end_s(),
+            None
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use super::NavigatorSettings;
 use crate::geometry::Point;
-use crate::global::{self, ClearanceCosts, PlanningSpace, Plan, PlanError, Searcher};
+use crate::global::{self, ClearanceCosts, Plan, PlanError, PlanningSpace, Searcher};
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::robot::Footprint;
 

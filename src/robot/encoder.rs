@@ -62,7 +62,11 @@ impl TrackOdometry {
 
 /// How far each track ran from one reading to another, metres.
 #[must_use]
-pub fn travel_m(before: &PerTrack<u32>, now: &PerTrack<u32>, ticks_per_m: &PerTrack<f64>) -> PerTrack<f64> {
+pub fn travel_m(
+    before: &PerTrack<u32>,
+    now: &PerTrack<u32>,
+    ticks_per_m: &PerTrack<f64>,
+) -> PerTrack<f64> {
     before
         .zip(*now, |before, now| f64::from(tick_difference(before, now)))
         .zip(*ticks_per_m, |ticks, per_m| ticks / per_m)
@@ -86,7 +90,8 @@ mod tests {
 
     #[test]
     fn a_half_turn_on_the_spot_is_half_the_circle_of_each_track() {
-        let mut odometry = TrackOdometry::new(DRIVE, PerTrack::new(1000.0, 2000.0), Pose::default());
+        let mut odometry =
+            TrackOdometry::new(DRIVE, PerTrack::new(1000.0, 2000.0), Pose::default());
         odometry.read(PerTrack::new(100, u32::MAX - 99));
         // pi / 2 times 0.5 m is 0.7854 m back and forth: 785 and 1571 ticks, across both wraps.
         let moved = odometry.read(PerTrack::new(100_u32.wrapping_sub(785), 1471));

@@ -148,7 +148,13 @@ impl Limits {
     /// Where a base is, and how fast it moves, that makes for a velocity for a time in seconds: its speed changes evenly to
     /// what it can reach, and the pose follows the mean of the two.
     #[must_use]
-    pub fn advance(&self, pose: &Pose, twist: &Twist, wanted: &Twist, time_s: f64) -> (Pose, Twist) {
+    pub fn advance(
+        &self,
+        pose: &Pose,
+        twist: &Twist,
+        wanted: &Twist,
+        time_s: f64,
+    ) -> (Pose, Twist) {
         let then = self.reachable(twist, wanted, time_s);
         (pose.after(&mean(twist, &then), time_s), then)
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{RobotError, PerTrack, TrackSpeeds};
+use super::{PerTrack, RobotError, TrackSpeeds};
 use crate::documented::documented;
 
 documented! {

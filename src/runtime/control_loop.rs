@@ -8,7 +8,7 @@ use super::pose_source::{PoseEstimator, Seen};
 use super::{Config, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
-use crate::localization::{PoseHistory, DeskewedScan};
+use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::{MovingDisc, Scan, TimedScan};
 use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 use crate::sim::fault_injection::{Carried, spoil, spoilt};

@@ -3,7 +3,7 @@
 use super::search::{Search, Stage};
 use super::shortest::shortest_cost;
 use super::{PaperError, Site, Task};
-use crate::global::{PathClearance, Path, Pruning, Searcher, prune, smooth};
+use crate::global::{Path, PathClearance, Pruning, Searcher, prune, smooth};
 
 /// Degree of the smoothing B-spline, as in the default settings.
 const SPLINE_DEGREE: usize = 3;

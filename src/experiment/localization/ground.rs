@@ -54,8 +54,9 @@ pub(super) fn coarsened(map: &OccupancyGrid) -> OccupancyGrid {
         resolution_m: 2.0 * fine.resolution_m,
         origin: fine.origin,
     };
-    let is_occupied =
-        |column: i32, row: i32| map.cells()[fine.index(Cell::new(column, row))] >= OCCUPIED_THRESHOLD;
+    let is_occupied = |column: i32, row: i32| {
+        map.cells()[fine.index(Cell::new(column, row))] >= OCCUPIED_THRESHOLD
+    };
     let value = |index: usize| {
         let Cell { column, row } = frame.cell_at(index);
         let occupied = [(0, 0), (1, 0), (0, 1), (1, 1)]

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use super::MessageError;
 use crate::geometry::Pose;
-use crate::localization::{PoseHistory, DeskewedScan};
+use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::{Beam, Scan, TimedScan};
 use crate::ros::msg::LaserScan;
 

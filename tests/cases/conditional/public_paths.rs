@@ -3,7 +3,7 @@
 //! The maps lie beside the repository; where they do not the trials are ignored.
 
 use inbye::geometry::Point;
-use inbye::global::{PlanningSpace, SearchMethod, PlanError, Searcher, Settings, plan};
+use inbye::global::{PlanError, PlanningSpace, SearchMethod, Searcher, Settings, plan};
 use inbye::map::{
     FreeSpace, LoadOptions, ObstacleGrid, UnknownPolicy, cell_from_top_left, load, read_scen,
 };

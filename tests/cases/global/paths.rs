@@ -5,7 +5,8 @@ mod sight;
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    PlanningSpace, Heuristic, Path, Plan, PlanError, Pruning, Searcher, Settings, is_clear, plan, prune,
+    Heuristic, Path, Plan, PlanError, PlanningSpace, Pruning, Searcher, Settings, is_clear, plan,
+    prune,
 };
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid};
 use rand::{RngExt, SeedableRng};

@@ -5,7 +5,7 @@ mod ends;
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    DIAGONAL, PlanningSpace, Heuristic, Plan, PlanError, STRAIGHT, Searcher, Settings, plan,
+    DIAGONAL, Heuristic, Plan, PlanError, PlanningSpace, STRAIGHT, Searcher, Settings, plan,
 };
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use pathfinding::prelude::{bfs_reach, dijkstra};

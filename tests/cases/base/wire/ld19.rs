@@ -11,7 +11,7 @@ use inbye::base::ld19::{
 };
 use inbye::base::{BaseConfig, BaseError};
 use inbye::geometry::{Point as Place, Pose, Twist};
-use inbye::localization::{PoseHistory, DeskewedScan};
+use inbye::localization::{DeskewedScan, PoseHistory};
 use inbye::map::{GridFrame, ObstacleGrid, TimedScan};
 use inbye::sim::{Lidar, RotatingLidar, World};
 use proptest::collection::vec;
@@ -206,7 +206,11 @@ fn turning(seconds: f64, post: u16) -> Vec<Packet> {
 }
 
 /// The turns made of packets, each of which comes late by so much, seconds.
-fn turns(settings: LidarSettings, packets: &[Packet], late: impl Fn(usize) -> f64) -> Vec<TimedScan> {
+fn turns(
+    settings: LidarSettings,
+    packets: &[Packet],
+    late: impl Fn(usize) -> f64,
+) -> Vec<TimedScan> {
     let mut revolutions = Revolutions::new(settings);
     let mut now_s = 0.0_f64;
     let mut all = Vec::new();

@@ -148,8 +148,8 @@ impl Conversation {
 
     fn roll(&mut self, set: TrackSpeeds) {
         let share = TURN_S / LAG_S;
-        let speeds =
-            PerTrack::from(self.machine.speeds).zip(set.into(), |now, set| now + share * (set - now));
+        let speeds = PerTrack::from(self.machine.speeds)
+            .zip(set.into(), |now, set| now + share * (set - now));
         self.machine.speeds = speeds.into();
         self.travel = self
             .travel

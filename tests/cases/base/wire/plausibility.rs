@@ -4,7 +4,7 @@ use inbye::base::{
     BaseSettings, Faults, Feedback, Observation, Plausibility, PlausibilitySettings, Verdict,
 };
 use inbye::geometry::Twist;
-use inbye::robot::{Mixer, Side, PerTrack};
+use inbye::robot::{Mixer, PerTrack, Side};
 
 /// Time of a look, seconds.
 const LOOK_S: f64 = 0.05;
@@ -121,7 +121,8 @@ fn a_stuck_track_is_found_on_its_side_and_says_so() {
 #[test]
 fn a_reversed_track_is_found_before_it_has_gone_far() {
     let mut drive = Drive::new();
-    let reversed = |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.right = -measured.right;
+    let reversed =
+        |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.right = -measured.right;
     let (after_s, verdict) = drive.keep_on(Twist::new(0.5, 0.0), 3.0, reversed).unwrap();
     assert!(
         matches!(

@@ -124,7 +124,8 @@ fn goes_on_after_a_few_and_gives_up_after_many(
 
 /// A robot whose localisation has lost it stands for as long as its patience lasts, and goes on where it is found, also elsewhere.
 fn lost() {
-    let (decisions, mut script) = disturbed(100, &|_, seen| seen.lost = Some(LostReason::NoReturns));
+    let (decisions, mut script) =
+        disturbed(100, &|_, seen| seen.lost = Some(LostReason::NoReturns));
     assert!(
         decisions
             .iter()

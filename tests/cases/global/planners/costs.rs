@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    ClearanceCosts, PlanningSpace, Heuristic, Path, Searcher, Settings, min_clearance_m, plan,
+    ClearanceCosts, Heuristic, Path, PlanningSpace, Searcher, Settings, min_clearance_m, plan,
 };
 use inbye::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use pathfinding::prelude::dijkstra;

@@ -1,7 +1,7 @@
 //! Ends that cannot be, and settings out of range: what is said of them.
 
 use inbye::geometry::Point;
-use inbye::global::{PlanningSpace, Heuristic, PlanError, Searcher, Settings, plan};
+use inbye::global::{Heuristic, PlanError, PlanningSpace, Searcher, Settings, plan};
 
 use super::{WORKINGS, free_space, query};
 

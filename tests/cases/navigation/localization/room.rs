@@ -3,7 +3,10 @@
 use std::f64::consts::TAU;
 
 use inbye::geometry::{Point, Pose, wrap_angle};
-use inbye::localization::{PoseEstimate, LocalizationError, LocalizationSettings, Localizer, LostReason, LocalizationStatus};
+use inbye::localization::{
+    LocalizationError, LocalizationSettings, LocalizationStatus, Localizer, LostReason,
+    PoseEstimate,
+};
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, TimedScan};
 use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
@@ -91,7 +94,10 @@ fn a_start_that_is_a_little_off_is_mended() {
         let fix = Stage::new(ground(Pose::default(), &ROOM), &start).stand(&truth, 10);
         let (off_m, off_rad) = off(&fix, &truth);
         assert!(off_m < 0.01 && off_rad < 0.004, "{fix:?}");
-        assert_eq!((fix.status, fix.unobservable_directions), (LocalizationStatus::Tracking, 0));
+        assert_eq!(
+            (fix.status, fix.unobservable_directions),
+            (LocalizationStatus::Tracking, 0)
+        );
         assert!(fix.agreement.matching_fraction() > 0.95, "{fix:?}");
     }
 }
@@ -165,7 +171,10 @@ fn along_a_smooth_roadway_the_pose_is_left_to_odometry_and_said_to_be() {
 #[test]
 fn where_an_end_is_seen_the_slip_is_learned() {
     let (fix, truth, way_factor) = along_the_roadway(&LIDAR);
-    assert_eq!((fix.unobservable_directions, fix.status), (0, LocalizationStatus::Tracking));
+    assert_eq!(
+        (fix.unobservable_directions, fix.status),
+        (0, LocalizationStatus::Tracking)
+    );
     assert!(off(&fix, &truth).0 < 0.02, "{fix:?}");
     assert!((way_factor - 0.95).abs() < 0.02, "{way_factor}");
 }
@@ -201,11 +210,19 @@ fn what_was_covered_is_found_only_by_evidence() {
         states.push(stage.update(lidar, &truth, 0.1 * f64::from(tick)).status);
     }
     assert_eq!(states[3], LocalizationStatus::Uncertain);
-    assert_eq!(states[4..10], [LocalizationStatus::Lost(LostReason::NoReturns); 6]);
+    assert_eq!(
+        states[4..10],
+        [LocalizationStatus::Lost(LostReason::NoReturns); 6]
+    );
     // Five revolutions that agree.
-    assert_eq!(states[10..14], [LocalizationStatus::Lost(LostReason::NoReturns); 4]);
+    assert_eq!(
+        states[10..14],
+        [LocalizationStatus::Lost(LostReason::NoReturns); 4]
+    );
     assert!(
-        states[15..].iter().all(|state| *state == LocalizationStatus::Tracking),
+        states[15..]
+            .iter()
+            .all(|state| *state == LocalizationStatus::Tracking),
         "{states:?}"
     );
 }
