@@ -2,7 +2,7 @@
 
 use super::{Config, Mission, PoseSource};
 use crate::geometry::Pose;
-use crate::localization::{Fix, Localizer, LostReason};
+use crate::localization::{Localizer, LostReason, PoseEstimate};
 use crate::map::{ObstacleGrid, Scan, TimedScan};
 use crate::navigator::{PoseFilter, PoseMeasurement};
 use crate::sim::{FixSource, SimError};
