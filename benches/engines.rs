@@ -5,7 +5,9 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use inbye::bench::{Roadway, roadway_field, roadway_obstacles};
-use inbye::local::{ClearanceField, Detail, Preference, Prepared, open, open_all};
+use inbye::local::{
+    ClearanceField, Detail, EngineChoice, QuantizedProblem, open_all_engines, open_engine,
+};
 use inbye::map::{GridFrame, ObstacleGrid};
 
 /// Steps of the horizon.
@@ -22,7 +24,7 @@ fn roadway(speeds: u32, turns: u32) -> Roadway {
 
 fn decisions(criterion: &mut Criterion) {
     let field = roadway_field();
-    let mut engines = open_all(2, |_| ()).expect("two threads");
+    let mut engines = open_all_engines(2, |_| ()).expect("two threads");
     for (speeds, turns) in [(20, 40), (70, 72), (128, 128)] {
         let roadway = roadway(speeds, turns);
         let mut group = criterion.benchmark_group(format!("decision of {speeds} x {turns}"));
@@ -31,11 +33,11 @@ fn decisions(criterion: &mut Criterion) {
         for engine in &mut engines {
             group.bench_function(BenchmarkId::from_parameter(engine.name()), |bencher| {
                 bencher.iter(|| {
-                    let prepared =
-                        Prepared::new(&roadway.problem(&field, 0)).expect("within the ranges");
+                    let quantized = QuantizedProblem::new(&roadway.problem(&field, 0))
+                        .expect("within the ranges");
                     black_box(
                         engine
-                            .evaluate(&prepared, Detail::Answer)
+                            .evaluate(&quantized, Detail::Answer)
                             .expect("an answer"),
                     )
                 });
@@ -48,11 +50,11 @@ fn decisions(criterion: &mut Criterion) {
 fn batches(criterion: &mut Criterion) {
     let (speeds, turns) = (20, 40);
     let field = roadway_field();
-    let mut engines = open_all(2, |_| ()).expect("two threads");
+    let mut engines = open_all_engines(2, |_| ()).expect("two threads");
     for count in [1, 8, 64, 256] {
         // All alike, so that only the number of them makes a difference.
         let problem = roadway(speeds, turns).problem(&field, 50);
-        let problems = vec![Prepared::new(&problem).expect("within the ranges"); count];
+        let problems = vec![QuantizedProblem::new(&problem).expect("within the ranges"); count];
         let name = format!("batch of {count}, {} x {STEPS} each", speeds * turns);
         let mut group = criterion.benchmark_group(name);
         let steps_each = u64::from(speeds * turns * STEPS);
@@ -74,18 +76,18 @@ fn batches(criterion: &mut Criterion) {
 fn cold_starts(criterion: &mut Criterion) {
     let field = roadway_field();
     let problem = roadway(20, 40).problem(&field, 0);
-    let prepared = Prepared::new(&problem).expect("within the ranges");
+    let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
     let mut group = criterion.benchmark_group("opening an engine and one decision of 20 x 40");
     group.sample_size(10);
-    for engine in open_all(1, |_| ()).expect("one thread") {
+    for engine in open_all_engines(1, |_| ()).expect("one thread") {
         let preference = match engine.kind() {
-            "gpu" => Preference::Gpu(Some(engine.name())),
-            _ => Preference::Cpu,
+            "gpu" => EngineChoice::Gpu(Some(engine.name())),
+            _ => EngineChoice::Cpu,
         };
         group.bench_function(BenchmarkId::from_parameter(engine.name()), |bencher| {
             bencher.iter(|| {
-                let mut opened = open(&preference, 1).expect("opened before");
-                let evaluation = opened.engine.evaluate(&prepared, Detail::Answer);
+                let mut opened = open_engine(&preference, 1).expect("opened before");
+                let evaluation = opened.engine.evaluate(&quantized, Detail::Answer);
                 black_box(evaluation.expect("an answer"))
             });
         });

@@ -1,14 +1,14 @@
 // The five dispatches of a batch of decisions, in order. No mathematics here: that is in the twins.
 //
-//   tabulate_turns   a thread for each turn rate        fills the displacement table
-//   judge_samples    a thread for each sample           judges it, adds up its workgroup
+//   tabulate_vtheta   a thread for each turn rate        fills the displacement table
+//   evaluate_samples    a thread for each sample           judges it, adds up its workgroup
 //   normalize        a workgroup for each problem       totals, and what normalises the terms
 //   score_samples    a thread for each sample           scores it, finds its workgroup's best
 //   choose           a workgroup for each problem       the winner
 //
 // A workgroup serves one problem: those of a problem follow one another.
 
-const TURNS_PER_GROUP: u32 = 128u;
+const VTHETA_PER_GROUP: u32 = 128u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
 // So many entries become one at a time where a workgroup adds up, so that few barriers do; the sizes of those that do
@@ -16,7 +16,7 @@ const REDUCERS: u32 = 64u;
 const FOLD: u32 = 4u;
 
 // Which of `first_groups` counts the workgroups of a dispatch.
-const OF_TURNS: u32 = 0u;
+const OF_VTHETA: u32 = 0u;
 const OF_SAMPLES: u32 = 1u;
 
 // The problem that a workgroup serves: the last that does not begin behind it.
@@ -25,7 +25,7 @@ fn problem_of(group: u32, which: u32) -> u32 {
     var beyond = batch.count;
     while beyond - problem > 1u {
         let middle = (problem + beyond) / 2u;
-        if batch.problems[middle].place.first_groups[which] <= group {
+        if batch.problems[middle].offsets.first_groups[which] <= group {
             problem = middle;
         } else {
             beyond = middle;
@@ -35,7 +35,7 @@ fn problem_of(group: u32, which: u32) -> u32 {
 }
 
 fn sample_count() -> u32 {
-    return header.v_count * header.omega_count;
+    return header.vx_count * header.vtheta_count;
 }
 
 fn group_count() -> u32 {
@@ -43,109 +43,109 @@ fn group_count() -> u32 {
 }
 
 // Where a turn rate's table begins.
-fn first_of_turn(index: u32) -> u32 {
-    return place.first_table + index * table_words();
+fn table_start(index: u32) -> u32 {
+    return offsets.first_table + index * table_words();
 }
 
-@compute @workgroup_size(TURNS_PER_GROUP)
-fn tabulate_turns(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3<u32>) {
-    take_up(problem_of(group.x, OF_TURNS));
-    let index = (group.x - place.first_groups[OF_TURNS]) * TURNS_PER_GROUP + local;
-    if index < header.omega_count {
-        tabulate(turns[place.first_turn + index], first_of_turn(index));
+@compute @workgroup_size(VTHETA_PER_GROUP)
+fn tabulate_vtheta(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3<u32>) {
+    load_problem(problem_of(group.x, OF_VTHETA));
+    let index = (group.x - offsets.first_groups[OF_VTHETA]) * VTHETA_PER_GROUP + local;
+    if index < header.vtheta_count {
+        tabulate(vtheta_samples[offsets.first_vtheta + index], table_start(index));
     }
 }
 
 // Terms are below 2^24, so the sum of a workgroup's 256 fits in 32 bits.
 var<workgroup> group_sums: array<vec4<u32>, SAMPLES_PER_GROUP>;
-var<workgroup> group_least: array<vec4<u32>, SAMPLES_PER_GROUP>;
-var<workgroup> group_greatest: array<vec4<u32>, SAMPLES_PER_GROUP>;
+var<workgroup> group_min: array<vec4<u32>, SAMPLES_PER_GROUP>;
+var<workgroup> group_max: array<vec4<u32>, SAMPLES_PER_GROUP>;
 var<workgroup> group_counts: array<u32, SAMPLES_PER_GROUP>;
 
 @compute @workgroup_size(SAMPLES_PER_GROUP)
-fn judge_samples(
+fn evaluate_samples(
     @builtin(local_invocation_index) local: u32,
     @builtin(workgroup_id) group: vec3<u32>,
 ) {
-    take_up(problem_of(group.x, OF_SAMPLES));
-    let index = (group.x - place.first_groups[OF_SAMPLES]) * SAMPLES_PER_GROUP + local;
+    load_problem(problem_of(group.x, OF_SAMPLES));
+    let index = (group.x - offsets.first_groups[OF_SAMPLES]) * SAMPLES_PER_GROUP + local;
     var sums = vec4<u32>(0u);
-    var least = vec4<u32>(0xffffffffu);
-    var greatest = vec4<u32>(0u);
+    var minimum = vec4<u32>(0xffffffffu);
+    var maximum = vec4<u32>(0u);
     var counts = 0u;
     if index < sample_count() {
-        let speed = speeds[place.first_speed + index % header.v_count];
-        let turn_index = index / header.v_count;
-        let turn = turns[place.first_turn + turn_index];
-        let first = first_of_turn(turn_index);
-        let judged = judge(speed, turn, first);
-        var record = Record(0u, 0u, 0u, judged.reason);
-        if judged.reason == OK {
-            let found = terms(speed, end_heading(turn), end_position(speed, first), judged.clearance);
+        let vx = vx_samples[offsets.first_vx + index % header.vx_count];
+        let turn_index = index / header.vx_count;
+        let vtheta = vtheta_samples[offsets.first_vtheta + turn_index];
+        let first = table_start(turn_index);
+        let outcome = evaluate_sample(vx, vtheta, first);
+        var record = Record(0u, 0u, 0u, outcome.status);
+        if outcome.status == OK {
+            let found = terms(vx, end_heading(vtheta), end_position(vx, first), outcome.clearance);
             record = Record(found.heading, found.clearance, found.path, OK);
             sums = vec4<u32>(found.heading, found.clearance, found.velocity, found.path);
-            least = sums;
-            greatest = sums;
+            minimum = sums;
+            maximum = sums;
         }
-        records[place.first_record + index] = record;
+        records[offsets.first_record + index] = record;
         // Ten bits for each of the first three reasons; what remains is outside.
-        counts = select(1u << (10u * judged.reason), 0u, judged.reason == OUTSIDE);
+        counts = select(1u << (10u * outcome.status), 0u, outcome.status == OUTSIDE);
     }
     group_sums[local] = sums;
-    group_least[local] = least;
-    group_greatest[local] = greatest;
+    group_min[local] = minimum;
+    group_max[local] = maximum;
     group_counts[local] = counts;
     for (var left = SAMPLES_PER_GROUP / FOLD; left > 0u; left /= FOLD) {
         workgroupBarrier();
         if local < left {
             for (var other = local + left; other < FOLD * left; other += left) {
                 sums += group_sums[other];
-                least = min(least, group_least[other]);
-                greatest = max(greatest, group_greatest[other]);
+                minimum = min(minimum, group_min[other]);
+                maximum = max(maximum, group_max[other]);
                 counts += group_counts[other];
             }
             group_sums[local] = sums;
-            group_least[local] = least;
-            group_greatest[local] = greatest;
+            group_min[local] = minimum;
+            group_max[local] = maximum;
             group_counts[local] = counts;
         }
     }
     if local == 0u {
         partials[group.x].sums = group_sums[0];
-        partials[group.x].least = group_least[0];
-        partials[group.x].greatest = group_greatest[0];
+        partials[group.x].min = group_min[0];
+        partials[group.x].max = group_max[0];
         partials[group.x].counts = group_counts[0];
     }
 }
 
 var<workgroup> total_low: array<vec4<u32>, REDUCERS>;
 var<workgroup> total_high: array<vec4<u32>, REDUCERS>;
-var<workgroup> total_least: array<vec4<u32>, REDUCERS>;
-var<workgroup> total_greatest: array<vec4<u32>, REDUCERS>;
+var<workgroup> total_min: array<vec4<u32>, REDUCERS>;
+var<workgroup> total_max: array<vec4<u32>, REDUCERS>;
 var<workgroup> total_counts: array<vec4<u32>, REDUCERS>;
 
 @compute @workgroup_size(REDUCERS)
 fn normalize(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) problem: vec3<u32>) {
-    take_up(problem.x);
+    load_problem(problem.x);
     var low = vec4<u32>(0u);
     var high = vec4<u32>(0u);
-    var least = vec4<u32>(0xffffffffu);
-    var greatest = vec4<u32>(0u);
+    var minimum = vec4<u32>(0xffffffffu);
+    var maximum = vec4<u32>(0u);
     var counts = vec4<u32>(0u);
     for (var group = local; group < group_count(); group += REDUCERS) {
-        let at = place.first_groups[OF_SAMPLES] + group;
+        let at = offsets.first_groups[OF_SAMPLES] + group;
         let sums = partials[at].sums;
         low += sums;
         high += select(vec4<u32>(0u), vec4<u32>(1u), low < sums);
-        least = min(least, partials[at].least);
-        greatest = max(greatest, partials[at].greatest);
+        minimum = min(minimum, partials[at].min);
+        maximum = max(maximum, partials[at].max);
         let packed = partials[at].counts;
         counts += vec4<u32>(packed & 1023u, (packed >> 10u) & 1023u, (packed >> 20u) & 1023u, 0u);
     }
     total_low[local] = low;
     total_high[local] = high;
-    total_least[local] = least;
-    total_greatest[local] = greatest;
+    total_min[local] = minimum;
+    total_max[local] = maximum;
     total_counts[local] = counts;
     for (var left = REDUCERS / FOLD; left > 0u; left /= FOLD) {
         workgroupBarrier();
@@ -154,30 +154,30 @@ fn normalize(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id)
                 low += total_low[other];
                 let carries = low < total_low[other];
                 high += total_high[other] + select(vec4<u32>(0u), vec4<u32>(1u), carries);
-                least = min(least, total_least[other]);
-                greatest = max(greatest, total_greatest[other]);
+                minimum = min(minimum, total_min[other]);
+                maximum = max(maximum, total_max[other]);
                 counts += total_counts[other];
             }
             total_low[local] = low;
             total_high[local] = high;
-            total_least[local] = least;
-            total_greatest[local] = greatest;
+            total_min[local] = minimum;
+            total_max[local] = maximum;
             total_counts[local] = counts;
         }
     }
     if local == 0u {
-        let judged = total_counts[0];
+        let outcome = total_counts[0];
         let weights = header.weights;
         let answer = &answers[problem.x];
-        (*answer).counts = vec4<u32>(judged.xyz, sample_count() - judged.x - judged.y - judged.z);
+        (*answer).counts = vec4<u32>(outcome.xyz, sample_count() - outcome.x - outcome.y - outcome.z);
         (*answer).sums_low = total_low[0];
         (*answer).sums_high = total_high[0];
-        (*answer).least = total_least[0];
-        (*answer).greatest = total_greatest[0];
+        (*answer).min = total_min[0];
+        (*answer).max = total_max[0];
         for (var term = 0u; term < 4u; term += 1u) {
             let sum = vec2<u32>(total_low[0][term], total_high[0][term]);
             (*answer).normalizers[term] =
-                term_normalizer(weights[term], sum, total_least[0][term], total_greatest[0][term]);
+                term_normalizer(weights[term], sum, total_min[0][term], total_max[0][term]);
         }
     }
 }
@@ -185,9 +185,9 @@ fn normalize(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id)
 var<workgroup> group_best: array<Candidate, SAMPLES_PER_GROUP>;
 
 fn record_terms(index: u32) -> Terms {
-    let record = records[place.first_record + index];
-    let speed = speeds[place.first_speed + index % header.v_count];
-    return Terms(record.heading, record.clearance, speed.term, record.path);
+    let record = records[offsets.first_record + index];
+    let vx = vx_samples[offsets.first_vx + index % header.vx_count];
+    return Terms(record.heading, record.clearance, vx.velocity_term, record.path);
 }
 
 @compute @workgroup_size(SAMPLES_PER_GROUP)
@@ -196,10 +196,10 @@ fn score_samples(
     @builtin(workgroup_id) group: vec3<u32>,
 ) {
     let problem = problem_of(group.x, OF_SAMPLES);
-    take_up(problem);
-    let index = (group.x - place.first_groups[OF_SAMPLES]) * SAMPLES_PER_GROUP + local;
-    var candidate = nobody();
-    if index < sample_count() && records[place.first_record + index].reason == OK {
+    load_problem(problem);
+    let index = (group.x - offsets.first_groups[OF_SAMPLES]) * SAMPLES_PER_GROUP + local;
+    var candidate = no_candidate();
+    if index < sample_count() && records[offsets.first_record + index].status == OK {
         let by = answers[problem].normalizers;
         candidate = Candidate(score(record_terms(index), by[0], by[1], by[2], by[3]), index);
     }
@@ -223,10 +223,10 @@ var<workgroup> finalists: array<Candidate, REDUCERS>;
 
 @compute @workgroup_size(REDUCERS)
 fn choose(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) problem: vec3<u32>) {
-    take_up(problem.x);
-    var finalist = nobody();
+    load_problem(problem.x);
+    var finalist = no_candidate();
     for (var group = local; group < group_count(); group += REDUCERS) {
-        let best = partials[place.first_groups[OF_SAMPLES] + group].best;
+        let best = partials[offsets.first_groups[OF_SAMPLES] + group].best;
         finalist = better(finalist, Candidate(vec2<u32>(best[0], best[1]), best[2]));
     }
     finalists[local] = finalist;

@@ -2,8 +2,8 @@
 // same fields in the same order, checked by a test.
 
 struct Header {
-    v_count: u32,
-    omega_count: u32,
+    vx_count: u32,
+    vtheta_count: u32,
     steps: u32,
     disc_count: u32,
     obstacle_count: u32,
@@ -30,16 +30,16 @@ struct Header {
     weights: vec4<u32>,
 }
 
-struct Speed {
+struct VxSample {
     coarse: i32,
     fine: i32,
-    term: u32,
-    needs: u32,
+    velocity_term: u32,
+    stopping_need: u32,
 }
 
-struct Turn {
-    per_step: u32,
-    needs: u32,
+struct VthetaSample {
+    angle_per_step: u32,
+    stopping_need: u32,
 }
 
 struct BodyDisc {
@@ -70,27 +70,27 @@ struct Normalizer {
 }
 
 // Where a problem's parts begin in the buffers that all problems of a batch share.
-struct Place {
+struct BufferOffsets {
     // Workgroups of turns and of samples before its own; those of samples have a Partial each.
     first_groups: vec2<u32>,
     // Elements before its own; of bodies, field and table, words.
-    first_speed: u32,
-    first_turn: u32,
+    first_vx: u32,
+    first_vtheta: u32,
     first_body: u32,
     first_field: u32,
     first_table: u32,
     first_record: u32,
 }
 
-struct Placed {
+struct BatchEntry {
     header: Header,
-    place: Place,
+    offsets: BufferOffsets,
 }
 
 // The problems of one submission; each has the answer of its own index.
 struct Batch {
     count: u32,
-    problems: array<Placed, MOST_PROBLEMS>,
+    problems: array<BatchEntry, MAX_PROBLEMS>,
 }
 
 // A sample, judged: terms and reason. The velocity term is its speed's.
@@ -98,14 +98,14 @@ struct Record {
     heading: u32,
     clearance: u32,
     path: u32,
-    reason: u32,
+    status: u32,
 }
 
 // What one workgroup of samples adds up to, then its best sample.
 struct Partial {
     sums: vec4<u32>,
-    least: vec4<u32>,
-    greatest: vec4<u32>,
+    min: vec4<u32>,
+    max: vec4<u32>,
     // Admissible, collision and cannot-stop samples in ten bits each.
     counts: u32,
     // The best sample's score, lower and upper half, and index.
@@ -117,8 +117,8 @@ struct Answer {
     counts: vec4<u32>,
     sums_low: vec4<u32>,
     sums_high: vec4<u32>,
-    least: vec4<u32>,
-    greatest: vec4<u32>,
+    min: vec4<u32>,
+    max: vec4<u32>,
     normalizers: array<Normalizer, 4>,
     // The winner's index, its score's halves, the stamp of the problem answered, the winner's terms.
     winner: u32,
@@ -135,15 +135,15 @@ const OUTSIDE: u32 = 3u;
 
 // Words of a disc and of a moving obstacle among the bodies; the discs come first.
 const DISC_WORDS: u32 = 3u;
-const MOVING_WORDS: u32 = 5u;
+const OBSTACLE_WORDS: u32 = 5u;
 
 // Problems of a batch: all of them fit into the uniform buffer that every adapter binds, 64 KiB.
-const MOST_PROBLEMS: u32 = 256u;
+const MAX_PROBLEMS: u32 = 256u;
 
 // Batch, speeds, turns and bodies are views of one buffer, one behind the other.
 @group(0) @binding(0) var<uniform> batch: Batch;
-@group(0) @binding(1) var<storage, read> speeds: array<Speed>;
-@group(0) @binding(2) var<storage, read> turns: array<Turn>;
+@group(0) @binding(1) var<storage, read> vx_samples: array<VxSample>;
+@group(0) @binding(2) var<storage, read> vtheta_samples: array<VthetaSample>;
 @group(0) @binding(3) var<storage, read> bodies: array<i32>;
 @group(0) @binding(4) var<storage, read> field: array<u32>;
 @group(0) @binding(5) var<storage, read_write> table: array<i32>;
@@ -153,23 +153,23 @@ const MOST_PROBLEMS: u32 = 256u;
 
 // The problem that this invocation serves.
 var<private> header: Header;
-var<private> place: Place;
+var<private> offsets: BufferOffsets;
 
-fn take_up(problem: u32) {
+fn load_problem(problem: u32) {
     header = batch.problems[problem].header;
-    place = batch.problems[problem].place;
+    offsets = batch.problems[problem].offsets;
 }
 
 fn disc(index: u32) -> BodyDisc {
-    let at = place.first_body + index * DISC_WORDS;
+    let at = offsets.first_body + index * DISC_WORDS;
     return BodyDisc(bodies[at], bodies[at + 1u], bodies[at + 2u]);
 }
 
 fn disc_radius(index: u32) -> i32 {
-    return bodies[place.first_body + index * DISC_WORDS + 2u];
+    return bodies[offsets.first_body + index * DISC_WORDS + 2u];
 }
 
-fn moving_body(index: u32) -> MovingBody {
-    let at = place.first_body + header.disc_count * DISC_WORDS + index * MOVING_WORDS;
+fn obstacle(index: u32) -> MovingBody {
+    let at = offsets.first_body + header.disc_count * DISC_WORDS + index * OBSTACLE_WORDS;
     return MovingBody(bodies[at], bodies[at + 1u], bodies[at + 2u], bodies[at + 3u], bodies[at + 4u]);
 }

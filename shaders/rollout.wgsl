@@ -8,7 +8,7 @@ fn step_words() -> u32 {
     return 2u + 2u * header.disc_count;
 }
 
-fn tabulate(turn: Turn, first: u32) {
+fn tabulate(vtheta: VthetaSample, first: u32) {
     var angle = header.heading;
     var cosine = cos_q20(angle);
     var sine = sin_q20(angle);
@@ -18,7 +18,7 @@ fn tabulate(turn: Turn, first: u32) {
     for (var step = 0u; step < header.steps; step += 1u) {
         sum_x += cosine;
         sum_y += sine;
-        angle += turn.per_step;
+        angle += vtheta.angle_per_step;
         cosine = cos_q20(angle);
         sine = sin_q20(angle);
         table[at] = shift_round(sum_x, header.table_bits);
@@ -40,84 +40,84 @@ fn tabulate(turn: Turn, first: u32) {
 struct StepResult {
     clearance: i32,
     outside: bool,
-    room: i32,
+    static_clearance: i32,
     border: i32,
 }
 
-struct Pace {
+struct ClearanceRate {
     margin: i32,
     steps_per_unit: u32,
 }
 
-struct Judgement {
-    reason: u32,
+struct SampleOutcome {
+    status: u32,
     clearance: u32,
 }
 
 // Only a stop within the arc asks for the first step that ends it; the end, where most samples meet what they meet at
 // all, tells more about the steps before it than the start about those after it.
-fn judge(speed: Speed, turn: Turn, first: u32) -> Judgement {
+fn evaluate_sample(vx: VxSample, vtheta: VthetaSample, first: u32) -> SampleOutcome {
     let by_arc = header.stop_by_arc == 1u;
-    let pace = pace_of(speed, turn);
-    var least = bitcast<i32>(header.max_clearance);
+    let rate = clearance_rate(vx, vtheta);
+    var min_clearance = bitcast<i32>(header.max_clearance);
     var done = 0u;
     var ended_by = OK;
     while done < header.steps {
         let step = select(header.steps - 1u - done, done, by_arc);
-        let met = step_clearance(speed, first, step);
-        if met.clearance <= 0 {
+        let at_step = step_clearance(vx, first, step);
+        if at_step.clearance <= 0 {
             ended_by = COLLISION;
             break;
         }
-        if met.outside {
+        if at_step.outside {
             ended_by = OUTSIDE;
             if by_arc {
                 break;
             }
         }
-        least = min(least, met.clearance);
-        done += 1u + idle_steps(pace, met, least);
+        min_clearance = min(min_clearance, at_step.clearance);
+        done += 1u + skippable_steps(rate, at_step, min_clearance);
     }
-    let reason = verdict(speed, turn, ended_by, min(done, header.steps), least);
-    return Judgement(reason, select(0u, bitcast<u32>(least), reason == OK));
+    let status = classify(vx, vtheta, ended_by, min(done, header.steps), min_clearance);
+    return SampleOutcome(status, select(0u, bitcast<u32>(min_clearance), status == OK));
 }
 
-fn verdict(speed: Speed, turn: Turn, ended_by: u32, free_steps: u32, least: i32) -> u32 {
-    let has = select(bitcast<u32>(least), free_steps, header.stop_by_arc == 1u);
+fn classify(vx: VxSample, vtheta: VthetaSample, ended_by: u32, free_steps: u32, min_clearance: i32) -> u32 {
+    let has = select(bitcast<u32>(min_clearance), free_steps, header.stop_by_arc == 1u);
     let ends_it = header.stop_by_arc == 0u || free_steps == 0u;
     if ended_by != OK && ends_it {
         return ended_by;
     }
-    return select(OK, CANNOT_STOP, has < speed.needs || has < turn.needs);
+    return select(OK, CANNOT_STOP, has < vx.stopping_need || has < vtheta.stopping_need);
 }
 
-fn pace_of(speed: Speed, turn: Turn) -> Pace {
-    var lever = 0u;
+fn clearance_rate(vx: VxSample, vtheta: VthetaSample) -> ClearanceRate {
+    var lever_arm = 0u;
     for (var index = 0u; index < header.disc_count; index += 1u) {
         let part = disc(index);
-        lever = max(lever, bitcast<u32>(abs(part.x)) + bitcast<u32>(abs(part.y)));
+        lever_arm = max(lever_arm, bitcast<u32>(abs(part.x)) + bitcast<u32>(abs(part.y)));
     }
-    var carried = 0u;
+    var obstacle_step = 0u;
     for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
-        let body = moving_body(moving);
-        carried = max(carried, bitcast<u32>(abs(body.step_x)) + bitcast<u32>(abs(body.step_y)));
+        let body = obstacle(moving);
+        obstacle_step = max(obstacle_step, bitcast<u32>(abs(body.step_x)) + bitcast<u32>(abs(body.step_y)));
     }
-    let along = (bitcast<u32>(abs(speed.coarse)) * (bitcast<u32>(ONE_Q20) >> header.table_bits)) >> header.coarse_bits;
-    let around = mul_hi_u32(7u * lever, turn_size(turn.per_step));
-    let most = along + around + (carried >> 8u) + 4u;
+    let along = (bitcast<u32>(abs(vx.coarse)) * (bitcast<u32>(ONE_Q20) >> header.table_bits)) >> header.coarse_bits;
+    let around = mul_hi_u32(7u * lever_arm, turn_size(vtheta.angle_per_step));
+    let most = along + around + (obstacle_step >> 8u) + 4u;
     let margin = ((1449u << header.cell_bits) >> 10u) + (most >> 5u) + 16u;
-    return Pace(bitcast<i32>(margin), 65536u / most);
+    return ClearanceRate(bitcast<i32>(margin), 65536u / most);
 }
 
-fn idle_steps(pace: Pace, met: StepResult, least: i32) -> u32 {
-    let slack = min(met.room - least, met.border) - pace.margin;
-    return (bitcast<u32>(max(slack, 0)) * pace.steps_per_unit) >> 16u;
+fn skippable_steps(rate: ClearanceRate, at_step: StepResult, min_clearance: i32) -> u32 {
+    let slack = min(at_step.static_clearance - min_clearance, at_step.border) - rate.margin;
+    return (bitcast<u32>(max(slack, 0)) * rate.steps_per_unit) >> 16u;
 }
 
-fn step_clearance(speed: Speed, first: u32, step: u32) -> StepResult {
+fn step_clearance(vx: VxSample, first: u32, step: u32) -> StepResult {
     var at = first + step * step_words();
-    let moved_x = shift_round(speed.coarse * table[at], header.coarse_bits);
-    let moved_y = shift_round(speed.coarse * table[at + 1u], header.coarse_bits);
+    let moved_x = shift_round(vx.coarse * table[at], header.coarse_bits);
+    let moved_y = shift_round(vx.coarse * table[at + 1u], header.coarse_bits);
     var result = StepResult(bitcast<i32>(header.max_clearance), false, 65535, 65535);
     for (var index = 0u; index < header.disc_count; index += 1u) {
         let radius = disc_radius(index);
@@ -127,23 +127,23 @@ fn step_clearance(speed: Speed, first: u32, step: u32) -> StepResult {
         let distance = clearance_at(x, y);
         if distance >= 0 {
             result.clearance = min(result.clearance, distance - radius);
-            result.room = min(result.room, distance - radius);
+            result.static_clearance = min(result.static_clearance, distance - radius);
         } else {
             result.outside = result.outside || header.outside_is_free == 0u;
-            result.room = 0;
+            result.static_clearance = 0;
         }
         if header.outside_is_free == 0u {
-            result.border = min(result.border, border_at(x, y));
+            result.border = min(result.border, border_distance(x, y));
         }
         for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
-            let body = moving_body(moving);
+            let body = obstacle(moving);
             let reach = result.clearance + radius + body.radius;
-            let gap = distance_below(body, x, y, step, reach);
+            let gap = capped_distance(body, x, y, step, reach);
             result.clearance = min(result.clearance, gap - radius - body.radius);
         }
     }
     if header.obstacle_count > 0u {
-        result.room = min(result.room, result.clearance);
+        result.static_clearance = min(result.static_clearance, result.clearance);
     }
     return result;
 }
@@ -156,11 +156,11 @@ fn clearance_at(x: i32, y: i32) -> i32 {
         return -1;
     }
     let index = row * header.width + column;
-    return bitcast<i32>((field[place.first_field + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu);
+    return bitcast<i32>((field[offsets.first_field + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu);
 }
 
 // At most the way to the field's border, units; at most 65535.
-fn border_at(x: i32, y: i32) -> i32 {
+fn border_distance(x: i32, y: i32) -> i32 {
     let column = x >> header.cell_bits;
     let row = y >> header.cell_bits;
     let across = min(column, bitcast<i32>(header.width) - 1 - column);
@@ -168,7 +168,7 @@ fn border_at(x: i32, y: i32) -> i32 {
     return clamp(min(across, along), 0, 65535 >> header.cell_bits) << header.cell_bits;
 }
 
-fn distance_below(body: MovingBody, x: i32, y: i32, step: u32, reach: i32) -> i32 {
+fn capped_distance(body: MovingBody, x: i32, y: i32, step: u32, reach: i32) -> i32 {
     let steps = bitcast<i32>(step) + 1;
     let body_x = shift_round(body.x + steps * body.step_x, 8u);
     let body_y = shift_round(body.y + steps * body.step_y, 8u);
@@ -181,14 +181,14 @@ fn distance_below(body: MovingBody, x: i32, y: i32, step: u32, reach: i32) -> i3
     return reach;
 }
 
-fn end_position(speed: Speed, first: u32) -> vec2<i32> {
+fn end_position(vx: VxSample, first: u32) -> vec2<i32> {
     let at = first + header.steps * step_words();
     return vec2<i32>(
-        shift_round(mul_hi_i32(speed.fine, table[at]), header.fine_bits),
-        shift_round(mul_hi_i32(speed.fine, table[at + 1u]), header.fine_bits),
+        shift_round(mul_hi_i32(vx.fine, table[at]), header.fine_bits),
+        shift_round(mul_hi_i32(vx.fine, table[at + 1u]), header.fine_bits),
     );
 }
 
-fn end_heading(turn: Turn) -> u32 {
-    return header.heading + turn.per_step * header.steps;
+fn end_heading(vtheta: VthetaSample) -> u32 {
+    return header.heading + vtheta.angle_per_step * header.steps;
 }

@@ -1,12 +1,12 @@
 // A trajectory's four terms, their normalisation and the score. TWIN of src/local/score.rs.
 
-fn terms(speed: Speed, end_heading: u32, end: vec2<i32>, clearance: u32) -> Terms {
+fn terms(vx: VxSample, end_heading: u32, end: vec2<i32>, clearance: u32) -> Terms {
     let to_key_x = header.key_x - end.x;
     let to_key_y = header.key_y - end.y;
     return Terms(
         heading_term(header.target_x - end.x, header.target_y - end.y, end_heading),
         clearance,
-        speed.term,
+        vx.velocity_term,
         isqrt64(squared_length(to_key_x, to_key_y)),
     );
 }
@@ -33,10 +33,10 @@ fn normalizer(offset: u32, weight: u32, scale: vec2<u32>) -> Normalizer {
     return Normalizer(offset, mantissa, bits);
 }
 
-// The normaliser of one term, from its sum, least and greatest value.
-fn term_normalizer(weight: u32, sum: vec2<u32>, least: u32, greatest: u32) -> Normalizer {
-    if header.min_max == 1u && least <= greatest {
-        return normalizer(least, weight, vec2<u32>(greatest - least, 0u));
+// The normaliser of one term, from its sum, minimum and maximum value.
+fn term_normalizer(weight: u32, sum: vec2<u32>, minimum: u32, maximum: u32) -> Normalizer {
+    if header.min_max == 1u && minimum <= maximum {
+        return normalizer(minimum, weight, vec2<u32>(maximum - minimum, 0u));
     }
     return normalizer(0u, weight, sum);
 }

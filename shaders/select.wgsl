@@ -7,7 +7,7 @@ struct Candidate {
 }
 
 // Loses to every admissible sample.
-fn nobody() -> Candidate {
+fn no_candidate() -> Candidate {
     return Candidate(vec2<u32>(0u, HALF_TURN), 0xffffffffu);
 }
 

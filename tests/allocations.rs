@@ -12,8 +12,8 @@ use inbye::bench::{Roadway, roadway_field, roadway_obstacles};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::global::{ClearanceCosts, Heuristic, Searcher};
 use inbye::local::{
-    Axis, ClearanceField, CpuEngine, Detail, Engine, Instructions, LocalPlanner, LocalSettings,
-    Prepared, Problem, Situation, Stopping, Window,
+    Axis, ClearanceField, CpuEngine, DecisionInput, Detail, Engine, InstructionSet, LocalPlanner,
+    LocalSettings, Problem, QuantizedProblem, Stopping, Window,
 };
 use inbye::localization::{LocalizationSettings, LocalizationStatus, Localizer};
 use inbye::map::{Cell, FreeSpace, MovingDisc, TimedScan, UnknownPolicy};
@@ -101,18 +101,20 @@ const SCENES: [Scene; 5] = [
 
 /// Does something with an engine of each kind in each scene; fails where it allocates.
 fn in_every_scene(
-    count: impl Fn(&mut CpuEngine, &[Prepared]) -> Result<usize, Failed>,
+    count: impl Fn(&mut CpuEngine, &[QuantizedProblem]) -> Result<usize, Failed>,
 ) -> Result<(), Failed> {
     let field = roadway_field();
-    let here = Instructions::ALL.into_iter().filter(|one| one.are_here());
+    let here = InstructionSet::ALL
+        .into_iter()
+        .filter(|one| one.is_available());
     let engines: Vec<_> = here
         .flat_map(|one| [1, 2, 4].map(|threads| (one, threads)))
         .collect();
     for (scene, problem) in SCENES {
-        let lap = (0..LAP).map(|tick| Prepared::new(&problem(&field, tick)));
-        let lap = lap.collect::<Result<Vec<Prepared>, _>>()?;
+        let lap = (0..LAP).map(|tick| QuantizedProblem::new(&problem(&field, tick)));
+        let lap = lap.collect::<Result<Vec<QuantizedProblem>, _>>()?;
         for &(instructions, threads) in &engines {
-            let mut engine = CpuEngine::with_instructions(instructions, threads)?;
+            let mut engine = CpuEngine::with_instruction_set(instructions, threads)?;
             let count = count(&mut engine, &lap)?;
             if count > 0 {
                 let name = engine.name();
@@ -138,7 +140,7 @@ fn harder_decisions() -> Result<(), Failed> {
 }
 
 /// Takes decisions; the allocations meanwhile.
-fn decide(engine: &mut CpuEngine, problems: &[Prepared]) -> Result<usize, Failed> {
+fn decide(engine: &mut CpuEngine, problems: &[QuantizedProblem]) -> Result<usize, Failed> {
     let mut failed = None;
     let count = allocations(|| {
         for problem in problems {
@@ -161,7 +163,7 @@ fn warm_planners() -> Result<(), Failed> {
         vy: 0.0,
     };
     let walkers: Vec<MovingDisc> = (0..5).map(walker).collect();
-    let situation = |tick: usize| Situation {
+    let situation = |tick: usize| DecisionInput {
         field: &field,
         pose: Pose::new(6.5 + 0.01 * tick as f64, 9.6, 0.0),
         twist: Twist::new(0.5, 0.0),
@@ -180,7 +182,7 @@ fn warm_planners() -> Result<(), Failed> {
             let mut commands = 0;
             let count = allocations(|| {
                 for tick in 0..LAP {
-                    let chosen = planner.choose(&situation(tick));
+                    let chosen = planner.decide(&situation(tick));
                     commands += usize::from(chosen.is_ok_and(|(command, _)| command.is_some()));
                 }
             });
@@ -200,20 +202,20 @@ fn preparing_again() -> Result<(), Failed> {
     let field = roadway_field();
     for (scene, problem) in SCENES {
         let (first, second) = (problem(&field, 0), problem(&field, 1));
-        let mut prepared = None;
-        let anew = allocations(|| prepared = Prepared::new(&first).ok());
-        let first = prepared.ok_or("within the ranges")?;
-        let mut prepared = None;
-        let again = allocations(|| prepared = first.refilled(&second).ok());
+        let mut quantized = None;
+        let anew = allocations(|| quantized = QuantizedProblem::new(&first).ok());
+        let first = quantized.ok_or("within the ranges")?;
+        let mut quantized = None;
+        let again = allocations(|| quantized = first.requantized(&second).ok());
         // A list for each of speeds, turns and discs, and one of people where there are any.
         let lists = if second.obstacles.is_empty() { 3 } else { 4 };
         if (anew, again) != (lists, 0) {
             return Err(format!("{scene}: {anew} allocations, and {again} again").into());
         }
-        let again = prepared.ok_or("within the ranges")?;
-        let anew = Prepared::new(&second)?;
+        let again = quantized.ok_or("within the ranges")?;
+        let anew = QuantizedProblem::new(&second)?;
         if format!("{again:?}") != format!("{anew:?}") {
-            return Err(format!("{scene}: prepared again it is another problem").into());
+            return Err(format!("{scene}: quantized again it is another problem").into());
         }
     }
     Ok(())
@@ -294,21 +296,21 @@ fn warm_localizers() -> Result<(), Failed> {
 /// The counter counts: memory of this thread and of others, and what a decision allocates for its samples.
 fn what_allocates_is_counted() -> Result<(), Failed> {
     let field = roadway_field();
-    let problem = Prepared::new(&Roadway::default().problem(&field, 0))?;
+    let problem = QuantizedProblem::new(&Roadway::default().problem(&field, 0))?;
     let mut engine = CpuEngine::with_threads(2)?;
     engine.evaluate(&problem, Detail::Samples)?;
     let samples = allocations(|| {
         black_box(engine.evaluate(&problem, Detail::Samples).is_ok());
     });
     let larger = Window {
-        linear: Axis {
+        vx: Axis {
             low: 0.0,
             high: 1.0,
             count: 200,
         },
         ..Roadway::default().problem(&field, 0).window
     };
-    let wider = Prepared::new(&Problem {
+    let wider = QuantizedProblem::new(&Problem {
         window: larger,
         ..Roadway::default().problem(&field, 0)
     })?;

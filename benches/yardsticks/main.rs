@@ -1,6 +1,6 @@
 //! How far the CPU engine is from the limit of the machine, and from what robots have today, for the same decisions.
 //!
-//! The limit is [`GatherOnly`]: each step of each sample reads one entry of the field for each disc, and nothing else is
+//! The limit is [`GatherBaseline`]: each step of each sample reads one entry of the field for each disc, and nothing else is
 //! done. What robots have is [`PointDwa`]. Answers are checked before anything is timed. Figures of a shared machine
 //! swing, so the ratios printed after each group come from runs of both sides in turn.
 
@@ -15,8 +15,9 @@ use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
 use inbye::bench::{Roadway, roadway_field, roadway_obstacles};
+use inbye::local::internals::GatherBaseline;
 use inbye::local::{
-    ClearanceField, CpuEngine, Detail, Engine, Evaluation, GatherOnly, Instructions, Prepared,
+    ClearanceField, CpuEngine, Detail, Engine, Evaluation, InstructionSet, QuantizedProblem,
 };
 use inbye::sim::{Lidar, World};
 use point_dwa::PointDwa;
@@ -73,13 +74,13 @@ impl Scene {
     /// A whole decision as a caller has it: from the situation to the answer.
     fn decide(&self, engine: &mut CpuEngine) -> Evaluation {
         let problem = self.roadway.problem(&self.field, TICK);
-        let prepared = Prepared::new(&problem).expect("within the ranges");
-        let evaluation = engine.evaluate(&prepared, Detail::Answer);
+        let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
+        let evaluation = engine.evaluate(&quantized, Detail::Answer);
         evaluation.expect("a CPU answers")
     }
 
     /// All engines give one answer, all yardsticks read the same, and the points lead to nearly the same command.
-    fn check(&self, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherOnly)]) {
+    fn check(&self, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherBaseline)]) {
         let units = self.field.units();
         let least = self
             .cells
@@ -172,19 +173,28 @@ fn scenes() -> Vec<Scene> {
 
 /// One thread with each set of instructions here, then two with the best.
 fn engines() -> Vec<CpuEngine> {
-    let here = Instructions::ALL.into_iter().filter(|one| one.are_here());
+    let here = InstructionSet::ALL
+        .into_iter()
+        .filter(|one| one.is_available());
     here.map(|instructions| (instructions, 1))
-        .chain([(Instructions::best(), 2)])
+        .chain([(InstructionSet::best(), 2)])
         .map(|(instructions, threads)| {
-            CpuEngine::with_instructions(instructions, threads).expect("they are here")
+            CpuEngine::with_instruction_set(instructions, threads).expect("they are here")
         })
         .collect()
 }
 
-fn yardsticks() -> Vec<(&'static str, GatherOnly)> {
-    let here = Instructions::ALL.into_iter().filter(|one| one.are_here());
-    here.map(|one| (one.word(), GatherOnly::new(one).expect("they are here")))
-        .collect()
+fn yardsticks() -> Vec<(&'static str, GatherBaseline)> {
+    let here = InstructionSet::ALL
+        .into_iter()
+        .filter(|one| one.is_available());
+    here.map(|one| {
+        (
+            one.as_str(),
+            GatherBaseline::new(one).expect("they are here"),
+        )
+    })
+    .collect()
 }
 
 fn compare(criterion: &mut Criterion) {
@@ -208,7 +218,7 @@ fn measure(
     group: &mut BenchmarkGroup<'_, WallTime>,
     scene: &Scene,
     engines: &mut [CpuEngine],
-    yardsticks: &[(&str, GatherOnly)],
+    yardsticks: &[(&str, GatherBaseline)],
 ) {
     for (name, yardstick) in yardsticks {
         group.bench_function(BenchmarkId::new("gather only", name), |bencher| {
@@ -227,9 +237,9 @@ fn measure(
 }
 
 #[expect(clippy::print_stdout, reason = "a bench prints what it finds")]
-fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherOnly)]) {
+fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherBaseline)]) {
     for engine in engines {
-        let word = engine.instructions().word();
+        let word = engine.instructions().as_str();
         let own = yardsticks.iter().find(|(name, _)| *name == word);
         let (_, yardstick) = own.expect("one for each set of instructions");
         let (ratio, pairs) = median_ratio(

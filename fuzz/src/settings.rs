@@ -6,7 +6,7 @@ use inbye::base::{BaseConfig, PlannedTrouble, Protocol, Trouble};
 use inbye::experiment::barn::barn_config;
 use inbye::experiment::sweep::SweepPlan;
 use inbye::geometry::{Point, Pose};
-use inbye::local::{CpuEngine, Detail, Engine, Evaluation, Preference, Prepared};
+use inbye::local::{CpuEngine, Detail, Engine, EngineChoice, Evaluation, QuantizedProblem};
 use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, Observer};
@@ -16,10 +16,10 @@ use super::one_line;
 use super::program::{config, problem_file};
 use super::wire;
 
-/// Problems above so many samples times steps are prepared and not evaluated: it would only take long.
+/// Problems above so many samples times steps are quantized and not evaluated: it would only take long.
 const MOST_WORK: usize = 20_000;
 
-/// A problem of `inbye evaluate`. One that is read is prepared or refused, and its answer is one of its samples.
+/// A problem of `inbye evaluate`. One that is read is quantized or refused, and its answer is one of its samples.
 pub fn problem_json(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -36,33 +36,33 @@ pub fn problem_json(data: &[u8]) {
         Ok(problem) => problem,
         Err(error) => return one_line(&format!("{error:#}")),
     };
-    let prepared = match Prepared::new(&problem) {
-        Ok(prepared) => prepared,
+    let quantized = match QuantizedProblem::new(&problem) {
+        Ok(quantized) => quantized,
         Err(error) => return one_line(&error),
     };
-    assert!(!prepared.is_empty());
-    assert_eq!(prepared.len(), problem.window.len());
-    if prepared.len() * problem.steps as usize <= MOST_WORK {
-        let evaluated = evaluate(&prepared);
+    assert!(!quantized.is_empty());
+    assert_eq!(quantized.len(), problem.window.len());
+    if quantized.len() * problem.steps as usize <= MOST_WORK {
+        let evaluated = evaluate(&quantized);
         let counts = &evaluated.counts;
         let rejected = counts.collision + counts.cannot_stop + counts.outside;
-        assert_eq!((counts.admissible + rejected) as usize, prepared.len());
+        assert_eq!((counts.admissible + rejected) as usize, quantized.len());
         assert_eq!(evaluated.winner.is_some(), counts.admissible > 0);
         if let Some(winner) = evaluated.winner {
             let command = problem.window.twist(winner.index);
-            let (v, omega) = (&problem.window.linear, &problem.window.angular);
-            let (fastest, sharpest) = (v.largest(), omega.largest());
+            let (v, omega) = (&problem.window.vx, &problem.window.vtheta);
+            let (fastest, sharpest) = (v.max_abs(), omega.max_abs());
             assert!(command.linear.abs() <= fastest, "{command:?}");
             assert!(command.angular.abs() <= sharpest, "{command:?}");
         }
     }
 }
 
-fn evaluate(prepared: &Prepared) -> Evaluation {
+fn evaluate(quantized: &QuantizedProblem) -> Evaluation {
     thread_local! {
         static ENGINE: std::cell::RefCell<CpuEngine> = CpuEngine::single_threaded().into();
     }
-    let evaluated = ENGINE.with_borrow_mut(|engine| engine.evaluate(prepared, Detail::Samples));
+    let evaluated = ENGINE.with_borrow_mut(|engine| engine.evaluate(quantized, Detail::Samples));
     evaluated.expect("the CPU answers")
 }
 
@@ -185,7 +185,7 @@ pub fn words(data: &[u8]) {
         Err(error) => one_line(&error),
         Ok(protocol) => assert_eq!(protocol.name(), text),
     }
-    if let Err(error) = text.parse::<Preference>() {
+    if let Err(error) = text.parse::<EngineChoice>() {
         one_line(&error);
     }
 }

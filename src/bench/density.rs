@@ -6,7 +6,7 @@ use super::deadlines::Misses;
 use super::quality::grid_counts;
 use super::roadway::{Roadway, roadway_field};
 use super::{BenchError, DensityRow, EvaluationDigest, Latencies, SkippedCell};
-use crate::local::{ClearanceField, Detail, Engine, Evaluation, Prepared};
+use crate::local::{ClearanceField, Detail, Engine, Evaluation, QuantizedProblem};
 
 /// What to measure.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,7 +152,7 @@ impl<'a> Scene<'a> {
 
     fn decide(&self, engine: &mut dyn Engine, tick: usize) -> Result<Evaluation, BenchError> {
         let problem = self.roadway.problem(self.field, tick);
-        let prepared = Prepared::new(&problem).map_err(|error| BenchError::Problem {
+        let prepared = QuantizedProblem::new(&problem).map_err(|error| BenchError::Problem {
             which: self.name(),
             error,
         })?;
@@ -250,7 +250,7 @@ mod tests {
 
         fn evaluate(
             &mut self,
-            problem: &Prepared,
+            problem: &QuantizedProblem,
             detail: Detail,
         ) -> Result<Evaluation, EngineError> {
             let nanoseconds = self.nanoseconds_per_sample * problem.len() as u64;

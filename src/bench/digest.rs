@@ -14,15 +14,15 @@ impl EvaluationDigest {
         for sum in evaluation.totals.sums {
             self.0.wide(sum);
         }
-        self.words(&evaluation.totals.least);
-        self.words(&evaluation.totals.greatest);
+        self.words(&evaluation.totals.min);
+        self.words(&evaluation.totals.max);
         if let Some(winner) = &evaluation.winner {
             self.words(&[winner.index]);
             self.0.wide(winner.score as u64);
             self.words(&winner.terms.to_array());
         }
         for sample in evaluation.samples.iter().flatten() {
-            self.words(&[sample.reason as u32]);
+            self.words(&[sample.status as u32]);
             self.words(&sample.terms.to_array());
         }
     }

@@ -69,7 +69,10 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
         obstacles: obstacles.collect(),
         field: Arc::new(field),
         pose: Pose::new(start.x, start.y, rng.random_range(-PI..PI)),
-        window: Window { linear, angular },
+        window: Window {
+            vx: linear,
+            vtheta: angular,
+        },
         braking_x: rng.random_range(0.2..3.0),
         braking_theta: rng.random_range(0.5..6.0),
         step_s,

@@ -6,7 +6,8 @@ use super::regret::Yardstick;
 use super::roadway::{Roadway, roadway_field};
 use super::{BenchError, QualityRow};
 use crate::geometry::Twist;
-use crate::local::{ClearanceField, Detail, Engine, Evaluation, Header, Prepared, Terms};
+use crate::local::internals::Header;
+use crate::local::{ClearanceField, Detail, Engine, Evaluation, QuantizedProblem, Terms};
 
 /// Ticks after which [`Roadway::problem`] begins anew.
 const TICKS: usize = 100;
@@ -112,7 +113,7 @@ fn decide(
         ..*roadway
     };
     let problem = roadway.problem(field, tick);
-    let prepared = Prepared::new(&problem).map_err(|error| BenchError::Problem {
+    let prepared = QuantizedProblem::new(&problem).map_err(|error| BenchError::Problem {
         which: which(),
         error,
     })?;

@@ -1,7 +1,8 @@
 //! What a command chosen from few samples is worth beside the one chosen from the densest sampling.
 
-use crate::local::score::{Normalizer, normalizers};
-use crate::local::{Evaluation, Header, Terms};
+use crate::local::internals::Header;
+use crate::local::internals::score::{Normalizer, normalizers};
+use crate::local::{Evaluation, Terms};
 
 /// What the densest sampling makes of a command.
 ///
@@ -73,8 +74,8 @@ mod tests {
             },
             totals: Totals {
                 sums: [0, 0, 8, 10],
-                least: [0, 0, 0, 1],
-                greatest: [0, 0, 5, 3],
+                min: [0, 0, 0, 1],
+                max: [0, 0, 5, 3],
             },
             winner: Some(Winner {
                 index: 3,

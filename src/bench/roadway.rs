@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::geometry::{Point, Pose, Twist};
-use crate::local::{ClearanceField, LocalSettings, Problem, Situation};
+use crate::local::{ClearanceField, DecisionInput, LocalSettings, Problem};
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint, Limits};
 
@@ -98,7 +98,7 @@ impl Roadway {
         let ahead = Point::new(11.5, 10.2);
         let footprint = Footprint::new((0..self.discs).map(|disc| self.disc(disc)).collect());
         let obstacles: Vec<MovingDisc> = (0..self.people).map(person).collect();
-        let situation = Situation {
+        let situation = DecisionInput {
             field,
             pose: Pose::new(6.5 + along, 9.8 + 0.3 * along, 0.1 - 0.2 * along),
             twist: Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15),

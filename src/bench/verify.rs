@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{BenchError, EvaluationDigest, random_problem};
-use crate::local::{Detail, Engine, Evaluation, Prepared};
+use crate::local::{Detail, Engine, Evaluation, QuantizedProblem};
 
 /// The first bits in which two evaluations of one problem differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -63,11 +63,12 @@ pub fn verify(
     };
     let mut digests = vec![EvaluationDigest::default(); engines.len()];
     for case in 0..cases {
-        let problem =
-            Prepared::new(&random_problem(seed, case)).map_err(|error| BenchError::Problem {
+        let problem = QuantizedProblem::new(&random_problem(seed, case)).map_err(|error| {
+            BenchError::Problem {
                 which: format!("case {case}"),
                 error,
-            })?;
+            }
+        })?;
         verification.samples += problem.len() as u64;
         let mut first: Option<Evaluation> = None;
         for (engine, digest) in engines.iter_mut().zip(&mut digests) {
@@ -128,13 +129,13 @@ pub fn compare(
         check(format!("sum of {name}"), one.sums[term], other.sums[term]);
         check(
             format!("least {name}"),
-            one.least[term].into(),
-            other.least[term].into(),
+            one.min[term].into(),
+            other.min[term].into(),
         );
         check(
             format!("greatest {name}"),
-            one.greatest[term].into(),
-            other.greatest[term].into(),
+            one.max[term].into(),
+            other.max[term].into(),
         );
     }
     let winner = |evaluation: &Evaluation| {
@@ -166,8 +167,8 @@ pub fn compare(
     for (index, (one, other)) in one.iter().zip(other).enumerate() {
         check(
             format!("sample {index} reason"),
-            one.reason as u64,
-            other.reason as u64,
+            one.status as u64,
+            other.status as u64,
         );
         let terms = one.terms.to_array().into_iter().zip(other.terms.to_array());
         for (name, (one, other)) in TERMS.iter().zip(terms) {

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand};
 use inbye::geometry::{Point, Pose};
-use inbye::local::Preference;
+use inbye::local::EngineChoice;
 use inbye::map::UnknownPolicy;
 
 use super::known_words;
@@ -162,7 +162,7 @@ pub struct DriveArguments {
     pub seed: u64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
     #[arg(long, default_value = "auto", value_parser = known_words::engine())]
-    pub engine: Preference,
+    pub engine: EngineChoice,
     /// Refuse to start without a GPU; a software adapter counts when --engine names it. One that is lost on the way is
     /// survived all the same, and counted.
     #[arg(long)]
@@ -199,7 +199,7 @@ pub struct EvaluateArguments {
     pub problem: PathBuf,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
     #[arg(long, default_value = "auto", value_parser = known_words::engine())]
-    pub engine: Preference,
+    pub engine: EngineChoice,
     /// Return every sample as well, in SI units.
     #[arg(long)]
     pub samples: bool,

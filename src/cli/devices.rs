@@ -45,7 +45,7 @@ pub fn run(json: bool) -> anyhow::Result<bool> {
 
 #[cfg(feature = "gpu")]
 fn adapters() -> Vec<serde_json::Value> {
-    inbye::local::gpu::adapters()
+    inbye::local::adapters()
         .iter()
         .map(|adapter| json!(adapter.summary))
         .collect()

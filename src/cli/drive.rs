@@ -5,7 +5,7 @@ use std::sync::Arc;
 use anyhow::{Context, anyhow};
 use inbye::bench::Latencies;
 use inbye::global::PlanError;
-use inbye::local::ChooseError;
+use inbye::local::DecisionError;
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::report::Reel;
@@ -87,7 +87,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
     };
-    if let Some(Fault::Choose(ChooseError::Problem(error))) = &result.fault {
+    if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
         return Err(anyhow!(error.clone())).with_context(|| settings_of(arguments));
     }
     let recording = recording.map(|recording| recording.end(&result));

@@ -3,7 +3,10 @@
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-use inbye::local::{Engine, Opened, Preference, open, open_all, open_to_compare, open_to_drive};
+use inbye::local::{
+    Engine, EngineChoice, SelectedEngine, open_all_engines, open_all_variants, open_engine,
+    open_with_fallback,
+};
 
 use super::output;
 
@@ -26,27 +29,30 @@ pub fn machine() -> String {
 }
 
 /// Opens the engine asked for and says on standard error which and why.
-pub fn choose(preference: &Preference, threads: Option<usize>) -> anyhow::Result<Box<dyn Engine>> {
+pub fn choose(
+    preference: &EngineChoice,
+    threads: Option<usize>,
+) -> anyhow::Result<Box<dyn Engine>> {
     let began = Instant::now();
-    let opened = open(preference, threads.unwrap_or_else(cores))?;
+    let opened = open_engine(preference, threads.unwrap_or_else(cores))?;
     Ok(told(opened, began))
 }
 
 /// Opens the engine to drive with, a GPU only with the CPU standing by, and says on standard error which and why.
 pub fn choose_to_drive(
-    preference: &Preference,
+    preference: &EngineChoice,
     threads: Option<usize>,
     gpu_required: bool,
 ) -> anyhow::Result<Box<dyn Engine>> {
     let threads = threads.unwrap_or_else(cores);
     let began = Instant::now();
-    let opened = open_to_drive(preference, threads, gpu_required)?;
+    let opened = open_with_fallback(preference, threads, gpu_required)?;
     Ok(told(opened, began))
 }
 
 /// Says which engine was taken and why, and what opening it took.
-fn told(Opened { engine, why }: Opened, began: Instant) -> Box<dyn Engine> {
-    output::note(format!("engine: {why}"));
+fn told(SelectedEngine { engine, reason }: SelectedEngine, began: Instant) -> Box<dyn Engine> {
+    output::note(format!("engine: {reason}"));
     let ms = began.elapsed().as_secs_f64() * 1e3;
     output::detail(format!("{} ready after {ms:.0} ms", engine.name()));
     engine
@@ -55,11 +61,11 @@ fn told(Opened { engine, why }: Opened, began: Instant) -> Box<dyn Engine> {
 /// Every engine. An adapter that cannot be opened is told and left out.
 pub fn all() -> anyhow::Result<Vec<Box<dyn Engine>>> {
     let tell = |error| output::note(format!("left out: {error}"));
-    Ok(open_all(cores(), tell)?)
+    Ok(open_all_engines(cores(), tell)?)
 }
 
 /// Every way to evaluate here, CPU instruction sets apart.
 pub fn to_compare() -> anyhow::Result<Vec<Box<dyn Engine>>> {
     let tell = |error| output::note(format!("left out: {error}"));
-    Ok(open_to_compare(cores(), tell)?)
+    Ok(open_all_variants(cores(), tell)?)
 }

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use inbye::bench::EvaluationDigest;
-use inbye::local::{Detail, Explainer, Prepared};
+use inbye::local::{Detail, Explainer, QuantizedProblem};
 use serde_json::json;
 
 use super::arguments::EvaluateArguments;
@@ -11,8 +11,8 @@ use super::{engines, map_file, output, problem_file};
 /// Takes one decision. False when no sample is admissible.
 pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     let problem = problem_file::read(&arguments.problem, map_file::load)?;
-    let prepared =
-        Prepared::new(&problem).with_context(|| format!("{}", arguments.problem.display()))?;
+    let prepared = QuantizedProblem::new(&problem)
+        .with_context(|| format!("{}", arguments.problem.display()))?;
     let mut engine = engines::choose(&arguments.engine, None)?;
     let evaluation = engine.evaluate(&prepared, Detail::Samples)?;
     let mut digest = EvaluationDigest::default();
@@ -44,8 +44,8 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
         None => output::line("no sample is admissible: stop"),
         Some(winner) => {
             output::line(format!(
-                "command      v {:.3} m/s, omega {:+.3} rad/s (sample {})",
-                winner.v, winner.omega, winner.index
+                "command      vx {:.3} m/s, vtheta {:+.3} rad/s (sample {})",
+                winner.vx, winner.vtheta, winner.index
             ));
             output::line(format!("score        {:.6}", winner.score));
             let terms = &winner.terms;
@@ -53,10 +53,10 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
                 "heading      {:.4} rad; pi faces the target",
                 terms.heading
             ));
-            output::line(format!("dist         {:.3} m of clearance", terms.dist));
+            output::line(format!("clearance    {:.3} m", terms.clearance));
             output::line(format!(
-                "combine      {:.3} m from the key node",
-                terms.combine
+                "path         {:.3} m from the key node",
+                terms.path
             ));
         }
     }
@@ -66,7 +66,7 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     ));
     output::line(format!("digest       {digest}"));
     if arguments.samples {
-        output::line("index      v  omega  reason        heading   dist combine    score");
+        output::line("index     vx vtheta  status        heading  clear    path    score");
         for sample in explainer.samples(&evaluation) {
             let score = sample
                 .score
@@ -74,12 +74,12 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
             output::line(format!(
                 "{:5} {:6.3} {:+6.3}  {:12} {:8.4} {:6.3} {:7.3} {score:>8}",
                 sample.index,
-                sample.v,
-                sample.omega,
-                sample.reason,
+                sample.vx,
+                sample.vtheta,
+                sample.status,
                 sample.terms.heading,
-                sample.terms.dist,
-                sample.terms.combine,
+                sample.terms.clearance,
+                sample.terms.path,
             ));
         }
     }

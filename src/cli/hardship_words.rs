@@ -1,6 +1,6 @@
 //! What a drive survived: a lost GPU, late decisions, faulty observations.
 
-use inbye::local::{Incidents, LossKind, Sampling};
+use inbye::local::{GpuFailureKind, Incidents, Sampling};
 use inbye::navigator::DeadlineStats;
 use inbye::runtime::MissionResult;
 use serde_json::{Value, json};
@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 pub fn fields(result: &MissionResult) -> [(&'static str, Value); 6] {
     let incidents = result.incidents.as_ref();
     [
-        ("gpu_losses", json!(incidents.map(|one| &one.losses))),
+        ("gpu_losses", json!(incidents.map(|one| &one.failures))),
         ("gpu_reopened", json!(incidents.map(|one| one.reopened))),
-        ("gpu_incidents", json!(incidents.map(|one| &one.told))),
+        ("gpu_incidents", json!(incidents.map(|one| &one.messages))),
         ("cpu_ticks", json!(incidents.map(|one| one.on_cpu))),
         ("deadline", json!(result.deadline_stats)),
         ("observation_faults", json!(result.observation_faults)),
@@ -22,12 +22,15 @@ pub fn fields(result: &MissionResult) -> [(&'static str, Value); 6] {
 pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
     let mut facts = Vec::new();
     // That there is none is said where the engine is named.
-    let lost = |kind: &LossKind| *kind != LossKind::Absent;
+    let lost = |kind: &GpuFailureKind| *kind != GpuFailureKind::Absent;
     if let Some(incidents) = &result.incidents
-        && (incidents.losses.keys().any(lost) || incidents.reopened > 0)
+        && (incidents.failures.keys().any(lost) || incidents.reopened > 0)
     {
         facts.push(("GPU", losses(incidents)));
-        let first = incidents.told.first().map(|first| first.what.clone());
+        let first = incidents
+            .messages
+            .first()
+            .map(|first| first.message.clone());
         facts.extend(first.map(|what| ("GPU, first", what)));
     }
     facts.extend(
@@ -47,9 +50,9 @@ pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
 
 fn losses(incidents: &Incidents) -> String {
     let kinds: Vec<String> = incidents
-        .losses
+        .failures
         .iter()
-        .map(|(kind, count)| format!("{count} {}", kind.word()))
+        .map(|(kind, count)| format!("{count} {}", kind.as_str()))
         .collect();
     format!(
         "lost: {}; opened anew: {}; decided by the CPU meanwhile: {} of {}",

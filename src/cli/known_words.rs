@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Command, Error};
 use inbye::base::Protocol;
-use inbye::local::Preference;
+use inbye::local::EngineChoice;
 use inbye::map::UnknownPolicy;
 
 /// Reads a value by its own rule, and knows the words to offer.
@@ -16,7 +16,7 @@ pub struct KnownWords<T> {
 }
 
 /// Engines. An adapter's name may follow `gpu:`.
-pub fn engine() -> KnownWords<Preference> {
+pub fn engine() -> KnownWords<EngineChoice> {
     KnownWords::new(["auto", "cpu", "gpu"], str::parse)
 }
 

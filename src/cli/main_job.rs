@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use inbye::bench::{Density, DensityPlan, crossovers, verify};
-use inbye::local::{Engine, Opened, Preference, open_to_drive};
+use inbye::local::{Engine, EngineChoice, SelectedEngine, open_with_fallback};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, Reel, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult};
@@ -45,9 +45,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let config = Config::default();
     let mut drives = Vec::new();
     for scene in scenes() {
-        let Opened { engine, why } = open_to_drive(&Preference::Auto, engines::cores(), false)?;
+        let SelectedEngine { engine, reason } =
+            open_with_fallback(&EngineChoice::Auto, engines::cores(), false)?;
         if drives.is_empty() {
-            output::note(format!("engine: {why}"));
+            output::note(format!("engine: {reason}"));
         }
         let (mission, result, reel) = drive_scene(&scene, &config, engine)?;
         if !arguments.json {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use inbye::local::Preference;
+use inbye::local::EngineChoice;
 
 use super::arguments::{duration, whole};
 use super::known_words;
@@ -34,7 +34,7 @@ pub struct NodeArguments {
     pub namespace: String,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
     #[arg(long, default_value = "auto", value_parser = known_words::engine())]
-    pub engine: Preference,
+    pub engine: EngineChoice,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub threads: Option<usize>,

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use anyhow::{Context, anyhow, bail};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
-    ClearanceField, LocalSettings, Normalization, Outside, Problem, Situation, Stopping, Weights,
+    ClearanceField, DecisionInput, LocalSettings, Normalization, Outside, Problem, Stopping,
+    Weights,
 };
 use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
@@ -175,7 +176,7 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
         None => inbye::runtime::RobotConfig::default().footprint,
     };
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
-    let situation = Situation {
+    let situation = DecisionInput {
         field,
         pose: Pose::from(file.robot.pose),
         twist,

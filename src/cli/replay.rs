@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use inbye::local::Preference;
+use inbye::local::EngineChoice;
 use inbye::recording::{Difference, Number, Recording, RecordingError, Replay, replay};
 use serde_json::{Value, json};
 
@@ -29,7 +29,7 @@ pub struct ReplayArguments {
     pub file: PathBuf,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
     #[arg(long, default_value = "auto", value_parser = known_words::engine())]
-    pub engine: Preference,
+    pub engine: EngineChoice,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = arguments::whole::<usize>(1, 1024))]
     pub threads: Option<usize>,

@@ -10,7 +10,7 @@ use inbye::experiment::missions::{
     Comparison, MissionRow, MissionSite, Rules, Setup, compare_digests, drive, spread_evenly,
 };
 use inbye::experiment::{SOAK_SETUP, SoakSummary};
-use inbye::local::{CpuEngine, Engine, Instructions, Preference, open};
+use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
 use inbye::report::{BenchReport, Reel, bench_files};
 use inbye::runtime::Observer;
 use serde_json::{Value, json};
@@ -48,7 +48,7 @@ pub struct SoakArguments {
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
     #[arg(long, default_value = "cpu", value_parser = known_words::engine())]
-    pub engine: Preference,
+    pub engine: EngineChoice,
     /// Drive so many of the missions, evenly spread, again on every other engine, and compare their traces: on all GPU
     /// adapters, or where there is none on the CPU with other instructions.
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<usize>(0, 1_000_000))]
@@ -84,7 +84,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(folder) = &arguments.report {
         report_file::make_folder(folder)?;
     }
-    let engine = || Ok(open(&arguments.engine, 1)?.engine);
+    let engine = || Ok(open_engine(&arguments.engine, 1)?.engine);
     let first = engine()?.name();
     let driving = Driving {
         what: "soak",
@@ -147,15 +147,15 @@ enum Other {
     /// An adapter of this name.
     Gpu(String),
     /// The CPU on one thread with these instructions.
-    Cpu(Instructions),
+    Cpu(InstructionSet),
 }
 
 impl Other {
     fn open(&self) -> anyhow::Result<Box<dyn Engine>> {
         match self {
-            Self::Gpu(name) => Ok(open(&Preference::Gpu(Some(name.clone())), 1)?.engine),
+            Self::Gpu(name) => Ok(open_engine(&EngineChoice::Gpu(Some(name.clone())), 1)?.engine),
             Self::Cpu(instructions) => {
-                Ok(Box::new(CpuEngine::with_instructions(*instructions, 1)?))
+                Ok(Box::new(CpuEngine::with_instruction_set(*instructions, 1)?))
             }
         }
     }
@@ -171,10 +171,10 @@ fn others(first: &str) -> anyhow::Result<Vec<Other>> {
     if !adapters.is_empty() {
         return Ok(adapters);
     }
-    let slower = Instructions::ALL
+    let slower = InstructionSet::ALL
         .into_iter()
         .rev()
-        .find(|one| one.are_here() && *one != Instructions::best());
+        .find(|one| one.is_available() && *one != InstructionSet::best());
     Ok(slower.map(Other::Cpu).into_iter().collect())
 }
 

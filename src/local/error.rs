@@ -1,51 +1,52 @@
-//! What can go wrong between a problem and its answer.
+//! Errors between a problem and its answer.
 
 use serde::Serialize;
 use thiserror::Error;
 
-/// A problem outside the ranges for which the engines promise exact and close answers.
+/// A problem outside the ranges in which the engines are exact, see [`Problem`](super::Problem).
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum ProblemError {
-    /// A quantity beyond its limit.
+    /// A quantity exceeds its limit.
     #[error("{quantity} is {}: it must be {limit}", measured(*value, unit))]
     OutOfRange {
-        /// Which.
+        /// Name of the quantity.
         quantity: &'static str,
         /// Its value.
         value: f64,
         /// Unit of the value.
         unit: &'static str,
-        /// What would be accepted.
+        /// Accepted range.
         limit: &'static str,
     },
-    /// A quantity beyond a limit that depends on the map's resolution.
+    /// A quantity exceeds a limit that depends on the map's resolution.
     #[error(
         "{quantity} is {}: at this map's resolution it must be at most {limit_m:.3} m",
         measured((value * 1000.0).round() / 1000.0, "m")
     )]
     TooFar {
-        /// Which.
+        /// Name of the quantity.
         quantity: &'static str,
         /// Its value, metres.
         value: f64,
-        /// The limit, metres.
+        /// Limit, metres.
         limit_m: f64,
     },
-    /// A number that is not finite.
+    /// A number is not finite.
     #[error("{quantity} is not a finite number")]
     NotFinite {
-        /// Which.
+        /// Name of the quantity.
         quantity: &'static str,
     },
-    /// A moving obstacle with a number that is not finite, or a radius not above zero.
+    /// A moving obstacle has a number that is not finite, or a radius that is not above zero.
     #[error("moving obstacle {index} must have finite numbers and a radius above zero")]
     BadObstacle {
-        /// Position in the list, from zero.
+        /// Index in the list of obstacles.
         index: usize,
     },
 }
 
-/// A number with its unit; one too long to read in powers of ten.
+/// Formats a value with its unit; values from 1e9 in exponential notation.
 fn measured(value: f64, unit: &str) -> String {
     let number = if value.is_finite() && value.abs() >= 1e9 {
         format!("{value:e}")
@@ -59,118 +60,120 @@ fn measured(value: f64, unit: &str) -> String {
     }
 }
 
-/// An engine that could not be opened, or gave no answer.
+/// An engine that does not open, or gives no answer.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum EngineError {
-    /// No graphics adapter is there.
+    /// The machine has no graphics adapter.
     #[error(
-        "no GPU adapter found: install a driver (a software one is Debian's mesa-vulkan-drivers) or use --engine cpu"
+        "no GPU adapter found: install a driver (a software one is Debian's mesa-vulkan-drivers) or use the CPU engine"
     )]
     NoAdapter,
-    /// No adapter has the name asked for.
+    /// No adapter has the requested name.
     #[error(
-        "no GPU adapter's name contains `{wanted}`: name one of those here ({found}), or use --engine cpu"
+        "no GPU adapter's name contains `{requested}`: name one of {available}, or use the CPU engine"
     )]
-    NoSuchAdapter {
-        /// As asked for.
-        wanted: String,
-        /// Names of those present.
-        found: String,
+    AdapterNotFound {
+        /// The requested name.
+        requested: String,
+        /// Names of the machine's adapters.
+        available: String,
     },
-    /// The program was built without the GPU engine.
-    #[error("this build has no GPU engine (feature `gpu` is off): use --engine cpu")]
-    NotBuilt,
-    /// The adapter refused to make a device, a pipeline or a buffer.
-    #[error("GPU adapter {adapter}: {what}")]
+    /// The library is built without the feature `gpu`.
+    #[error("this build has no GPU engine (feature `gpu` is off): use the CPU engine")]
+    NoGpuSupport,
+    /// The adapter refuses to create a device, a pipeline or a buffer.
+    #[error("GPU adapter {adapter}: {message}")]
     Setup {
-        /// The adapter's name.
+        /// Name of the adapter.
         adapter: String,
-        /// What it said.
-        what: String,
+        /// Message of the driver.
+        message: String,
     },
-    /// A problem that the adapter cannot hold; its device is none the worse.
-    #[error("GPU adapter {adapter}: {what}")]
+    /// The problem exceeds a limit of the adapter. The device stays usable.
+    #[error("GPU adapter {adapter}: {message}")]
     TooLarge {
-        /// The adapter's name.
+        /// Name of the adapter.
         adapter: String,
-        /// What is too large.
-        what: String,
+        /// The exceeded limit.
+        message: String,
     },
-    /// The device was lost or reported an error while it worked.
-    #[error("GPU {adapter} gave no answer: {what}")]
+    /// The device was lost or reported an error during a decision.
+    #[error("GPU {adapter} gave no answer: {message}")]
     Lost {
-        /// The adapter's name.
+        /// Name of the adapter.
         adapter: String,
-        /// How.
-        kind: LossKind,
-        /// What it said.
-        what: String,
+        /// Kind of failure.
+        kind: GpuFailureKind,
+        /// Message of the device.
+        message: String,
     },
-    /// No hardware adapter is there, only a program that does its work on the CPU.
+    /// The only adapter is software that runs on the CPU.
     #[error("the only GPU adapter, {adapter}, is software on this CPU")]
-    OnlySoftware {
-        /// Its name.
+    SoftwareAdapterOnly {
+        /// Name of the adapter.
         adapter: String,
     },
-    /// A GPU was required, and the best engine to be had has none.
+    /// A GPU is required and the selected engine is the CPU.
     #[error(
-        "a GPU is required, and this is all there is ({best}): install a driver, or name a software adapter with --engine gpu:NAME"
+        "a GPU is required, and the selected engine is the CPU ({selected}): install a driver, or choose a software adapter by name"
     )]
-    NoGpu {
-        /// The best engine, and why it is that one.
-        best: String,
+    GpuRequired {
+        /// The selected engine and the reason.
+        selected: String,
     },
-    /// The processor does not have the vector instructions asked for.
-    #[error("this processor does not have {which} instructions")]
-    NoInstructions {
-        /// Their name.
-        which: &'static str,
+    /// The processor lacks the requested vector instructions.
+    #[error("this processor does not have {name} instructions")]
+    UnsupportedInstructionSet {
+        /// Name of the instruction set.
+        name: &'static str,
     },
-    /// A worker pool could not be started.
-    #[error("cannot start {threads} CPU threads: {what}")]
-    Threads {
-        /// As asked for.
+    /// The system refuses a thread.
+    #[error("cannot start {threads} CPU threads: {message}")]
+    ThreadSpawn {
+        /// Requested number of threads.
         threads: usize,
-        /// What the system said.
-        what: String,
+        /// Message of the system.
+        message: String,
     },
 }
 
-/// How a GPU fails. The words are those used in JSON.
+/// Kinds of GPU failures. JSON uses the names in snake case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum LossKind {
-    /// No adapter is there.
+#[non_exhaustive]
+pub enum GpuFailureKind {
+    /// There is no adapter.
     Absent,
-    /// An adapter is there, and gives no device or refuses a pipeline.
-    Unopened,
-    /// The device is gone: destroyed, reset, unplugged.
+    /// The adapter gives no device or refuses a pipeline.
+    OpenFailed,
+    /// The device is gone: destroyed, reset or unplugged.
     DeviceLost,
-    /// No answer within the patience.
+    /// No answer arrived within the timeout.
     TimedOut,
-    /// A call was refused as invalid.
+    /// The device refused a call as invalid.
     Validation,
     /// The device has no memory left.
     OutOfMemory,
-    /// The driver failed within.
+    /// The driver reported an internal error.
     Internal,
-    /// The answer to another problem came back.
+    /// The answer belongs to another problem.
     Stale,
-    /// The problem is more than the adapter can hold.
+    /// The problem exceeds a limit of the adapter.
     TooLarge,
-    /// The answer does not hold when its winner is judged again.
+    /// The answer differs from the CPU's evaluation of its winner.
     WrongAnswer,
     /// The code that drives the device panicked.
     Panicked,
 }
 
-impl LossKind {
-    /// The word used in JSON and text.
+impl GpuFailureKind {
+    /// The name in JSON and text.
     #[must_use]
-    pub const fn word(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Absent => "absent",
-            Self::Unopened => "unopened",
+            Self::OpenFailed => "open_failed",
             Self::DeviceLost => "device_lost",
             Self::TimedOut => "timed_out",
             Self::Validation => "validation",
@@ -185,20 +188,32 @@ impl LossKind {
 }
 
 impl EngineError {
-    /// What this is as the failure of a GPU.
+    /// The kind of this error as a failure of a GPU.
     #[must_use]
-    pub const fn loss(&self) -> LossKind {
+    pub const fn failure_kind(&self) -> GpuFailureKind {
         match self {
             Self::NoAdapter
-            | Self::NoSuchAdapter { .. }
-            | Self::NotBuilt
-            | Self::OnlySoftware { .. }
-            | Self::NoGpu { .. } => LossKind::Absent,
+            | Self::AdapterNotFound { .. }
+            | Self::NoGpuSupport
+            | Self::SoftwareAdapterOnly { .. }
+            | Self::GpuRequired { .. } => GpuFailureKind::Absent,
             Self::Lost { kind, .. } => *kind,
-            Self::TooLarge { .. } => LossKind::TooLarge,
-            Self::Setup { .. } | Self::NoInstructions { .. } | Self::Threads { .. } => {
-                LossKind::Unopened
-            }
+            Self::TooLarge { .. } => GpuFailureKind::TooLarge,
+            Self::Setup { .. }
+            | Self::UnsupportedInstructionSet { .. }
+            | Self::ThreadSpawn { .. } => GpuFailureKind::OpenFailed,
         }
     }
+}
+
+/// A decision that fails.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum DecisionError {
+    /// A quantity is out of range.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// The engine gives no answer.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
 }

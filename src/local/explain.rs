@@ -1,87 +1,108 @@
-//! An answer in metres, radians and seconds, for people and records.
+//! Converts answers to metres, radians and seconds, for display and records.
 
 use core::f64::consts::PI;
 
 use serde::Serialize;
 
-use super::{Evaluation, Normalization, Prepared, Problem, Terms, Totals, rollout};
-use crate::geometry::{Pose, Twist, wrap_angle};
+use super::{
+    Counts, Evaluation, Normalization, Problem, QuantizedProblem, SampleStatus, Terms, Totals,
+    rollout,
+};
+use crate::geometry::{Pose, Twist, Vector, wrap_angle};
 
-/// The four terms in SI units, named as in the paper's eq. 35.
+/// The four terms in SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct TermsSi {
-    /// Pi less the angle between final heading and target, radians.
+    /// Pi minus the angle between the final heading and the target, radians.
     pub heading: f64,
     /// Smallest clearance, metres.
-    pub dist: f64,
+    pub clearance: f64,
     /// Forward speed, m/s; zero for a reversing sample.
-    pub vel: f64,
-    /// Distance from the end to the key node, metres.
-    pub combine: f64,
+    pub velocity: f64,
+    /// Distance from the final position to the key node, metres.
+    pub path: f64,
 }
 
 impl TermsSi {
     fn to_array(self) -> [f64; 4] {
-        [self.heading, self.dist, self.vel, self.combine]
+        [self.heading, self.clearance, self.velocity, self.path]
     }
 }
 
-/// The chosen sample in SI units.
+/// The winner in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WinnerSi {
     /// Sample index.
     pub index: u32,
     /// Forward speed, m/s.
-    pub v: f64,
+    pub vx: f64,
     /// Turn rate, rad/s.
-    pub omega: f64,
+    pub vtheta: f64,
     /// Its terms.
     #[serde(flatten)]
     pub terms: TermsSi,
-    /// Its score (eq. 35) with the weights as given.
+    /// Its score (eq. 35) with the problem's weights.
     pub score: f64,
 }
 
-/// One sample in SI units.
+/// A sample in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SampleSi {
     /// Sample index.
     pub index: u32,
     /// Forward speed, m/s.
-    pub v: f64,
+    pub vx: f64,
     /// Turn rate, rad/s.
-    pub omega: f64,
-    /// Whether it may be driven.
+    pub vtheta: f64,
+    /// Whether the robot may drive it.
     pub admissible: bool,
-    /// Why, in a word.
-    pub reason: &'static str,
-    /// Where it ends, map frame.
+    /// Its status, see [`SampleStatus::as_str`].
+    pub status: &'static str,
+    /// Its final pose, map frame.
     pub end: Pose,
     /// Its terms; zero unless admissible.
     #[serde(flatten)]
     pub terms: TermsSi,
-    /// Its score; none unless admissible.
+    /// Its score; `None` unless admissible.
     pub score: Option<f64>,
 }
 
-/// Translates answers to one problem.
+/// The answer to one problem in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// The best sample; `None` when no sample is admissible. The robot must stop then.
+    pub winner: Option<WinnerSi>,
+    /// The number of samples of each status.
+    pub counts: Counts,
+}
+
+impl Decision {
+    /// The velocity command of the winner; zero velocity when no sample is admissible.
+    #[must_use]
+    pub fn command(&self) -> Twist {
+        let velocity = |winner: WinnerSi| Twist::new(winner.vx, winner.vtheta);
+        self.winner.map_or_else(Twist::default, velocity)
+    }
+}
+
+/// Converts the answers to one problem.
 pub struct Explainer<'a> {
     problem: &'a Problem,
-    prepared: &'a Prepared,
+    quantized: &'a QuantizedProblem,
     totals: Totals,
 }
 
 impl<'a> Explainer<'a> {
-    /// For the evaluation of a problem.
+    /// Converts with the totals of an evaluation.
     #[must_use]
     pub const fn new(
         problem: &'a Problem,
-        prepared: &'a Prepared,
+        quantized: &'a QuantizedProblem,
         evaluation: &Evaluation,
     ) -> Self {
         Self {
             problem,
-            prepared,
+            quantized,
             totals: evaluation.totals,
         }
     }
@@ -109,13 +130,13 @@ impl<'a> Explainer<'a> {
             -weights.path,
         ];
         let value = self.terms(terms).to_array();
-        let least = self.scale(self.totals.least.map(f64::from)).to_array();
-        let greatest = self.scale(self.totals.greatest.map(f64::from)).to_array();
+        let min = self.scale(self.totals.min.map(f64::from)).to_array();
+        let max = self.scale(self.totals.max.map(f64::from)).to_array();
         let sums = self.sums().to_array();
         let share = |term: usize| {
             let (part, whole) = match self.problem.normalization {
                 Normalization::Sum => (value[term], sums[term]),
-                Normalization::MinMax => (value[term] - least[term], greatest[term] - least[term]),
+                Normalization::MinMax => (value[term] - min[term], max[term] - min[term]),
             };
             if whole == 0.0 {
                 0.0
@@ -133,36 +154,45 @@ impl<'a> Explainer<'a> {
             let Twist { linear, angular } = self.problem.window.twist(winner.index);
             WinnerSi {
                 index: winner.index,
-                v: linear,
-                omega: angular,
+                vx: linear,
+                vtheta: angular,
                 terms: self.terms(&winner.terms),
                 score: self.score(&winner.terms),
             }
         })
     }
 
-    /// Every sample of an evaluation that has them.
+    /// The decision of an evaluation.
+    #[must_use]
+    pub fn decision(&self, evaluation: &Evaluation) -> Decision {
+        Decision {
+            winner: self.winner(evaluation),
+            counts: evaluation.counts,
+        }
+    }
+
+    /// Every sample of an evaluation; empty for one without [`Detail::Samples`](super::Detail).
     #[must_use]
     pub fn samples(&self, evaluation: &Evaluation) -> Vec<SampleSi> {
-        let header = &self.prepared.header;
-        let speeds = self.prepared.speeds.len();
+        let header = &self.quantized.header;
+        let vx_count = self.quantized.vx_samples.len();
         let mut table = vec![0; rollout::table_words(header)];
-        let mut samples = Vec::with_capacity(self.prepared.len());
+        let mut samples = Vec::with_capacity(self.quantized.len());
         for (index, record) in evaluation.samples.iter().flatten().enumerate() {
-            let turn = &self.prepared.turns[index / speeds];
-            if index % speeds == 0 {
-                rollout::tabulate(header, turn, &self.prepared.discs, &mut table);
+            let vtheta = &self.quantized.vtheta_samples[index / vx_count];
+            if index % vx_count == 0 {
+                rollout::tabulate(header, vtheta, &self.quantized.discs, &mut table);
             }
-            let speed = &self.prepared.speeds[index % speeds];
-            let admissible = record.reason == super::Reason::Ok;
+            let vx = &self.quantized.vx_samples[index % vx_count];
+            let admissible = record.status == SampleStatus::Ok;
             let twist = self.problem.window.twist(index as u32);
             samples.push(SampleSi {
                 index: index as u32,
-                v: twist.linear,
-                omega: twist.angular,
+                vx: twist.linear,
+                vtheta: twist.angular,
                 admissible,
-                reason: record.reason.word(),
-                end: self.end_pose(rollout::end_position(header, speed, &table), twist.angular),
+                status: record.status.as_str(),
+                end: self.end_pose(rollout::end_position(header, vx, &table), twist.angular),
                 terms: self.terms(&record.terms),
                 score: admissible.then(|| self.score(&record.terms)),
             });
@@ -171,10 +201,10 @@ impl<'a> Explainer<'a> {
     }
 
     fn end_pose(&self, (fine_x, fine_y): (i32, i32), turn_rate: f64) -> Pose {
-        let fine_m = self.prepared.field.unit_m() / super::prepare::FINE_PER_UNIT;
-        let origin = self.prepared.field.frame().origin;
-        let moved = crate::geometry::Vector::new(f64::from(fine_x), f64::from(fine_y)) * fine_m;
-        let end = self.problem.pose.position() + origin.isometry().rotation * moved;
+        let fine_m = self.quantized.field.unit_m() / super::quantize::FINE_PER_UNIT;
+        let origin = self.quantized.field.frame().origin;
+        let displacement = Vector::new(f64::from(fine_x), f64::from(fine_y)) * fine_m;
+        let end = self.problem.pose.position() + origin.isometry().rotation * displacement;
         let horizon_s = f64::from(self.problem.steps) * self.problem.step_s;
         Pose::new(
             end.x,
@@ -184,12 +214,12 @@ impl<'a> Explainer<'a> {
     }
 
     fn scale(&self, [heading, clearance, velocity, path]: [f64; 4]) -> TermsSi {
-        let unit_m = self.prepared.field.unit_m();
+        let unit_m = self.quantized.field.unit_m();
         TermsSi {
             heading: heading * PI / 2.0_f64.powi(23),
-            dist: clearance * unit_m,
-            vel: velocity / 2.0_f64.powi(20),
-            combine: path * unit_m / super::prepare::FINE_PER_UNIT,
+            clearance: clearance * unit_m,
+            velocity: velocity / 2.0_f64.powi(20),
+            path: path * unit_m / super::quantize::FINE_PER_UNIT,
         }
     }
 }

@@ -1,49 +1,83 @@
-//! How to move now: thousands of (v, omega) samples rolled out, scored, the best one chosen, every tick.
+//! The local planner: samples forward speeds and turn rates, scores each trajectory and chooses the best.
 //!
-//! A [`Problem`] in metres and radians is prepared once as integers ([`Prepared`]); an [`Engine`] evaluates those, on
-//! the CPU or on a GPU, and **every engine returns the same bits**: each sample's terms, the sums that normalise them,
-//! the counts, the winner. [`LocalPlanner`] ties the steps together.
+//! [`QuantizedProblem`] turns a [`Problem`] in metres and radians into integers. An [`Engine`] evaluates them on the CPU
+//! or on a GPU. **Every engine returns the same bits**: the terms of each sample, the sums that normalise them, the
+//! counts and the winner. [`LocalPlanner`] runs these steps at every control tick; [`Engine::decide`] runs them once.
 //!
-//! The rollout ([`rollout`]), the scoring ([`score`]) and the choice ([`select`]) are each written twice, in Rust here
-//! and in WGSL under `shaders/`, file by file under the same names.
+//! The rollout, the scoring and the selection exist twice: in Rust here and in WGSL under `shaders/`, file by file under
+//! the same names.
 
-mod contract;
 mod cpu;
+mod engine;
+mod engine_selection;
 mod error;
 mod explain;
 mod failover;
-mod fan;
 mod field;
 #[cfg(feature = "gpu")]
-pub mod gpu;
-mod inputs;
-mod open;
-mod open_to_drive;
+mod gpu;
+mod kernel_inputs;
 mod planner;
-mod prepare;
 mod problem;
+mod quantize;
 mod ranges;
-pub mod rollout;
-pub mod score;
-pub mod select;
+mod rollout;
+mod score;
+mod select;
 mod settings;
+mod trajectory_fan;
 mod window;
 
-pub use contract::{
-    Counts, Detail, Engine, Evaluation, Reason, SampleRecord, Terms, Totals, Winner,
+pub use cpu::{CpuEngine, InstructionSet};
+pub use engine::{
+    Counts, Detail, Engine, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner,
 };
-pub use cpu::{CpuEngine, GatherOnly, Instructions};
-pub use error::{EngineError, LossKind, ProblemError};
-pub use explain::{Explainer, SampleSi, TermsSi, WinnerSi};
-pub use failover::{Beside, FIRST_RETRY, Failover, GpuSource, Incident, Incidents, LONGEST_RETRY};
-pub use fan::{Fan, FanArc, spread};
+pub use engine_selection::{
+    EngineChoice, SelectedEngine, open_all_engines, open_all_variants, open_engine,
+    open_with_fallback,
+};
+pub use error::{DecisionError, EngineError, GpuFailureKind, ProblemError};
+pub use explain::{Decision, Explainer, SampleSi, TermsSi, WinnerSi};
+pub use failover::{BackgroundOpener, Failover, GpuSource, Incident, Incidents};
 pub use field::ClearanceField;
-pub use inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
-pub use open::{Opened, Preference, open, open_all, open_to_compare};
-pub use open_to_drive::open_to_drive;
-pub use planner::{ChooseError, LocalPlanner, Situation};
-pub use prepare::Prepared;
+#[cfg(feature = "gpu")]
+pub use gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
+pub use planner::{DecisionInput, LocalPlanner};
 pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
+pub use quantize::QuantizedProblem;
 pub use ranges::MAX_DISCS;
 pub use settings::{LocalSettings, Sampling};
+pub use trajectory_fan::{FanArc, TrajectoryFan};
 pub use window::{Axis, Window};
+
+/// Parts of the kernels that the tests, the benchmarks and the playground of this package use. Not part of the API: they
+/// change without notice.
+#[doc(hidden)]
+pub mod internals {
+    pub use super::cpu::GatherBaseline;
+    pub use super::failover::{FIRST_RETRY, LONGEST_RETRY};
+    pub use super::kernel_inputs::{
+        Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample,
+    };
+    pub use super::trajectory_fan::evenly_spaced;
+
+    pub mod rollout {
+        pub use crate::local::rollout::*;
+    }
+
+    pub mod score {
+        pub use crate::local::score::*;
+    }
+
+    pub mod select {
+        pub use crate::local::select::*;
+    }
+
+    /// The transport to the GPU.
+    #[cfg(feature = "gpu")]
+    pub mod gpu {
+        pub use crate::local::gpu::batch::*;
+        pub use crate::local::gpu::layout::*;
+        pub use crate::local::gpu::pipelines::{ENTRY_POINTS, PARTS, source};
+    }
+}

@@ -3,45 +3,45 @@
 use std::sync::Arc;
 
 use super::{
-    ClearanceField, Detail, Engine, EngineError, Evaluation, Fan, Incidents, LocalSettings,
-    Prepared, Problem, ProblemError, Sampling, Weights, Window,
+    ClearanceField, DecisionError, Detail, Engine, Evaluation, Incidents, LocalSettings, Problem,
+    QuantizedProblem, Sampling, TrajectoryFan, Weights, Window,
 };
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
 
-/// What the robot knows at a tick.
+/// The state of robot and surroundings at a control tick.
 #[derive(Clone, Debug)]
-pub struct Situation<'a> {
+pub struct DecisionInput<'a> {
     /// Static obstacles around the robot.
     pub field: &'a Arc<ClearanceField>,
-    /// Where it is.
+    /// Pose of the robot, map frame.
     pub pose: Pose,
-    /// How fast it moves.
+    /// Velocity of the robot.
     pub twist: Twist,
     /// Moving obstacles.
     pub obstacles: &'a [MovingDisc],
-    /// Where to face: the local target.
+    /// The local target: the robot faces it at the end of the horizon.
     pub target: Point,
-    /// The key node to end near.
+    /// The key node: the trajectory ends near it.
     pub key_node: Point,
-    /// What the robot may do at this tick.
+    /// Limits of speed and acceleration at this tick.
     pub limits: Limits,
-    /// The shape to keep clear.
+    /// Shape of the robot.
     pub footprint: &'a Footprint,
-    /// How much each term counts.
+    /// Weights of the terms.
     pub weights: Weights,
 }
 
-impl Situation<'_> {
-    /// The problem that it poses to a planner with these settings, whose weights it replaces by its own.
+impl DecisionInput<'_> {
+    /// The problem for a planner with these settings. The weights of the input replace those of the settings.
     #[must_use]
     pub fn problem(&self, settings: &LocalSettings) -> Problem {
         self.problem_with(settings, self.footprint.clone(), Vec::new())
     }
 
-    /// The same problem in the memory of one no longer needed: nothing is allocated for a footprint that has not
-    /// changed and for moving obstacles that the old one had room for.
+    /// As [`Self::problem`], in the memory of an old problem: allocates nothing for an unchanged footprint and for moving
+    /// obstacles that fit into the old list.
     fn problem_in(&self, old: Problem, settings: &LocalSettings) -> Problem {
         let footprint = if old.footprint == *self.footprint {
             old.footprint
@@ -86,30 +86,18 @@ impl Situation<'_> {
     }
 }
 
-/// A decision that could not be taken.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ChooseError {
-    /// The situation is outside the promised ranges.
-    #[error(transparent)]
-    Problem(#[from] ProblemError),
-    /// The engine gave no answer.
-    #[error(transparent)]
-    Engine(#[from] EngineError),
-}
-
-/// Chooses a velocity from the dynamic window, many times a second.
+/// Chooses a velocity from the dynamic window at every control tick.
 pub struct LocalPlanner {
     engine: Box<dyn Engine>,
     settings: LocalSettings,
-    /// The last decision's, kept for its memory: with it the next one allocates nothing. It keeps that decision's field
-    /// alive as well.
-    last: Option<(Problem, Prepared)>,
-    /// What the engine answered to it; none where it failed.
+    /// The last problem. The next decision reuses its memory and allocates nothing; its field stays alive until then.
+    last: Option<(Problem, QuantizedProblem)>,
+    /// The answer to it; `None` when the engine failed.
     answer: Option<Evaluation>,
 }
 
 impl LocalPlanner {
-    /// A planner on an engine.
+    /// Creates a planner that owns its engine.
     #[must_use]
     pub fn new(engine: Box<dyn Engine>, settings: LocalSettings) -> Self {
         Self {
@@ -120,30 +108,31 @@ impl LocalPlanner {
         }
     }
 
-    /// What the engine runs on.
+    /// Name of the engine, see [`Engine::name`].
     #[must_use]
     pub fn engine_name(&self) -> String {
         self.engine.name()
     }
 
-    /// What an engine with a stand-in has met so far; none for one without.
+    /// GPU failures so far, see [`Engine::incidents`].
     #[must_use]
     pub fn incidents(&self) -> Option<&Incidents> {
         self.engine.incidents()
     }
 
-    /// Samples as densely as this from now on.
+    /// Sets the sampling density of the following decisions.
     pub const fn set_sampling(&mut self, sampling: Sampling) {
         self.settings.vx_samples = sampling.vx_samples;
         self.settings.vtheta_samples = sampling.vtheta_samples;
     }
 
-    /// At most so many samples along each axis of the last decision, for people to look at; none before the first, and none
-    /// where the engine failed.
+    /// At most `max` samples along each axis of the last decision, for display. `None` before the first decision and after
+    /// one in which the engine failed.
     #[must_use]
-    pub fn fan(&self, most: Sampling) -> Option<Fan> {
-        let (problem, prepared) = self.last.as_ref()?;
-        Some(Fan::new(problem, prepared, self.answer.as_ref()?, most))
+    pub fn trajectory_fan(&self, max: Sampling) -> Option<TrajectoryFan> {
+        let (problem, quantized) = self.last.as_ref()?;
+        let answer = self.answer.as_ref()?;
+        Some(TrajectoryFan::new(problem, quantized, answer, max))
     }
 
     /// Sampling, horizon and weights.
@@ -152,29 +141,29 @@ impl LocalPlanner {
         &self.settings
     }
 
-    /// Evaluates the window; the command is the winner's velocity, none when no sample is admissible.
+    /// Evaluates the window. The command is the velocity of the winner; `None` when no sample is admissible.
     ///
     /// # Errors
-    /// When the situation is out of range or the engine fails.
-    pub fn choose(
+    /// When a quantity is out of range or the engine fails.
+    pub fn decide(
         &mut self,
-        situation: &Situation<'_>,
-    ) -> Result<(Option<Twist>, Evaluation), ChooseError> {
-        let (problem, prepared) = match self.last.take() {
+        input: &DecisionInput<'_>,
+    ) -> Result<(Option<Twist>, Evaluation), DecisionError> {
+        let (problem, quantized) = match self.last.take() {
             None => {
-                let problem = situation.problem(&self.settings);
-                let prepared = Prepared::new(&problem)?;
-                (problem, prepared)
+                let problem = input.problem(&self.settings);
+                let quantized = QuantizedProblem::new(&problem)?;
+                (problem, quantized)
             }
-            Some((problem, prepared)) => {
-                let problem = situation.problem_in(problem, &self.settings);
-                let prepared = prepared.refilled(&problem)?;
-                (problem, prepared)
+            Some((problem, quantized)) => {
+                let problem = input.problem_in(problem, &self.settings);
+                let quantized = quantized.requantized(&problem)?;
+                (problem, quantized)
             }
         };
-        let evaluation = self.engine.evaluate(&prepared, Detail::Answer);
+        let evaluation = self.engine.evaluate(&quantized, Detail::Answer);
         let window = problem.window;
-        self.last = Some((problem, prepared));
+        self.last = Some((problem, quantized));
         self.answer = None;
         let evaluation = evaluation?;
         self.answer = Some(evaluation.clone());

@@ -100,7 +100,7 @@ pub enum Outside {
 
 /// Everything that one decision depends on.
 ///
-/// Ranges, checked when the problem is prepared (a unit of length is 0.122 to 0.244 mm, see [`ClearanceField`]):
+/// Ranges, checked when the problem is quantized (a unit of length is 0.122 to 0.244 mm, see [`ClearanceField`]):
 ///
 /// - map resolution 0.001 to 2 m; 1 to 4,194,304 samples; 1 to 1023 steps;
 /// - speeds at most 15.99 m/s and, in one step, at most 16,384 units (at least 2 m) and 1.5 rad;

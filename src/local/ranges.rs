@@ -23,16 +23,16 @@ pub(super) const MAX_OBSTACLES: usize = 1024;
 
 /// Checks every number whose limit does not depend on the map's resolution.
 pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
-    let Window { linear, angular } = &problem.window;
+    let Window { vx, vtheta } = &problem.window;
     let finite = [
         ("pose", problem.pose.is_finite()),
         (
             "forward speed window",
-            linear.low.is_finite() && linear.high.is_finite(),
+            vx.low.is_finite() && vx.high.is_finite(),
         ),
         (
             "turn rate window",
-            angular.low.is_finite() && angular.high.is_finite(),
+            vtheta.low.is_finite() && vtheta.high.is_finite(),
         ),
         ("target", problem.target.iter().all(|c| c.is_finite())),
         ("key node", problem.key_node.iter().all(|c| c.is_finite())),
@@ -64,7 +64,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         cap_fits,
         "finite and at least 0.001 m",
     )?;
-    let fastest = linear.largest();
+    let fastest = vx.max_abs();
     let speed_fits = fastest <= MAX_SPEED;
     in_range(
         "forward speed",
@@ -74,7 +74,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         "at most 15.99 m/s",
     )?;
     problem.weights.validate()?;
-    let turn = angular.largest() * problem.step_s;
+    let turn = vtheta.max_abs() * problem.step_s;
     in_range(
         "turn in one step",
         turn,
@@ -82,7 +82,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         turn <= 1.5,
         "at most 1.5 rad",
     )?;
-    check_counts(linear.count, angular.count, problem.steps)?;
+    check_counts(vx.count, vtheta.count, problem.steps)?;
     let discs = problem.footprint.discs().len();
     in_range(
         "number of discs",
@@ -102,8 +102,12 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
 }
 
 /// Checks the numbers of forward speeds, turn rates and steps.
-pub(super) fn check_counts(v_count: u32, omega_count: u32, steps: u32) -> Result<(), ProblemError> {
-    let samples = f64::from(v_count) * f64::from(omega_count);
+pub(super) fn check_counts(
+    vx_count: u32,
+    vtheta_count: u32,
+    steps: u32,
+) -> Result<(), ProblemError> {
+    let samples = f64::from(vx_count) * f64::from(vtheta_count);
     let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
     in_range(
         "number of samples",

@@ -4,8 +4,8 @@
 //! linear in it: `x_k = x_0 + v C(omega, k)` with `C` the sum of the cosines so far. One table for each turn rate
 //! serves all speeds, and a pose costs two multiplications.
 
-use super::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
-use super::{ClearanceField, Prepared, Reason};
+use super::kernel_inputs::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
+use super::{ClearanceField, QuantizedProblem, SampleStatus};
 use crate::numeric::{
     ONE_Q20, cos_q20, isqrt32, mul_hi_i32, mul_hi_u32, shift_round, sin_q20, turn_size,
 };
@@ -24,7 +24,12 @@ pub const fn step_words(header: &Header) -> u32 {
 }
 
 /// Fills the table of one turn rate.
-pub fn tabulate(header: &Header, turn: &Turn, discs: &[BodyDisc], table: &mut [i32]) {
+pub fn tabulate(
+    header: &Header,
+    vtheta: &VthetaSample,
+    discs: &[QuantizedDisc],
+    table: &mut [i32],
+) {
     let mut angle = header.heading;
     let mut cosine = cos_q20(angle);
     let mut sine = sin_q20(angle);
@@ -34,7 +39,7 @@ pub fn tabulate(header: &Header, turn: &Turn, discs: &[BodyDisc], table: &mut [i
         // The pose moves along the old heading, then turns (eq. 27).
         sum_x += cosine;
         sum_y += sine;
-        angle = angle.wrapping_add(turn.per_step);
+        angle = angle.wrapping_add(vtheta.angle_per_step);
         cosine = cos_q20(angle);
         sine = sin_q20(angle);
         table[at] = shift_round(sum_x, header.table_bits);
@@ -59,17 +64,17 @@ struct StepResult {
     clearance: i32,
     /// Whether a disc's centre is off the field, and that matters.
     outside: bool,
-    /// What the clearance is at least, where the cap does not count and no obstacle moves; zero where nothing is known.
-    room: i32,
+    /// What the clearance is at min_clearance, where the cap does not count and no obstacle moves; zero where nothing is known.
+    static_clearance: i32,
     /// At most the way of any disc's centre to the field's border, units, where that matters.
     border: i32,
 }
 
 /// How fast a sample's clearance can change: no faster than a disc's centre and a moving obstacle near each other.
-struct Pace {
+struct ClearanceRate {
     /// What cells and roundings may add to any change, units.
     margin: i32,
-    /// Steps that a change by one unit takes at least, 2^-16 of a step.
+    /// Steps that a change by one unit takes at min_clearance, 2^-16 of a step.
     steps_per_unit: u32,
 }
 
@@ -79,111 +84,125 @@ struct Pace {
 /// Any other judgement begins at the end: most samples meet there what they meet at all, and a small clearance found
 /// early lets many steps be left out.
 #[must_use]
-pub fn judge(problem: &Prepared, speed: &Speed, turn: &Turn, table: &[i32]) -> (Reason, u32) {
+pub fn evaluate_sample(
+    problem: &QuantizedProblem,
+    vx: &VxSample,
+    vtheta: &VthetaSample,
+    table: &[i32],
+) -> (SampleStatus, u32) {
     let header = &problem.header;
     let by_arc = header.stop_by_arc == 1;
-    let pace = pace_of(problem, speed, turn);
-    let mut least = header.max_clearance as i32;
+    let rate = clearance_rate(problem, vx, vtheta);
+    let mut min_clearance = header.max_clearance as i32;
     let mut done = 0;
-    let mut ended_by = Reason::Ok;
+    let mut ended_by = SampleStatus::Ok;
     while done < header.steps {
         let step = if by_arc {
             done
         } else {
             header.steps - 1 - done
         };
-        let met = step_clearance(problem, speed, table, step);
-        if met.clearance <= 0 {
-            ended_by = Reason::Collision;
+        let at_step = step_clearance(problem, vx, table, step);
+        if at_step.clearance <= 0 {
+            ended_by = SampleStatus::Collision;
             break;
         }
-        if met.outside {
-            ended_by = Reason::Outside;
+        if at_step.outside {
+            ended_by = SampleStatus::Outside;
             if by_arc {
                 break;
             }
         }
-        least = least.min(met.clearance);
-        done += 1 + idle_steps(&pace, &met, least);
+        min_clearance = min_clearance.min(at_step.clearance);
+        done += 1 + skippable_steps(&rate, &at_step, min_clearance);
     }
     let free_steps = done.min(header.steps);
-    let reason = verdict(header, speed, turn, ended_by, free_steps, least);
+    let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
     (
-        reason,
-        if reason == Reason::Ok {
-            least as u32
+        status,
+        if status == SampleStatus::Ok {
+            min_clearance as u32
         } else {
             0
         },
     )
 }
 
-fn verdict(
+fn classify(
     header: &Header,
-    speed: &Speed,
-    turn: &Turn,
-    ended_by: Reason,
+    vx: &VxSample,
+    vtheta: &VthetaSample,
+    ended_by: SampleStatus,
     free_steps: u32,
-    least: i32,
-) -> Reason {
+    min_clearance: i32,
+) -> SampleStatus {
     let has = if header.stop_by_arc == 1 {
         free_steps
     } else {
-        least as u32
+        min_clearance as u32
     };
     let ends_it = header.stop_by_arc == 0 || free_steps == 0;
-    if ended_by != Reason::Ok && ends_it {
+    if ended_by != SampleStatus::Ok && ends_it {
         return ended_by;
     }
-    if has < speed.needs || has < turn.needs {
-        Reason::CannotStop
+    if has < vx.stopping_need || has < vtheta.stopping_need {
+        SampleStatus::CannotStop
     } else {
-        Reason::Ok
+        SampleStatus::Ok
     }
 }
 
-fn pace_of(problem: &Prepared, speed: &Speed, turn: &Turn) -> Pace {
+fn clearance_rate(
+    problem: &QuantizedProblem,
+    vx: &VxSample,
+    vtheta: &VthetaSample,
+) -> ClearanceRate {
     let header = &problem.header;
-    let mut lever = 0;
+    let mut lever_arm = 0;
     for disc in &problem.discs {
-        lever = lever.max(disc.x.unsigned_abs() + disc.y.unsigned_abs());
+        lever_arm = lever_arm.max(disc.x.unsigned_abs() + disc.y.unsigned_abs());
     }
-    let mut carried = 0;
+    let mut obstacle_step = 0;
     for body in &problem.obstacles {
-        carried = carried.max(body.step_x.unsigned_abs() + body.step_y.unsigned_abs());
+        obstacle_step = obstacle_step.max(body.step_x.unsigned_abs() + body.step_y.unsigned_abs());
     }
     // Units in a step, rounded down, so that one more of each covers them: a Q20 displacement is at most one long, and
     // a turn of half a binary circle is pi, less than 7 halves.
     let along =
-        (speed.coarse.unsigned_abs() * (ONE_Q20 as u32 >> header.table_bits)) >> header.coarse_bits;
-    let around = mul_hi_u32(7 * lever, turn_size(turn.per_step));
-    let most = along + around + (carried >> 8) + 4;
+        (vx.coarse.unsigned_abs() * (ONE_Q20 as u32 >> header.table_bits)) >> header.coarse_bits;
+    let around = mul_hi_u32(7 * lever_arm, turn_size(vtheta.angle_per_step));
+    let most = along + around + (obstacle_step >> 8) + 4;
     // Two positions in cells lie up to a cell's diagonal farther apart, 1449/1024 of a side, than the positions
     // themselves. A coarse displacement is rounded to a 64th of a step or finer, twice along x and y: a 32nd covers
     // that. All other roundings, of positions, discs, obstacles and distances, stay below 16 units.
     let margin = ((1449 << header.cell_bits) >> 10) + (most >> 5) + 16;
-    Pace {
+    ClearanceRate {
         margin: margin as i32,
         steps_per_unit: 65_536 / most,
     }
 }
 
-/// The number of steps next to one that can neither bring the clearance below the least so far, which is above zero,
+/// The number of steps next to one that can neither bring the clearance below the min_clearance so far, which is above zero,
 /// nor leave the field.
-fn idle_steps(pace: &Pace, met: &StepResult, least: i32) -> u32 {
-    let slack = (met.room - least).min(met.border) - pace.margin;
-    (slack.max(0) as u32 * pace.steps_per_unit) >> 16
+fn skippable_steps(rate: &ClearanceRate, at_step: &StepResult, min_clearance: i32) -> u32 {
+    let slack = (at_step.static_clearance - min_clearance).min(at_step.border) - rate.margin;
+    (slack.max(0) as u32 * rate.steps_per_unit) >> 16
 }
 
-fn step_clearance(problem: &Prepared, speed: &Speed, table: &[i32], step: u32) -> StepResult {
+fn step_clearance(
+    problem: &QuantizedProblem,
+    vx: &VxSample,
+    table: &[i32],
+    step: u32,
+) -> StepResult {
     let header = &problem.header;
     let mut at = (step * step_words(header)) as usize;
-    let moved_x = shift_round(speed.coarse * table[at], header.coarse_bits);
-    let moved_y = shift_round(speed.coarse * table[at + 1], header.coarse_bits);
+    let moved_x = shift_round(vx.coarse * table[at], header.coarse_bits);
+    let moved_y = shift_round(vx.coarse * table[at + 1], header.coarse_bits);
     let mut result = StepResult {
         clearance: header.max_clearance as i32,
         outside: false,
-        room: 65_535,
+        static_clearance: 65_535,
         border: 65_535,
     };
     for disc in &problem.discs {
@@ -192,22 +211,22 @@ fn step_clearance(problem: &Prepared, speed: &Speed, table: &[i32], step: u32) -
         let y = table[at + 1] + moved_y;
         if let Some(distance) = clearance_at(header, &problem.field, x, y) {
             result.clearance = result.clearance.min(distance - disc.radius);
-            result.room = result.room.min(distance - disc.radius);
+            result.static_clearance = result.static_clearance.min(distance - disc.radius);
         } else {
             result.outside |= header.outside_is_free == 0;
-            result.room = 0;
+            result.static_clearance = 0;
         }
         if header.outside_is_free == 0 {
-            result.border = result.border.min(border_at(header, x, y));
+            result.border = result.border.min(border_distance(header, x, y));
         }
         for body in &problem.obstacles {
             let reach = result.clearance + disc.radius + body.radius;
-            let distance = distance_below(header, body, x, y, step, reach);
+            let distance = capped_distance(header, body, x, y, step, reach);
             result.clearance = result.clearance.min(distance - disc.radius - body.radius);
         }
     }
     if header.obstacle_count > 0 {
-        result.room = result.room.min(result.clearance);
+        result.static_clearance = result.static_clearance.min(result.clearance);
     }
     result
 }
@@ -221,7 +240,7 @@ fn clearance_at(header: &Header, field: &ClearanceField, x: i32, y: i32) -> Opti
 }
 
 /// At most the way from a position to the field's border, units: that of whole cells, zero off the field.
-fn border_at(header: &Header, x: i32, y: i32) -> i32 {
+fn border_distance(header: &Header, x: i32, y: i32) -> i32 {
     let column = x >> header.cell_bits;
     let row = y >> header.cell_bits;
     let across = column.min(header.width as i32 - 1 - column);
@@ -231,9 +250,9 @@ fn border_at(header: &Header, x: i32, y: i32) -> i32 {
 
 /// Distance to a moving obstacle's centre, units, where it is below `reach`; `reach` where it is not, so that the
 /// square root is taken only when it can matter. A `reach` not above zero is returned as it is.
-fn distance_below(
+fn capped_distance(
     header: &Header,
-    body: &MovingBody,
+    body: &QuantizedObstacle,
     x: i32,
     y: i32,
     step: u32,
@@ -255,36 +274,40 @@ fn distance_below(
 
 /// Final position from the start, fine units, along x and y.
 #[must_use]
-pub fn end_position(header: &Header, speed: &Speed, table: &[i32]) -> (i32, i32) {
+pub fn end_position(header: &Header, vx: &VxSample, table: &[i32]) -> (i32, i32) {
     let at = (header.steps * step_words(header)) as usize;
     (
-        shift_round(mul_hi_i32(speed.fine, table[at]), header.fine_bits),
-        shift_round(mul_hi_i32(speed.fine, table[at + 1]), header.fine_bits),
+        shift_round(mul_hi_i32(vx.fine, table[at]), header.fine_bits),
+        shift_round(mul_hi_i32(vx.fine, table[at + 1]), header.fine_bits),
     )
 }
 
 /// Final heading, binary angle.
 #[must_use]
-pub const fn end_heading(header: &Header, turn: &Turn) -> u32 {
+pub const fn end_heading(header: &Header, vtheta: &VthetaSample) -> u32 {
     header
         .heading
-        .wrapping_add(turn.per_step.wrapping_mul(header.steps))
+        .wrapping_add(vtheta.angle_per_step.wrapping_mul(header.steps))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{idle_steps, judge, pace_of, step_clearance, table_words, tabulate, verdict};
+    use super::{
+        classify, clearance_rate, evaluate_sample, skippable_steps, step_clearance, table_words,
+        tabulate,
+    };
     use crate::bench::random_problem;
-    use crate::local::{Prepared, Reason};
+    use crate::local::{QuantizedProblem, SampleStatus};
 
     /// Calls `check` with each sample's table, speed and turn rate.
-    fn each_sample(cases: u64, mut check: impl FnMut(&Prepared, usize, usize, &[i32])) {
+    fn each_sample(cases: u64, mut check: impl FnMut(&QuantizedProblem, usize, usize, &[i32])) {
         for case in 0..cases {
-            let problem = Prepared::new(&random_problem(23, case)).expect("a problem in range");
+            let problem =
+                QuantizedProblem::new(&random_problem(23, case)).expect("a problem in range");
             let mut table = vec![0; table_words(&problem.header)];
-            for (row, turn) in problem.turns.iter().enumerate() {
-                tabulate(&problem.header, turn, &problem.discs, &mut table);
-                for column in 0..problem.speeds.len() {
+            for (row, vtheta) in problem.vtheta_samples.iter().enumerate() {
+                tabulate(&problem.header, vtheta, &problem.discs, &mut table);
+                for column in 0..problem.vx_samples.len() {
                     check(&problem, row, column, &table);
                 }
             }
@@ -294,29 +317,33 @@ mod tests {
     #[test]
     fn all_steps_judge_a_sample_as_those_that_can_matter_do() {
         each_sample(200, |problem, row, column, table| {
-            let (header, turn) = (&problem.header, &problem.turns[row]);
-            let speed = &problem.speeds[column];
-            let (mut least, mut free_steps) = (header.max_clearance as i32, 0);
-            let mut ended_by = Reason::Ok;
+            let (header, vtheta) = (&problem.header, &problem.vtheta_samples[row]);
+            let vx = &problem.vx_samples[column];
+            let (mut min_clearance, mut free_steps) = (header.max_clearance as i32, 0);
+            let mut ended_by = SampleStatus::Ok;
             for step in 0..header.steps {
-                let met = step_clearance(problem, speed, table, step);
-                if met.clearance <= 0 {
-                    ended_by = Reason::Collision;
+                let at_step = step_clearance(problem, vx, table, step);
+                if at_step.clearance <= 0 {
+                    ended_by = SampleStatus::Collision;
                     break;
                 }
-                if met.outside {
-                    ended_by = Reason::Outside;
+                if at_step.outside {
+                    ended_by = SampleStatus::Outside;
                     if header.stop_by_arc == 1 {
                         break;
                     }
                 }
-                least = least.min(met.clearance);
+                min_clearance = min_clearance.min(at_step.clearance);
                 free_steps += 1;
             }
-            let reason = verdict(header, speed, turn, ended_by, free_steps, least);
-            let clearance = if reason == Reason::Ok { least } else { 0 };
-            let judged = judge(problem, speed, turn, table);
-            assert_eq!(judged, (reason, clearance as u32), "{row} {column}");
+            let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
+            let clearance = if status == SampleStatus::Ok {
+                min_clearance
+            } else {
+                0
+            };
+            let outcome = evaluate_sample(problem, vx, vtheta, table);
+            assert_eq!(outcome, (status, clearance as u32), "{row} {column}");
         });
     }
 
@@ -324,14 +351,14 @@ mod tests {
     fn idle_steps_neither_lower_the_clearance_nor_leave_the_field() {
         let (mut steps, mut idle) = (0_u64, 0_u64);
         each_sample(60, |problem, row, column, table| {
-            let (speed, turn) = (&problem.speeds[column], &problem.turns[row]);
-            let pace = pace_of(problem, speed, turn);
-            let met = |step| step_clearance(problem, speed, table, step);
+            let (vx, vtheta) = (&problem.vx_samples[column], &problem.vtheta_samples[row]);
+            let rate = clearance_rate(problem, vx, vtheta);
+            let at_step = |step| step_clearance(problem, vx, table, step);
             for step in 0..problem.header.steps {
-                let here = met(step);
-                for least in [1, here.clearance / 2] {
-                    let count = if here.clearance > 0 && least > 0 {
-                        idle_steps(&pace, &here, least)
+                let here = at_step(step);
+                for min_clearance in [1, here.clearance / 2] {
+                    let count = if here.clearance > 0 && min_clearance > 0 {
+                        skippable_steps(&rate, &here, min_clearance)
                     } else {
                         0
                     };
@@ -339,8 +366,9 @@ mod tests {
                     idle += u64::from(count > 0);
                     let last = (step + count).min(problem.header.steps - 1);
                     for other in step.saturating_sub(count)..=last {
-                        let there = met(other);
-                        let matters = there.clearance < least || there.outside && !here.outside;
+                        let there = at_step(other);
+                        let matters =
+                            there.clearance < min_clearance || there.outside && !here.outside;
                         assert!(count == 0 || !matters, "{step} {other}");
                     }
                 }

@@ -1,7 +1,7 @@
 //! A trajectory's four terms, their normalisation and the score. TWIN of `shaders/score.wgsl`.
 
-use super::contract::{Terms, Totals};
-use super::inputs::{Header, Speed};
+use super::engine::{Terms, Totals};
+use super::kernel_inputs::{Header, VxSample};
 use crate::numeric::{
     HALF_TURN, atan2_turn, div_wide, isqrt64, shift_wide, squared_length, turn_size,
 };
@@ -10,7 +10,7 @@ use crate::numeric::{
 #[must_use]
 pub fn terms(
     header: &Header,
-    speed: &Speed,
+    vx: &VxSample,
     end_heading: u32,
     (end_x, end_y): (i32, i32),
     clearance: u32,
@@ -24,7 +24,7 @@ pub fn terms(
             end_heading,
         ),
         clearance,
-        velocity: speed.term,
+        velocity: vx.velocity_term,
         path: isqrt64(squared_length(to_key_x, to_key_y)),
     }
 }
@@ -56,10 +56,10 @@ pub struct Normalizer {
 #[must_use]
 pub fn normalizers(header: &Header, totals: &Totals) -> [Normalizer; 4] {
     core::array::from_fn(|term| {
-        let min_max = header.min_max == 1 && totals.least[term] <= totals.greatest[term];
-        let offset = if min_max { totals.least[term] } else { 0 };
+        let min_max = header.min_max == 1 && totals.min[term] <= totals.max[term];
+        let offset = if min_max { totals.min[term] } else { 0 };
         let scale = if min_max {
-            u64::from(totals.greatest[term] - totals.least[term])
+            u64::from(totals.max[term] - totals.min[term])
         } else {
             totals.sums[term]
         };

@@ -13,7 +13,7 @@ documented! {
     pub struct LocalSettings {
         /// Forward speeds tried at each decision, at least 1; times `vtheta_samples` at most 4194304.
         pub vx_samples: u32,
-        /// Turn rates tried at each decision, at least 1.
+        /// VthetaSample rates tried at each decision, at least 1.
         pub vtheta_samples: u32,
         /// Time from one decision to the next, seconds, 0.0001 to 1000: the window spans what can be reached within it.
         pub control_period_s: f64,
@@ -58,7 +58,7 @@ impl Default for LocalSettings {
 pub struct Sampling {
     /// Forward speeds.
     pub vx_samples: u32,
-    /// Turn rates.
+    /// VthetaSample rates.
     pub vtheta_samples: u32,
 }
 

@@ -3,19 +3,19 @@
 use crate::geometry::Twist;
 use crate::robot::Limits;
 
-/// Equally spaced values from `low` to `high`, both included; one value is `low` itself.
+/// Equally spaced values from `low` to `high`, both included. A single value is `low`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     /// The first value.
     pub low: f64,
     /// The last value, at least `low`.
     pub high: f64,
-    /// How many values, at least one.
+    /// Number of values, at least one.
     pub count: u32,
 }
 
 impl Axis {
-    /// Value number `index`: `low + index (high - low) / (count - 1)`, which rounding does not lift above `high`.
+    /// Returns `low + index (high - low) / (count - 1)`, at most `high`: rounding can lift the formula above it.
     #[must_use]
     #[inline]
     pub fn value(&self, index: u32) -> f64 {
@@ -26,28 +26,30 @@ impl Axis {
         (self.low + above_low).min(self.high)
     }
 
-    /// The value of greatest size.
+    /// The largest absolute value.
     #[must_use]
-    pub fn largest(&self) -> f64 {
+    pub fn max_abs(&self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
 }
 
-/// The rectangle V1 x V2 of samples; V3, the braking constraint, is checked for each sample on its own.
+/// The rectangle V1 x V2 of samples. V3, the braking constraint, is checked for each sample.
 ///
-/// Sample `index` has the forward speed number `index % linear.count` and the turn rate `index / linear.count`.
+/// Sample `index` has the forward speed `index % vx.count` and the turn rate `index / vx.count`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Forward speeds, m/s.
-    pub linear: Axis,
+    pub vx: Axis,
     /// Turn rates, rad/s.
-    pub angular: Axis,
+    pub vtheta: Axis,
 }
 
 impl Window {
-    /// The window around the current twist: what the limits allow at all (eq. 28) and within one control period in
-    /// seconds (eq. 29). A current speed outside the limits, by noise or by a limit just lowered, gives the part of
-    /// the limits nearest to what can be reached, never an empty window.
+    /// The window around the current twist: within the limits (eq. 28) and within reach in one control period, seconds
+    /// (eq. 29).
+    ///
+    /// A current speed outside the limits, by noise or after a limit was lowered, gives the part of the limits that is
+    /// nearest to the reachable velocities. The window is never empty.
     #[must_use]
     pub fn new(
         limits: &Limits,
@@ -56,26 +58,26 @@ impl Window {
         vx_samples: u32,
         vtheta_samples: u32,
     ) -> Self {
-        let axis = |now: f64, brake: f64, gain: f64, (least, most): (f64, f64), count| Axis {
-            low: (now + brake * control_period_s).clamp(least, most),
-            high: (now + gain * control_period_s).clamp(least, most),
+        let axis = |now: f64, brake: f64, gain: f64, (min, max): (f64, f64), count| Axis {
+            low: (now + brake * control_period_s).clamp(min, max),
+            high: (now + gain * control_period_s).clamp(min, max),
             count,
         };
-        let forward = (limits.min_vel_x, limits.max_vel_x);
-        let turn = (-limits.max_vel_theta, limits.max_vel_theta);
+        let vx_range = (limits.min_vel_x, limits.max_vel_x);
+        let vtheta_range = (-limits.max_vel_theta, limits.max_vel_theta);
         Self {
-            linear: axis(
+            vx: axis(
                 current.linear,
                 limits.decel_lim_x,
                 limits.acc_lim_x,
-                forward,
+                vx_range,
                 vx_samples,
             ),
-            angular: axis(
+            vtheta: axis(
                 current.angular,
                 limits.decel_lim_theta,
                 limits.acc_lim_theta,
-                turn,
+                vtheta_range,
                 vtheta_samples,
             ),
         }
@@ -84,10 +86,10 @@ impl Window {
     /// Number of samples.
     #[must_use]
     pub const fn len(&self) -> usize {
-        self.linear.count as usize * self.angular.count as usize
+        self.vx.count as usize * self.vtheta.count as usize
     }
 
-    /// Whether there is no sample. Never true of a window made by [`Window::new`] with counts above zero.
+    /// Whether there is no sample. Always false for a window from [`Window::new`] with counts above zero.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
@@ -97,8 +99,8 @@ impl Window {
     #[must_use]
     pub fn twist(&self, index: u32) -> Twist {
         Twist {
-            linear: self.linear.value(index % self.linear.count),
-            angular: self.angular.value(index / self.linear.count),
+            linear: self.vx.value(index % self.vx.count),
+            angular: self.vtheta.value(index / self.vx.count),
         }
     }
 }
@@ -108,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_window_is_what_limits_and_accelerations_allow_together() {
+    fn window_intersects_limits_and_reachable_velocities() {
         let limits = Limits {
             acc_lim_x: 0.5,
             decel_lim_x: -1.0,
@@ -118,16 +120,19 @@ mod tests {
         };
         let window = Window::new(&limits, &Twist::new(0.98, 0.0), 0.1, 5, 3);
         // 0.98 - 1.0 * 0.1 = 0.88; 0.98 + 0.5 * 0.1 = 1.03, cut at 1.0.
-        assert!((window.linear.low - 0.88).abs() < 1e-12 && window.linear.high == 1.0);
-        assert!((window.angular.low + 0.1).abs() < 1e-12);
+        assert!((window.vx.low - 0.88).abs() < 1e-12 && window.vx.high == 1.0);
+        assert!((window.vtheta.low + 0.1).abs() < 1e-12);
         let middle = window.twist(7);
         assert!((middle.linear - 0.94).abs() < 1e-12 && middle.angular.abs() < 1e-12);
     }
 
     #[test]
-    fn rounding_lifts_no_value_above_the_highest() {
+    fn axis_value_never_exceeds_high() {
         let (low, high, count) = (0.0, 0.4, 4);
-        assert!(low + 3.0 * (high - low) / 3.0 > high, "it would here");
+        assert!(
+            low + 3.0 * (high - low) / 3.0 > high,
+            "the plain formula exceeds `high` here"
+        );
         assert_eq!(Axis { low, high, count }.value(3), high);
     }
 }

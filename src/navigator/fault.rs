@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::ObservationFault;
 use crate::global::PlanError;
-use crate::local::ChooseError;
+use crate::local::DecisionError;
 
 /// Why a mission failed or could not start.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -15,7 +15,7 @@ pub enum Fault {
     Plan(#[from] PlanError),
     /// The local planner failed.
     #[error(transparent)]
-    Choose(#[from] ChooseError),
+    Choose(#[from] DecisionError),
     /// The robot found no admissible velocity for longer than `movement_time_allowance`, and no escape.
     #[error(
         "NO_VALID_CONTROL: {stuck_s:.0} s without an admissible velocity, {left_m:.1} m from the goal: obstacles are \

@@ -8,7 +8,7 @@ use super::parking::turn;
 use super::predicted_state::PredictedState;
 use super::{Fault, Mode};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
-use crate::local::{ClearanceField, Situation};
+use crate::local::{ClearanceField, DecisionInput};
 use crate::robot::{Footprint, Limits};
 
 /// A robot faster than this does not begin to turn in place, m/s.
@@ -62,7 +62,7 @@ impl Navigator {
             }
             return Ok(self.turn_in_place(now, angle, target));
         }
-        let situation = Situation {
+        let situation = DecisionInput {
             field,
             pose: now.pose,
             twist: now.twist,
@@ -73,7 +73,7 @@ impl Navigator {
             footprint: &kept.footprint,
             weights: self.planner.settings().weights,
         };
-        let (command, evaluation) = self.planner.choose(&situation).map_err(Fault::Choose)?;
+        let (command, evaluation) = self.planner.decide(&situation).map_err(Fault::Choose)?;
         // Beside something it can only creep, unless it first turns to where there is a way on.
         let creeps = now.twist.linear.abs() < CREEPS
             && command.is_none_or(|command| command.linear.abs() < CREEPS);

@@ -12,10 +12,11 @@ use serde_json::{Value, json};
 use super::response::HttpError;
 use super::scene::Scene;
 use crate::bench::EvaluationDigest;
-use crate::local::gpu::batch::Batch;
+use crate::local::internals::evenly_spaced;
+use crate::local::internals::gpu::Batch;
 use crate::local::{
-    ClearanceField, CpuEngine, Detail, Engine, EngineError, Evaluation, Explainer, Prepared,
-    Problem, SampleRecord, Terms, spread,
+    ClearanceField, CpuEngine, Detail, Engine, EngineError, Evaluation, Explainer, Problem,
+    QuantizedProblem, SampleRecord, Terms,
 };
 use crate::map::UnknownPolicy;
 
@@ -89,12 +90,12 @@ impl DecisionService {
                     "answers": sizes.answers,
                 },
                 "workgroups": batch.workgroups(),
-                "velocity_terms": prepared.speeds.iter().map(|speed| speed.term).collect::<Vec<_>>(),
+                "velocity_terms": prepared.vx_samples.iter().map(|vx| vx.velocity_term).collect::<Vec<_>>(),
                 "window": {
-                    "v": [window.linear.low, window.linear.high],
-                    "omega": [window.angular.low, window.angular.high],
-                    "v_count": window.linear.count,
-                    "omega_count": window.angular.count,
+                    "v": [window.vx.low, window.vx.high],
+                    "omega": [window.vtheta.low, window.vtheta.high],
+                    "v_count": window.vx.count,
+                    "omega_count": window.vtheta.count,
                 },
                 "from": problem.pose,
                 "horizon_s": f64::from(problem.steps) * problem.step_s,
@@ -108,7 +109,7 @@ impl DecisionService {
         })
     }
 
-    /// Every sample as the CPU engine evaluates it: reason, heading, clearance, velocity and path, a little-endian word each.
+    /// Every sample as the CPU engine evaluates it: status, heading, clearance, velocity and path, a little-endian word each.
     pub fn records(&self, body: &[u8]) -> Result<Vec<u8>, HttpError> {
         self.with_engine(|engine| {
             let (_, prepared) = self.prepare(body)?;
@@ -120,14 +121,14 @@ impl DecisionService {
         })
     }
 
-    fn prepare(&self, body: &[u8]) -> Result<(Problem, Prepared), HttpError> {
+    fn prepare(&self, body: &[u8]) -> Result<(Problem, QuantizedProblem), HttpError> {
         let text = core::str::from_utf8(body)
             .map_err(|_| HttpError::bad_request("the problem must be text in UTF-8"))?;
         let lookup = |map: Option<&str>, unknown| self.field(map, unknown);
         let problem = (self.parse)(text, &lookup).map_err(HttpError::bad_request)?;
         check_limits(&problem)?;
-        let prepared =
-            Prepared::new(&problem).map_err(|error| HttpError::bad_request(error.to_string()))?;
+        let prepared = QuantizedProblem::new(&problem)
+            .map_err(|error| HttpError::bad_request(error.to_string()))?;
         Ok((problem, prepared))
     }
 
@@ -191,7 +192,7 @@ fn check_limits(problem: &Problem) -> Result<(), HttpError> {
 }
 
 /// The size of one unit of each term in SI units.
-fn unit(problem: &Problem, prepared: &Prepared, evaluation: &Evaluation) -> Value {
+fn unit(problem: &Problem, prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
     let one = Terms {
         heading: 1,
         clearance: 1,
@@ -209,8 +210,8 @@ fn summary(evaluation: &Evaluation) -> Value {
     json!({
         "counts": evaluation.counts.to_array(),
         "sums": totals.sums.map(|sum| sum.to_string()),
-        "least": totals.least,
-        "greatest": totals.greatest,
+        "min": totals.min,
+        "max": totals.max,
         "winner": evaluation.winner.map(|winner| json!({
             "index": winner.index,
             "score": winner.score.to_string(),
@@ -221,13 +222,13 @@ fn summary(evaluation: &Evaluation) -> Value {
 }
 
 /// The samples to draw, as the CPU engine evaluates them.
-fn fan(prepared: &Prepared, evaluation: &Evaluation) -> Value {
+fn fan(prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
     let (columns, rows) = MAX_ARCS;
-    let speeds = prepared.speeds.len();
+    let speeds = prepared.vx_samples.len();
     let mut indices = Vec::new();
     let mut records = Vec::new();
-    for row in spread(prepared.turns.len(), rows) {
-        for column in spread(speeds, columns) {
+    for row in evenly_spaced(prepared.vtheta_samples.len(), rows) {
+        for column in evenly_spaced(speeds, columns) {
             let index = row * speeds + column;
             indices.push(index);
             records.extend(
@@ -244,7 +245,7 @@ fn fan(prepared: &Prepared, evaluation: &Evaluation) -> Value {
 /// The words of a sample in the order of the digest.
 const fn words(sample: &SampleRecord) -> [u32; 5] {
     let [heading, clearance, velocity, path] = sample.terms.to_array();
-    [sample.reason as u32, heading, clearance, velocity, path]
+    [sample.status as u32, heading, clearance, velocity, path]
 }
 
 fn milliseconds_since(began: Instant) -> f64 {

@@ -11,10 +11,10 @@ use super::decision::{self, DecisionService, ProblemParser};
 use super::request::MAX_BODY_BYTES;
 use super::response::{self, HttpError, Response};
 use super::scene::Scene;
-use crate::local::Reason;
-use crate::local::gpu::bindings::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
-use crate::local::gpu::layout::{Answer, BATCH_BYTES, Record};
-use crate::local::gpu::shaders::{self, ENTRY_POINTS};
+use crate::local::SampleStatus;
+use crate::local::internals::gpu::{self, ENTRY_POINTS};
+use crate::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
+use crate::local::internals::gpu::{Answer, BATCH_BYTES, Record};
 use crate::report;
 
 const HTML: &str = "text/html; charset=utf-8";
@@ -95,7 +95,7 @@ impl Router {
         match path {
             "/report.css" => return Ok(response::ok(STYLE, report::STYLE)),
             "/shader.wgsl" => {
-                return Ok(response::ok("text/plain; charset=utf-8", shaders::source()));
+                return Ok(response::ok("text/plain; charset=utf-8", gpu::source()));
             }
             "/setup" => return Ok(response::json(&self.setup)),
             _ => {}
@@ -191,11 +191,11 @@ fn setup(scenes: &[Scene]) -> Value {
             "entry_points": ENTRY_POINTS,
             "bindings": bindings(),
             "uniform_bytes": BATCH_BYTES,
-            "answer": word_offsets!(Answer: counts, sums_low, sums_high, least, greatest, winner, score_low, score_high, stamp, terms),
-            "record": word_offsets!(Record: heading, clearance, path, reason),
+            "answer": word_offsets!(Answer: counts, sums_low, sums_high, min, max, winner, score_low, score_high, stamp, terms),
+            "record": word_offsets!(Record: heading, clearance, path, status),
             "record_words": size_of::<Record>() / 4,
         },
-        "reasons": (0..4).map(|number| Reason::from_number(number).word()).collect::<Vec<_>>(),
+        "statuses": (0..4).map(|number| SampleStatus::from_u32(number).as_str()).collect::<Vec<_>>(),
         "limits": {
             "samples": decision::MAX_SAMPLES,
             "obstacles": decision::MAX_OBSTACLES,

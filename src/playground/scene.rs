@@ -57,13 +57,13 @@ pub struct Scene {
 }
 
 /// The initial state of a scene.
-struct Situation {
+struct DecisionInput {
     pose: Pose,
     goal: Point,
     obstacles: Vec<MovingDisc>,
 }
 
-impl Situation {
+impl DecisionInput {
     /// The situation of a built-in scene: the robot's pose, the goal, and x, y, vx, vy of an obstacle.
     fn built_in(name: &str) -> Option<Self> {
         let (pose, [goal_x, goal_y], [x, y, vx, vy]) = match name {
@@ -100,7 +100,7 @@ impl Scene {
     /// Never: the built-in maps are small enough.
     pub fn built_in(config: &Config) -> Result<Vec<Self>, SceneError> {
         let scene = |scene: sim::Scene| {
-            let situation = Situation::built_in(scene.name);
+            let situation = DecisionInput::built_in(scene.name);
             Self::new(scene.name, scene.title, &scene.map, config, situation)
         };
         sim::scenes().into_iter().map(scene).collect()
@@ -119,7 +119,7 @@ impl Scene {
         title: &str,
         map: &OccupancyGrid,
         config: &Config,
-        situation: Option<Situation>,
+        situation: Option<DecisionInput>,
     ) -> Result<Self, SceneError> {
         let count = map.frame().len();
         if count > MAX_CELLS {
@@ -159,7 +159,7 @@ fn field_bytes(field: &ClearanceField) -> Bytes {
 }
 
 /// A robot at the position farthest from all obstacles, in the direction with the longest free path, and a goal there.
-fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> Situation {
+fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> DecisionInput {
     let frame = field.frame();
     let units = field.units().iter().enumerate();
     // Of equal cells the one nearest to the middle: on an empty map the robot starts there.
@@ -194,14 +194,14 @@ fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> Situation {
         |best, next| if next.1 > best.1 { next } else { best },
     );
     let pose = Pose::new(center.x, center.y, yaw);
-    Situation {
+    DecisionInput {
         pose,
         goal: pose.transform(&Point::new(distance.max(step), 0.0)),
         obstacles: Vec::new(),
     }
 }
 
-fn problem(name: &str, config: &Config, situation: &Situation) -> Value {
+fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {
     let LocalSettings {
         vx_samples,
         vtheta_samples,

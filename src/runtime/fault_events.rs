@@ -2,7 +2,7 @@
 //! base, contact, and why a mission is given up.
 
 use super::TickEvent;
-use crate::local::LossKind;
+use crate::local::GpuFailureKind;
 use crate::navigator::Mode;
 
 /// Tells what is wrong at each tick of one drive, shown to it in order.
@@ -40,9 +40,9 @@ impl FaultEvents {
         };
         let before = std::mem::replace(&mut self.incidents, incidents.in_all());
         (before..self.incidents)
-            .filter_map(|index| match incidents.told.get(index as usize) {
-                Some(one) if one.kind == Some(LossKind::Absent) => None,
-                Some(one) => Some(format!("engine: {}", one.what)),
+            .filter_map(|index| match incidents.messages.get(index as usize) {
+                Some(one) if one.kind == Some(GpuFailureKind::Absent) => None,
+                Some(one) => Some(format!("engine: {}", one.message)),
                 None => {
                     Some("engine: one more incident; only the first are told in words".to_owned())
                 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::control_loop::Simulation;
 use super::{Config, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::{Pose, wrap_angle};
-use crate::local::{Engine, Fan, Incidents, Sampling};
+use crate::local::{Engine, Incidents, Sampling, TrajectoryFan};
 use crate::localization::PoseEstimate;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{
@@ -162,9 +162,9 @@ pub struct TickEvent<'a> {
 impl TickEvent<'_> {
     /// At most so many samples along each axis of the window that was decided on; none in a tick that needed no sampling.
     #[must_use]
-    pub fn fan(&self, most: Sampling) -> Option<Fan> {
+    pub fn fan(&self, most: Sampling) -> Option<TrajectoryFan> {
         self.decision.counts.as_ref()?;
-        self.navigator.planner().fan(most)
+        self.navigator.planner().trajectory_fan(most)
     }
 }
 

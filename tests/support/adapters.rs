@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use inbye::local::gpu::{Adapter, adapters};
+use inbye::local::{Adapter, adapters};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::requirements::{VARIABLE, required};

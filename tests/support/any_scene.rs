@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose};
 use inbye::local::{
-    Axis, ClearanceField, CpuEngine, Detail, Engine, Instructions, Normalization, Outside,
-    Prepared, Problem, Stopping, Weights, Window,
+    Axis, ClearanceField, CpuEngine, Detail, Engine, InstructionSet, Normalization, Outside,
+    Problem, QuantizedProblem, Stopping, Weights, Window,
 };
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid};
 use inbye::robot::{Disc, Footprint};
@@ -112,7 +112,10 @@ fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64)> {
         })
     };
     let window = (axis(-0.3, 1.0, 0.8, 120), axis(-1.0, 0.9, 0.3, 20));
-    let window = window.prop_map(|(linear, angular)| Window { linear, angular });
+    let window = window.prop_map(|(linear, angular)| Window {
+        vx: linear,
+        vtheta: angular,
+    });
     (
         [0.3..0.7, 0.3..0.7, -3.1..3.1_f64],
         window,
@@ -153,13 +156,14 @@ fn judging() -> impl Strategy<Value = Judging> {
 #[test]
 fn every_set_of_instructions_returns_the_bits_of_the_reference() {
     for_any_scene(400, |scene| {
-        let problem = Prepared::new(&scene.problem).map_err(|error| fail(&error.to_string()))?;
+        let problem =
+            QuantizedProblem::new(&scene.problem).map_err(|error| fail(&error.to_string()))?;
         let mut expected = None;
-        for instructions in Instructions::ALL {
-            if !instructions.are_here() {
+        for instructions in InstructionSet::ALL {
+            if !instructions.is_available() {
                 continue;
             }
-            let engine = CpuEngine::with_instructions(instructions, 1);
+            let engine = CpuEngine::with_instruction_set(instructions, 1);
             let mut engine = engine.map_err(|error| fail(&error.to_string()))?;
             let found = engine.evaluate(&problem, Detail::Samples);
             let found = found.map_err(|error| fail(&error.to_string()))?;

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use inbye::bench::{compare, random_problem};
-use inbye::local::gpu::{Adapter, GpuEngine};
+use inbye::local::{Adapter, GpuEngine};
 use inbye::local::{
-    Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, Prepared, Problem, Window,
+    Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, Problem, QuantizedProblem, Window,
 };
 use libtest_mimic::Failed;
 
 use super::extremes::{extremes, field, footprint, plain};
 
 /// Random problems; every third robot is where the one before it is, in the same world.
-fn problems(seed: u64, count: u64) -> Result<Vec<Prepared>, Failed> {
+fn problems(seed: u64, count: u64) -> Result<Vec<QuantizedProblem>, Failed> {
     let mut problems = Vec::new();
     let mut neighbour = random_problem(seed, 0);
     for case in 0..count {
@@ -25,10 +25,10 @@ fn problems(seed: u64, count: u64) -> Result<Vec<Prepared>, Failed> {
             ..own.clone()
         };
         // Its window may be too wide for that world.
-        let shared = (case % 3 == 2).then(|| Prepared::new(&beside).ok());
+        let shared = (case % 3 == 2).then(|| QuantizedProblem::new(&beside).ok());
         problems.push(match shared.flatten() {
             Some(shared) => shared,
-            None => Prepared::new(&own)?,
+            None => QuantizedProblem::new(&own)?,
         });
         neighbour = own;
     }
@@ -36,7 +36,7 @@ fn problems(seed: u64, count: u64) -> Result<Vec<Prepared>, Failed> {
 }
 
 /// The answers of the CPU, one at a time.
-fn expected(problems: &[Prepared], detail: Detail) -> Result<Vec<Evaluation>, Failed> {
+fn expected(problems: &[QuantizedProblem], detail: Detail) -> Result<Vec<Evaluation>, Failed> {
     let mut engine = CpuEngine::single_threaded();
     let one = |problem| Ok(engine.evaluate(problem, detail)?);
     problems.iter().map(one).collect()
@@ -61,7 +61,7 @@ fn differences(expected: &[Evaluation], found: &[Evaluation]) -> Option<String> 
 }
 
 /// Puts a batch to an engine that has answered others before, with samples and without.
-fn same(engine: &mut dyn Engine, name: &str, problems: &[Prepared]) -> Result<(), Failed> {
+fn same(engine: &mut dyn Engine, name: &str, problems: &[QuantizedProblem]) -> Result<(), Failed> {
     for detail in [Detail::Samples, Detail::Answer] {
         let found = engine.evaluate_batch(problems, detail)?;
         if let Some(difference) = differences(&expected(problems, detail)?, &found) {
@@ -121,7 +121,7 @@ pub fn fields(adapter: &Adapter) -> Result<(), Failed> {
         &[4, 4, 4],
         &[23, 0, 22, 1],
     ] {
-        let batch: Vec<Prepared> = chosen.iter().map(|&index| all[index].clone()).collect();
+        let batch: Vec<QuantizedProblem> = chosen.iter().map(|&index| all[index].clone()).collect();
         same(engine, &format!("problems {chosen:?}"), &batch)?;
     }
     Ok(())
@@ -130,7 +130,7 @@ pub fn fields(adapter: &Adapter) -> Result<(), Failed> {
 /// Worlds of 1.3 MB, of which the device's first memory holds only one: others must give way, and come back.
 pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
     let beside = |column| {
-        Prepared::new(&Problem {
+        QuantizedProblem::new(&Problem {
             field: field(801, 0.1, &[[column, 25]]),
             ..plain()
         })
@@ -151,7 +151,7 @@ pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
         &[0, 2],
         &[2, 1, 0],
     ] {
-        let batch: Vec<Prepared> = chosen.iter().map(|&index| all[index].clone()).collect();
+        let batch: Vec<QuantizedProblem> = chosen.iter().map(|&index| all[index].clone()).collect();
         same(engine, &format!("worlds {chosen:?}"), &batch)?;
     }
     Ok(())
@@ -160,9 +160,9 @@ pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
 /// A problem that its adapter cannot take alone is refused in a batch as well, and spoils none after it.
 pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
     let engine = &mut GpuEngine::new(adapter)?;
-    let easy = Prepared::new(&plain())?;
+    let easy = QuantizedProblem::new(&plain())?;
     for (what, problem) in extremes() {
-        let problem = Prepared::new(&problem)?;
+        let problem = QuantizedProblem::new(&problem)?;
         let batch = [easy.clone(), problem.clone(), easy.clone()];
         match engine.evaluate(&problem, Detail::Answer) {
             Ok(_) => same(engine, what, &batch)?,
@@ -178,7 +178,7 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
         .find(|(what, _)| what.starts_with("as many moving obstacles"));
     let (what, crowd) = crowd.ok_or("no such problem")?;
     let mut longest = vec![easy.clone(); 256];
-    longest[255] = Prepared::new(&crowd)?;
+    longest[255] = QuantizedProblem::new(&crowd)?;
     same(engine, what, &longest)?;
     // 4.8 GB of tables: more than an adapter binds.
     let axis = |count| Axis {
@@ -188,17 +188,21 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
     };
     let too_large = Problem {
         window: Window {
-            linear: axis(1),
-            angular: axis(65_536),
+            vx: axis(1),
+            vtheta: axis(65_536),
         },
         steps: 1023,
         step_s: 0.01,
         footprint: footprint(&[[0.0, 0.0, 0.2]; 8]),
         ..plain()
     };
-    let batch = [easy.clone(), Prepared::new(&too_large)?, easy.clone()];
+    let batch = [
+        easy.clone(),
+        QuantizedProblem::new(&too_large)?,
+        easy.clone(),
+    ];
     match engine.evaluate_batch(&batch, Detail::Answer) {
-        Err(EngineError::TooLarge { what, .. }) if what.contains("sample less densely") => {}
+        Err(EngineError::TooLarge { message, .. }) if message.contains("sample less densely") => {}
         other => return Err(format!("too large, yet {other:?}").into()),
     }
     same(engine, "after refusals", &[easy.clone(), easy])

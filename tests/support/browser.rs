@@ -1,9 +1,11 @@
 //! The same shaders in Chromium: neither its WGSL compiler nor its WebGPU is the engine's.
 
 use inbye::bench::verify;
-use inbye::local::gpu::batch::Batch;
-use inbye::local::gpu::shaders::source;
-use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, LossKind, Prepared};
+use inbye::local::internals::gpu::Batch;
+use inbye::local::internals::gpu::source;
+use inbye::local::{
+    CpuEngine, Detail, Engine, EngineError, Evaluation, GpuFailureKind, QuantizedProblem,
+};
 use libtest_mimic::{Failed, Trial};
 
 use super::batch_trials::random_batches;
@@ -57,8 +59,8 @@ impl ChromiumEngine {
     fn lost(&self, what: impl Into<String>) -> EngineError {
         EngineError::Lost {
             adapter: self.name(),
-            kind: LossKind::Internal,
-            what: what.into(),
+            kind: GpuFailureKind::Internal,
+            message: what.into(),
         }
     }
 }
@@ -76,14 +78,18 @@ impl Engine for ChromiumEngine {
         0
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         let mut evaluations = self.evaluate_batch(core::slice::from_ref(problem), detail)?;
         Ok(evaluations.swap_remove(0))
     }
 
     fn evaluate_batch(
         &mut self,
-        problems: &[Prepared],
+        problems: &[QuantizedProblem],
         detail: Detail,
     ) -> Result<Vec<Evaluation>, EngineError> {
         let mut evaluations = Vec::new();

@@ -3,8 +3,9 @@
 use core::f64::consts::PI;
 use core::fmt;
 
+use inbye::local::internals::rollout;
 use inbye::local::{
-    CpuEngine, Detail, Engine, Evaluation, Prepared, Problem, Reason, SampleRecord, rollout,
+    CpuEngine, Detail, Engine, Evaluation, Problem, QuantizedProblem, SampleRecord, SampleStatus,
 };
 
 use super::naive::{Fault, Lean, Meeting, Oracle, Terms, Trajectory};
@@ -112,15 +113,15 @@ impl fmt::Display for Worst {
 /// Compares one scene, and adds what was found to the worst so far.
 pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
     let problem = &scene.problem;
-    let prepared = match Prepared::new(problem) {
-        Ok(prepared) => prepared,
+    let quantized = match QuantizedProblem::new(problem) {
+        Ok(quantized) => quantized,
         Err(error) => {
             worst.failures.push(format!("{name}: {error}"));
             return;
         }
     };
     let evaluation = CpuEngine::single_threaded()
-        .evaluate(&prepared, Detail::Samples)
+        .evaluate(&quantized, Detail::Samples)
         .expect("the CPU engine has no device to lose");
     let mut comparison = Comparison {
         name,
@@ -134,7 +135,7 @@ pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
         .samples
         .as_deref()
         .expect("samples were asked for");
-    let ends = ends(&prepared);
+    let ends = ends(&quantized);
     let mut theirs = Vec::new();
     for (index, record) in records.iter().enumerate() {
         let trajectory = comparison.oracle.roll_out(index);
@@ -147,14 +148,14 @@ pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
 }
 
 /// Final positions from the start, metres in the grid's frame, as the engines have them.
-fn ends(prepared: &Prepared) -> Vec<[f64; 2]> {
-    let fine_m = prepared.field.unit_m() / 16.0;
-    let mut table = vec![0; rollout::table_words(&prepared.header)];
-    let mut ends = Vec::with_capacity(prepared.len());
-    for turn in &prepared.turns {
-        rollout::tabulate(&prepared.header, turn, &prepared.discs, &mut table);
-        for speed in &prepared.speeds {
-            let (x, y) = rollout::end_position(&prepared.header, speed, &table);
+fn ends(quantized: &QuantizedProblem) -> Vec<[f64; 2]> {
+    let fine_m = quantized.field.unit_m() / 16.0;
+    let mut table = vec![0; rollout::table_words(&quantized.header)];
+    let mut ends = Vec::with_capacity(quantized.len());
+    for turn in &quantized.vtheta_samples {
+        rollout::tabulate(&quantized.header, turn, &quantized.discs, &mut table);
+        for speed in &quantized.vx_samples {
+            let (x, y) = rollout::end_position(&quantized.header, speed, &table);
             ends.push([f64::from(x) * fine_m, f64::from(y) * fine_m]);
         }
     }
@@ -162,12 +163,12 @@ fn ends(prepared: &Prepared) -> Vec<[f64; 2]> {
 }
 
 /// From certain contact to admissible: what leans towards a sample never moves it back in this order.
-const fn rank(reason: Reason) -> u32 {
+const fn rank(reason: SampleStatus) -> u32 {
     match reason {
-        Reason::Collision => 0,
-        Reason::Outside => 1,
-        Reason::CannotStop => 2,
-        Reason::Ok => 3,
+        SampleStatus::Collision => 0,
+        SampleStatus::Outside => 1,
+        SampleStatus::CannotStop => 2,
+        SampleStatus::Ok => 3,
     }
 }
 
@@ -216,15 +217,15 @@ impl Comparison<'_> {
         let most = self.oracle.judge(trajectory, Lean::Towards);
         let least = self.oracle.judge(trajectory, Lean::Against);
         self.worst.undecided += u32::from(most.reason != least.reason);
-        if !(rank(least.reason)..=rank(most.reason)).contains(&rank(record.reason)) {
-            let (found, least, most) = (record.reason, least.reason, most.reason);
+        if !(rank(least.reason)..=rank(most.reason)).contains(&rank(record.status)) {
+            let (found, least, most) = (record.status, least.reason, most.reason);
             self.fail(
                 index,
                 &format!("{found:?}, where the oracle has {least:?} to {most:?}"),
             );
             return None;
         }
-        if record.reason != Reason::Ok {
+        if record.status != SampleStatus::Ok {
             return None;
         }
         self.worst.admissible += 1;
@@ -306,7 +307,9 @@ impl Comparison<'_> {
             self.fail(index, "wins, yet is not admissible");
             return;
         };
-        let admissible = records.iter().filter(|record| record.reason == Reason::Ok);
+        let admissible = records
+            .iter()
+            .filter(|record| record.status == SampleStatus::Ok);
         let ours: Vec<Terms> = admissible
             .map(|record| in_si(self.problem, record))
             .collect();

@@ -2,8 +2,8 @@
 
 use inbye::bench::{Difference, GOLDEN_DIGEST, compare, random_problem, verify, verify_golden};
 use inbye::local::{
-    Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared, Problem,
-    Window,
+    Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, InstructionSet, Problem,
+    QuantizedProblem, Window,
 };
 use libtest_mimic::{Failed, Trial};
 use rand::{RngExt, SeedableRng};
@@ -36,9 +36,9 @@ fn threads_change_no_bit() -> Result<(), Failed> {
 /// An engine for each set of instructions that is here, the scalar reference first.
 fn all_instructions() -> Result<Vec<Box<dyn Engine>>, Failed> {
     let mut engines: Vec<Box<dyn Engine>> = Vec::new();
-    for instructions in Instructions::ALL {
-        if instructions.are_here() {
-            engines.push(Box::new(CpuEngine::with_instructions(instructions, 1)?));
+    for instructions in InstructionSet::ALL {
+        if instructions.is_available() {
+            engines.push(Box::new(CpuEngine::with_instruction_set(instructions, 1)?));
         }
     }
     Ok(engines)
@@ -57,12 +57,12 @@ fn many_speeds_change_no_bit() -> Result<(), Failed> {
         let random = random_problem(36, case);
         let slower = rng.random_range(0.05..0.6);
         let linear = Axis {
-            low: random.window.linear.low * slower,
-            high: random.window.linear.high * slower,
+            low: random.window.vx.low * slower,
+            high: random.window.vx.high * slower,
             count: rng.random_range(1..=400),
         };
         // In every other case the turn rates are many and near to one another, so that rows share a tile.
-        let axis = random.window.angular;
+        let axis = random.window.vtheta;
         let angular = if case % 2 == 0 {
             Axis {
                 count: rng.random_range(1..=4),
@@ -75,8 +75,11 @@ fn many_speeds_change_no_bit() -> Result<(), Failed> {
                 ..axis
             }
         };
-        let problem = Prepared::new(&Problem {
-            window: Window { linear, angular },
+        let problem = QuantizedProblem::new(&Problem {
+            window: Window {
+                vx: linear,
+                vtheta: angular,
+            },
             ..random
         })?;
         let expected = engines[0].evaluate(&problem, Detail::Samples)?;
@@ -151,7 +154,11 @@ impl Engine for Falsified {
         1
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         let mut evaluation = self.inner.evaluate(problem, detail)?;
         if self.asked == self.case {
             (self.falsify)(&mut evaluation);
@@ -190,7 +197,7 @@ const FALSIFICATIONS: [Falsification; 9] = [
         "sum of path",
         1 << 33,
     ),
-    (|found| found.totals.least[1] ^= 1, "least clearance", 1),
+    (|found| found.totals.min[1] ^= 1, "least clearance", 1),
     (
         |found| winner(found).score ^= i64::MIN,
         "winning score",
@@ -211,7 +218,7 @@ fn winner(evaluation: &mut Evaluation) -> &mut inbye::local::Winner {
 /// The first problem of the seed that has a winner and more than three samples.
 fn case_with_a_winner(seed: u64) -> Result<u64, Failed> {
     for case in 0..100 {
-        let problem = Prepared::new(&random_problem(seed, case))?;
+        let problem = QuantizedProblem::new(&random_problem(seed, case))?;
         let evaluation = CpuEngine::single_threaded().evaluate(&problem, Detail::Answer)?;
         if evaluation.winner.is_some() && problem.len() > 3 {
             return Ok(case);

@@ -33,8 +33,8 @@ pub fn plain() -> Problem {
         field: field(40, RESOLUTION_M, &[[39, 0]]),
         pose: Pose::new(2.5, 2.5, 0.0),
         window: Window {
-            linear: axis(0.0, 0.5, 3),
-            angular: axis(-0.5, 0.5, 3),
+            vx: axis(0.0, 0.5, 3),
+            vtheta: axis(-0.5, 0.5, 3),
         },
         braking_x: 1.0,
         braking_theta: 2.0,
@@ -78,8 +78,8 @@ fn fast(metres_a_step: f64, steps: u32, step_s: f64) -> Problem {
     let (speed, rate) = (metres_a_step / step_s, 1.5 / step_s);
     Problem {
         window: Window {
-            linear: axis(-speed, speed, 7),
-            angular: axis(-rate, rate, 9),
+            vx: axis(-speed, speed, 7),
+            vtheta: axis(-rate, rate, 9),
         },
         steps,
         step_s,
@@ -180,8 +180,8 @@ fn crowds() -> Vec<Named> {
 fn standstills() -> Vec<Named> {
     let with = |rate: f64| Problem {
         window: Window {
-            linear: axis(-rate, rate, 5),
-            angular: axis(-rate, rate, 5),
+            vx: axis(-rate, rate, 5),
+            vtheta: axis(-rate, rate, 5),
         },
         ..plain()
     };

@@ -2,9 +2,10 @@
 
 use inbye::bench::compare;
 use inbye::geometry::Pose;
-use inbye::local::gpu::{Adapter, GpuEngine};
+use inbye::local::{Adapter, GpuEngine};
 use inbye::local::{
-    Axis, CpuEngine, Detail, Engine, EngineError, LossKind, Outside, Prepared, Problem, Window,
+    Axis, CpuEngine, Detail, Engine, EngineError, GpuFailureKind, Outside, Problem,
+    QuantizedProblem, Window,
 };
 use inbye::map::MovingDisc;
 use libtest_mimic::Failed;
@@ -86,7 +87,7 @@ fn the_digest(adapter: &Adapter) -> Result<(), Failed> {
 
 /// Puts a problem to an engine that has answered others before, with samples and without.
 fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Failed> {
-    let problem = Prepared::new(problem)?;
+    let problem = QuantizedProblem::new(problem)?;
     for detail in [Detail::Samples, Detail::Answer] {
         let expected = CpuEngine::single_threaded().evaluate(&problem, detail)?;
         let found = engine.evaluate(&problem, detail)?;
@@ -112,8 +113,8 @@ fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Fai
 pub fn window(speeds: u32, turns: u32) -> Window {
     let axis = |low, high, count| Axis { low, high, count };
     Window {
-        linear: axis(-0.2, 0.8, speeds),
-        angular: axis(-1.0, 1.0, turns),
+        vx: axis(-0.2, 0.8, speeds),
+        vtheta: axis(-1.0, 1.0, turns),
     }
 }
 
@@ -174,7 +175,8 @@ fn fields(adapter: &Adapter) -> Result<(), Failed> {
     };
     let (near, far) = (with(&[[30, 25]]), with(&[[40, 40]]));
     let answer = |problem: &Problem| -> Result<_, Failed> {
-        Ok(CpuEngine::single_threaded().evaluate(&Prepared::new(problem)?, Detail::Answer)?)
+        Ok(CpuEngine::single_threaded()
+            .evaluate(&QuantizedProblem::new(problem)?, Detail::Answer)?)
     };
     if answer(&near)? == answer(&far)? {
         return Err("two fields with one answer: a stale field could not show".into());
@@ -199,9 +201,9 @@ fn fields(adapter: &Adapter) -> Result<(), Failed> {
 fn limits(adapter: &Adapter) -> Result<(), Failed> {
     let engine = &mut GpuEngine::new(adapter)?;
     for (what, problem) in extremes() {
-        match engine.evaluate(&Prepared::new(&problem)?, Detail::Answer) {
+        match engine.evaluate(&QuantizedProblem::new(&problem)?, Detail::Answer) {
             // llvmpipe leaves off in the middle of so many loops: then a refusal is the right answer, silence is not.
-            Err(EngineError::TooLarge { what, .. }) if what.contains("turns of loops") => {}
+            Err(EngineError::TooLarge { message, .. }) if message.contains("turns of loops") => {}
             _ => same(engine, what, &problem)?,
         }
     }
@@ -213,8 +215,8 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
         footprint: footprint(&[[0.0, 0.0, 0.2]; 8]),
         ..plain()
     };
-    match engine.evaluate(&Prepared::new(&too_large)?, Detail::Answer) {
-        Err(EngineError::TooLarge { what, .. }) if what.contains("sample less densely") => {}
+    match engine.evaluate(&QuantizedProblem::new(&too_large)?, Detail::Answer) {
+        Err(EngineError::TooLarge { message, .. }) if message.contains("sample less densely") => {}
         other => return Err(format!("too large, yet {other:?}").into()),
     }
     same(engine, "after one that was too large", &plain())?;
@@ -236,7 +238,7 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
 }
 
 fn lost_device(adapter: &Adapter) -> Result<(), Failed> {
-    let problem = Prepared::new(&plain())?;
+    let problem = QuantizedProblem::new(&plain())?;
     for answers_before in [0, 2] {
         let mut engine = GpuEngine::new(adapter)?;
         for _ in 0..answers_before {
@@ -247,8 +249,8 @@ fn lost_device(adapter: &Adapter) -> Result<(), Failed> {
             match engine.evaluate(&problem, detail) {
                 Err(EngineError::Lost {
                     adapter: name,
-                    kind: LossKind::DeviceLost,
-                    what,
+                    kind: GpuFailureKind::DeviceLost,
+                    message: what,
                 }) if name == adapter.summary.name && !what.is_empty() => {}
                 other => return Err(format!("after {answers_before} answers: {other:?}").into()),
             }

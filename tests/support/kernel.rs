@@ -1,6 +1,6 @@
 //! A small kernel that runs one shared operation at a time on an adapter.
 
-use inbye::local::gpu::{Adapter, shaders};
+use inbye::local::{Adapter, internals::gpu as shaders};
 use libtest_mimic::Failed;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;

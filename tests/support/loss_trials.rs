@@ -6,11 +6,11 @@ use std::thread;
 use std::time::Duration;
 
 use inbye::geometry::Pose;
-use inbye::local::gpu::layout::TURNS_PER_GROUP;
-use inbye::local::gpu::{Adapter, GpuEngine, adapters};
+use inbye::local::internals::gpu::VTHETA_PER_GROUP;
+use inbye::local::{Adapter, GpuEngine, adapters};
 use inbye::local::{
-    CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, Incidents, LossKind, Prepared,
-    Problem,
+    CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, GpuFailureKind, Incidents,
+    Problem, QuantizedProblem,
 };
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, MissionResult, Observer};
@@ -23,7 +23,7 @@ use super::extremes::plain;
 use super::gpu_trials::window;
 
 /// A problem that keeps an adapter busy for longer than a millisecond, by much.
-fn heavy(adapter: &Adapter) -> Result<Prepared, Failed> {
+fn heavy(adapter: &Adapter) -> Result<QuantizedProblem, Failed> {
     let (side, steps) = if adapter.summary.software {
         (256, 20)
     } else {
@@ -35,25 +35,25 @@ fn heavy(adapter: &Adapter) -> Result<Prepared, Failed> {
         step_s: 0.01,
         ..plain()
     };
-    Ok(Prepared::new(&problem)?)
+    Ok(QuantizedProblem::new(&problem)?)
 }
 
 /// More turn rates than may be dispatched, for no speed at all, so that no buffer is too large: no problem that was
 /// checked is like it.
-fn refused() -> Result<Prepared, Failed> {
-    let mut problem = Prepared::new(&Problem {
+fn refused() -> Result<QuantizedProblem, Failed> {
+    let mut problem = QuantizedProblem::new(&Problem {
         window: window(1, 1),
         steps: 1,
         ..plain()
     })?;
-    problem.speeds.clear();
-    problem.turns = vec![problem.turns[0]; TURNS_PER_GROUP as usize * 65_536];
+    problem.vx_samples.clear();
+    problem.vtheta_samples = vec![problem.vtheta_samples[0]; VTHETA_PER_GROUP as usize * 65_536];
     problem.header.steps = 0;
     Ok(problem)
 }
 
-fn kind_of(outcome: Result<Evaluation, EngineError>) -> Option<LossKind> {
-    outcome.err().map(|error| error.loss())
+fn kind_of(outcome: Result<Evaluation, EngineError>) -> Option<GpuFailureKind> {
+    outcome.err().map(|error| error.failure_kind())
 }
 
 /// Neither the answer that was not waited for nor its buffers may turn up later.
@@ -62,13 +62,13 @@ pub fn late_answers(adapter: &Adapter) -> Result<(), Failed> {
     let late = heavy(adapter)?;
     let patience = Duration::from_secs(60);
     for attempt in 0..2 {
-        engine.set_patience(Duration::from_millis(1));
+        engine.set_timeout(Duration::from_millis(1));
         let kind = kind_of(engine.evaluate(&late, Detail::Answer));
-        if kind != Some(LossKind::TimedOut) {
+        if kind != Some(GpuFailureKind::TimedOut) {
             return Err(format!("attempt {attempt}: {kind:?}").into());
         }
-        engine.set_patience(patience);
-        let next = Prepared::new(&Problem {
+        engine.set_timeout(patience);
+        let next = QuantizedProblem::new(&Problem {
             pose: Pose::new(2.5, 2.5, f64::from(attempt)),
             ..plain()
         })?;
@@ -98,13 +98,13 @@ pub fn lost_in_the_middle(adapter: &Adapter) -> Result<(), Failed> {
         let found = match outcome {
             Ok(answer) if answer == expected => None,
             Ok(_) => return Err(format!("a wrong answer after {delay_ms} ms").into()),
-            Err(error) => Some(error.loss()),
+            Err(error) => Some(error.failure_kind()),
         };
-        if found.is_some_and(|kind| kind != LossKind::DeviceLost) {
+        if found.is_some_and(|kind| kind != GpuFailureKind::DeviceLost) {
             return Err(format!("after {delay_ms} ms: {found:?}").into());
         }
-        let next = kind_of(engine.evaluate(&Prepared::new(&plain())?, Detail::Answer));
-        if next != Some(LossKind::DeviceLost) {
+        let next = kind_of(engine.evaluate(&QuantizedProblem::new(&plain())?, Detail::Answer));
+        if next != Some(GpuFailureKind::DeviceLost) {
             return Err(format!("the next one after {delay_ms} ms: {next:?}").into());
         }
     }
@@ -115,7 +115,7 @@ pub fn lost_in_the_middle(adapter: &Adapter) -> Result<(), Failed> {
 pub fn refused_calls(adapter: &Adapter) -> Result<(), Failed> {
     let mut engine = GpuEngine::new(adapter)?;
     match kind_of(engine.evaluate(&refused()?, Detail::Answer)) {
-        Some(LossKind::Validation) => Ok(()),
+        Some(GpuFailureKind::Validation) => Ok(()),
         other => Err(format!("{other:?}").into()),
     }
 }
@@ -153,7 +153,7 @@ type Plan = Arc<Mutex<VecDeque<(u32, Blow)>>>;
 struct Battered {
     gpu: GpuEngine,
     plan: Plan,
-    heavy: Prepared,
+    heavy: QuantizedProblem,
     last: Option<Evaluation>,
 }
 
@@ -192,12 +192,16 @@ impl Engine for Battered {
         0
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         match self.blow() {
             None => {}
             Some(Blow::Destroyed) => self.gpu.destroy_device(),
             Some(Blow::Slow) => {
-                self.gpu.set_patience(Duration::from_millis(1));
+                self.gpu.set_timeout(Duration::from_millis(1));
                 return self.gpu.evaluate(&self.heavy, detail);
             }
             Some(Blow::Refused) => {
@@ -207,8 +211,8 @@ impl Engine for Battered {
             Some(Blow::OutOfMemory) => {
                 return Err(EngineError::Lost {
                     adapter: self.name(),
-                    kind: LossKind::OutOfMemory,
-                    what: "as told".to_owned(),
+                    kind: GpuFailureKind::OutOfMemory,
+                    message: "as told".to_owned(),
                 });
             }
             Some(Blow::Corrupted) => {
@@ -299,14 +303,14 @@ pub fn ten_losses(adapter: &Adapter) -> Result<(), Failed> {
 
 fn check_counts(met: &Incidents) -> Result<(), Failed> {
     let expected = BTreeMap::from([
-        (LossKind::DeviceLost, 3),
-        (LossKind::TimedOut, 2),
-        (LossKind::Validation, 1),
-        (LossKind::OutOfMemory, 1),
-        (LossKind::WrongAnswer, 3),
+        (GpuFailureKind::DeviceLost, 3),
+        (GpuFailureKind::TimedOut, 2),
+        (GpuFailureKind::Validation, 1),
+        (GpuFailureKind::OutOfMemory, 1),
+        (GpuFailureKind::WrongAnswer, 3),
     ]);
     // Ten waits of 10 decisions, and one more of 20 after each attempt in vain.
-    if met.losses != expected || (met.reopened, met.not_reopened, met.on_cpu) != (10, 2, 140) {
+    if met.failures != expected || (met.reopened, met.reopen_failures, met.on_cpu) != (10, 2, 140) {
         return Err(format!("{met:#?}").into());
     }
     Ok(())

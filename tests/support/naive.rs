@@ -5,7 +5,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-use inbye::local::{Normalization, Outside, Problem, Reason, Stopping};
+use inbye::local::{Normalization, Outside, Problem, SampleStatus, Stopping};
 use inbye::map::Cell;
 
 /// A mistake made on purpose, to see that the comparison notices.
@@ -77,7 +77,7 @@ impl Lean {
 /// A sample, judged.
 #[derive(Clone, Copy, Debug)]
 pub struct Judgement {
-    pub reason: Reason,
+    pub reason: SampleStatus,
     /// Steps before the first that ends the trajectory; all of them where the rule is the smallest clearance.
     pub free_steps: usize,
 }
@@ -132,12 +132,12 @@ impl<'a> Oracle<'a> {
     /// Sample `index` rolled out (eq. 27).
     pub fn roll_out(&self, index: usize) -> Trajectory {
         let window = &self.problem.window;
-        let speeds = window.linear.count as usize;
+        let speeds = window.vx.count as usize;
         let value = |low: f64, high: f64, count: u32, index: usize| match count {
             1 => low,
             _ => low + index as f64 * (high - low) / f64::from(count - 1),
         };
-        let (linear, angular) = (&window.linear, &window.angular);
+        let (linear, angular) = (&window.vx, &window.vtheta);
         let v = value(linear.low, linear.high, linear.count, index % speeds);
         let omega = value(angular.low, angular.high, angular.count, index / speeds);
         let dt = self.problem.step_s;
@@ -262,18 +262,18 @@ impl<'a> Oracle<'a> {
         };
         let reason = if by_arc && free_steps == 0 {
             if contact(&steps[0]) {
-                Reason::Collision
+                SampleStatus::Collision
             } else {
-                Reason::Outside
+                SampleStatus::Outside
             }
         } else if !by_arc && steps.iter().any(|discs| contact(discs)) {
-            Reason::Collision
+            SampleStatus::Collision
         } else if !by_arc && steps.iter().any(|discs| off_grid(discs)) {
-            Reason::Outside
+            SampleStatus::Outside
         } else if self.can_stop(trajectory, free_steps, lean) {
-            Reason::Ok
+            SampleStatus::Ok
         } else {
-            Reason::CannotStop
+            SampleStatus::CannotStop
         };
         Judgement { reason, free_steps }
     }

@@ -1,7 +1,7 @@
 //! Every integer helper that engines share, in Rust and as the shaders call it, over the same cases.
 
-use inbye::local::score::{Normalizer, normalizer, share};
-use inbye::local::select::better;
+use inbye::local::internals::score::{Normalizer, normalizer, share};
+use inbye::local::internals::select::better;
 use inbye::numeric::{
     atan2_turn, cos_q20, div_wide, isqrt32, isqrt64, mul_hi_i32, mul_hi_u32, shift_round,
     shift_wide, sin_q20, squared_length, turn_size,

@@ -4,8 +4,8 @@ use core::f64::consts::PI;
 
 use inbye::geometry::{Point, Pose};
 use inbye::local::{
-    Axis, ClearanceField, CpuEngine, Detail, Engine, Evaluation, Prepared, Problem, ProblemError,
-    Window,
+    Axis, ClearanceField, CpuEngine, Detail, Engine, Evaluation, Problem, ProblemError,
+    QuantizedProblem, Window,
 };
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 
@@ -13,12 +13,12 @@ use super::extremes::{extremes, field, footprint, plain};
 
 /// Evaluates a problem that must be accepted. Overflow is a panic here: release builds check for it.
 fn accepted(what: &str, problem: &Problem) -> Evaluation {
-    let prepared = match Prepared::new(problem) {
-        Ok(prepared) => prepared,
+    let quantized = match QuantizedProblem::new(problem) {
+        Ok(quantized) => quantized,
         Err(error) => panic!("{what}, just inside, was refused: {error}"),
     };
     CpuEngine::single_threaded()
-        .evaluate(&prepared, Detail::Answer)
+        .evaluate(&quantized, Detail::Answer)
         .expect("the CPU engine has no device to lose")
 }
 
@@ -29,11 +29,12 @@ fn quantity(error: &ProblemError) -> String {
         | ProblemError::TooFar { quantity, .. }
         | ProblemError::NotFinite { quantity } => (*quantity).to_owned(),
         ProblemError::BadObstacle { index } => format!("moving obstacle {index}"),
+        other => panic!("an unknown kind of error: {other:?}"),
     }
 }
 
 fn refused(what: &str, problem: &Problem) {
-    let Err(error) = Prepared::new(problem) else {
+    let Err(error) = QuantizedProblem::new(problem) else {
         panic!("{what}, just outside, was accepted");
     };
     assert_eq!(quantity(&error), what, "{error}");
@@ -82,8 +83,8 @@ fn resolution() {
 fn counts_of_samples_and_steps() {
     let counts = |linear, angular, steps| {
         let mut problem = plain();
-        problem.window.linear.count = linear;
-        problem.window.angular.count = angular;
+        problem.window.vx.count = linear;
+        problem.window.vtheta.count = angular;
         problem.steps = steps;
         problem
     };
@@ -109,7 +110,7 @@ fn distances_of_a_trajectory() {
         1.001 * longest_m,
         |problem, metres| {
             problem.step_s = 0.5;
-            problem.window.linear = linear(-metres / 0.5, 0.0, 3);
+            problem.window.vx = linear(-metres / 0.5, 0.0, 3);
         },
     );
     let reach_m = 262_144.0 * unit_m;
@@ -119,7 +120,7 @@ fn distances_of_a_trajectory() {
         1.001 * reach_m,
         |problem, metres| {
             problem.steps = 100;
-            problem.window.linear = linear(0.0, metres / 10.0, 3);
+            problem.window.vx = linear(0.0, metres / 10.0, 3);
         },
     );
     limit(
@@ -153,10 +154,10 @@ fn distances_of_a_trajectory() {
 #[test]
 fn rates() {
     limit("forward speed", 15.99, 16.0, |problem, speed| {
-        problem.window.linear = linear(0.0, speed, 3);
+        problem.window.vx = linear(0.0, speed, 3);
     });
     limit("turn in one step", 1.5, 1.501, |problem, angle| {
-        problem.window.angular = linear(-angle / problem.step_s, 0.0, 3);
+        problem.window.vtheta = linear(-angle / problem.step_s, 0.0, 3);
     });
 }
 
@@ -298,10 +299,10 @@ fn numbers_that_must_be_finite() {
     let sets: [(&str, Set); 5] = [
         ("pose", |problem, value| problem.pose.yaw = value),
         ("forward speed window", |problem, value| {
-            problem.window.linear.high = value;
+            problem.window.vx.high = value;
         }),
         ("turn rate window", |problem, value| {
-            problem.window.angular.low = value;
+            problem.window.vtheta.low = value;
         }),
         ("target", |problem, value| problem.target.y = value),
         ("key node", |problem, value| problem.key_node.x = value),
@@ -328,8 +329,8 @@ fn nothing_overflows_at_the_limits() {
         target: Point::new(80.0, 80.0),
         key_node: Point::new(76.0, 76.0),
         window: Window {
-            linear: linear(0.0, 1.0, 20),
-            angular: linear(-1.0, 1.0, 20),
+            vx: linear(0.0, 1.0, 20),
+            vtheta: linear(-1.0, 1.0, 20),
         },
         ..plain()
     };

@@ -4,7 +4,7 @@ use core::fmt::Display;
 use std::collections::BTreeSet;
 
 use super::{Route, SweepError, SweepPlan, SweepWorlds, WorldKind};
-use crate::local::Preference;
+use crate::local::EngineChoice;
 
 impl SweepPlan {
     /// Checks what can be checked without opening a file.
@@ -18,8 +18,8 @@ impl SweepPlan {
         let samplings: Vec<String> = self.sampling.iter().map(ToString::to_string).collect();
         distinct("sampling", &samplings)?;
         for engine in &self.engines {
-            let known = engine.parse::<Preference>();
-            let is_one = known.is_ok_and(|engine| engine != Preference::Auto);
+            let known = engine.parse::<EngineChoice>();
+            let is_one = known.is_ok_and(|engine| engine != EngineChoice::Auto);
             let expected = "cpu, gpu or gpu:ADAPTER-NAME: a cell must say on what it runs";
             require(is_one, "engines", engine, expected)?;
         }

@@ -10,7 +10,7 @@ use crate::experiment::dynabarn;
 use crate::experiment::missions::{self, Ending, MissionSite, Setup, Touch, verdict};
 use crate::experiment::worlds::drive_on;
 use crate::geometry::Pose;
-use crate::local::{Engine, EngineError, Preference, open_to_drive};
+use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
 use crate::map::OccupancyGrid;
 use crate::navigator::Goal;
 use crate::runtime::{Config, Mission, MissionError, MissionResult, Observer};
@@ -22,9 +22,9 @@ use crate::sim::{MovingObstacles, simulate_mission};
 /// When this machine does not have it: that is no result of the cell, and another machine may have it.
 pub fn open_engine(cell: &Cell) -> Result<Box<dyn Engine>, EngineError> {
     // The plan's check knows the words.
-    let preference: Preference = cell.label.engine.parse().unwrap_or_default();
-    let is_gpu = matches!(preference, Preference::Gpu(_));
-    Ok(open_to_drive(&preference, cell.threads, is_gpu)?.engine)
+    let preference: EngineChoice = cell.label.engine.parse().unwrap_or_default();
+    let is_gpu = matches!(preference, EngineChoice::Gpu(_));
+    Ok(open_with_fallback(&preference, cell.threads, is_gpu)?.engine)
 }
 
 /// Drives a cell on its engine. `clock`, in seconds, times the ticks of a latency cell on a machine of this name; other cells

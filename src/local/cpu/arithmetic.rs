@@ -5,36 +5,36 @@ use crate::numeric::{HALF_TURN, QUARTER_TURN};
 
 /// `value / 2^bits` rounded to the nearest, halves up; `bits` is 0..=30.
 #[inline(always)]
-pub fn shift_round<L: Lanes>(proof: L::Proof, value: L, bits: u32) -> L {
-    value.add(L::splat(proof, (1 << bits) >> 1)).sar(bits)
+pub fn shift_round<L: Lanes>(token: L::FeatureToken, value: L, bits: u32) -> L {
+    value.add(L::splat(token, (1 << bits) >> 1)).sar(bits)
 }
 
 /// Sine of binary angles in Q20.
 #[inline(always)]
-pub fn sin_q20<L: Lanes>(proof: L::Proof, angle: L) -> L {
-    let half = L::splat(proof, HALF_TURN as i32);
-    let quarter = L::splat(proof, QUARTER_TURN as i32);
+pub fn sin_q20<L: Lanes>(token: L::FeatureToken, angle: L) -> L {
+    let half = L::splat(token, HALF_TURN as i32);
+    let quarter = L::splat(token, QUARTER_TURN as i32);
     let beyond = half.less_unsigned(angle.add(quarter));
     let folded = L::select(beyond, half.sub(angle), angle);
-    let x = folded.min(L::splat(proof, QUARTER_TURN as i32 - 1));
+    let x = folded.min(L::splat(token, QUARTER_TURN as i32 - 1));
     let sine = x.odd_polynomial(
         30,
         [80_971, -2_508_383, 42_782_427, -346_798_938, 843_314_837],
     );
-    shift_round(proof, sine, 9)
+    shift_round(token, sine, 9)
 }
 
 /// Cosine of binary angles in Q20.
 #[inline(always)]
-pub fn cos_q20<L: Lanes>(proof: L::Proof, angle: L) -> L {
-    sin_q20(proof, angle.add(L::splat(proof, QUARTER_TURN as i32)))
+pub fn cos_q20<L: Lanes>(token: L::FeatureToken, angle: L) -> L {
+    sin_q20(token, angle.add(L::splat(token, QUARTER_TURN as i32)))
 }
 
 /// Directions of vectors (x, y) as binary angles; zero for the zero vector.
 #[inline(always)]
-pub fn atan2_turn<L: Lanes>(proof: L::Proof, y: L, x: L) -> L {
-    let zero = L::splat(proof, 0);
-    let one = L::splat(proof, 1);
+pub fn atan2_turn<L: Lanes>(token: L::FeatureToken, y: L, x: L) -> L {
+    let zero = L::splat(token, 0);
+    let one = L::splat(token, 1);
     let (width, height) = (x.abs(), y.abs());
     let steep = width.less(height);
     let (long, short) = (width.max(height), width.min(height));
@@ -55,9 +55,9 @@ pub fn atan2_turn<L: Lanes>(proof: L::Proof, y: L, x: L) -> L {
             341_774_852,
         ],
     );
-    let octant = L::select(steep, L::splat(proof, QUARTER_TURN as i32).sub(flat), flat);
+    let octant = L::select(steep, L::splat(token, QUARTER_TURN as i32).sub(flat), flat);
     let back = x.less(zero);
-    let half = L::select(back, L::splat(proof, HALF_TURN as i32).sub(octant), octant);
+    let half = L::select(back, L::splat(token, HALF_TURN as i32).sub(octant), octant);
     L::select(y.less(zero), zero.sub(half), half)
 }
 

@@ -1,30 +1,28 @@
 //! The CPU engine: rows of samples, one for each turn rate, judged by threads with the best instructions there are.
 
 mod arithmetic;
-mod bounds;
-mod choice;
-mod course;
-mod crew;
-mod groups;
-mod instructions;
+mod clearance_bounds;
+mod disc_lookup;
+mod displacement_bounds;
+mod displacement_table;
+mod gather_baseline;
+mod instruction_set;
 mod lanes;
-mod looked;
-mod march;
-mod moving;
-mod part;
-mod patches;
-mod pooled;
-mod reach;
+mod min_pyramid;
+mod moving_obstacles;
+mod ordered_steps;
+mod paired_lookup;
+mod reachable_region;
+mod register_tiles;
 mod row;
+mod row_argmax;
+mod row_shard;
+mod sample_stats;
 mod scalar;
-mod sieve;
-mod spans;
-mod table;
-mod tally;
-mod two_rows;
-#[cfg(target_arch = "x86_64")]
-mod x86;
-mod yardstick;
+mod soa_inputs;
+mod step_groups;
+mod step_pruning;
+mod thread_pool;
 
 #[cfg(test)]
 mod tests;
@@ -32,44 +30,44 @@ mod tests;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use choice::Share;
-use course::Course;
-use crew::Crew;
-use instructions::Kernel;
-use part::{Choice, Part};
-use pooled::{Pooled, Pooling};
-use tally::Tally;
+use instruction_set::Kernel;
+use min_pyramid::{BuildMinPyramid, MinPyramid};
+use row_argmax::TermScale;
+use row_shard::{ArgmaxInputs, RowShard};
+use sample_stats::SampleStats;
+use soa_inputs::SoaInputs;
+use thread_pool::ThreadPool;
 
-pub use instructions::Instructions;
-pub use yardstick::GatherOnly;
+pub use gather_baseline::GatherBaseline;
+pub use instruction_set::InstructionSet;
 
-use super::contract::{Detail, Engine, Evaluation, SampleRecord, Winner};
-use super::select::{Candidate, NOBODY, better};
-use super::{EngineError, Prepared, score};
+use super::engine::{Detail, Engine, Evaluation, SampleRecord, Winner};
+use super::select::{Candidate, NO_CANDIDATE, better};
+use super::{EngineError, QuantizedProblem, score};
 
 /// Parts for each thread of several: enough that one who wakes late leaves little undone.
-const PARTS_PER_THREAD: usize = 4;
+const SHARDS_PER_THREAD: usize = 4;
 
 /// With fewer samples the choice is made sooner than handed out.
-const CHOSEN_TOGETHER: usize = 1 << 15;
+const PARALLEL_ARGMAX_SAMPLES: usize = 1 << 15;
 
 /// Evaluates on the machine's own cores.
 pub struct CpuEngine {
-    instructions: Instructions,
+    instructions: InstructionSet,
     kernel: Kernel,
     /// None where all is done in the caller's thread.
-    crew: Option<Crew>,
+    pool: Option<ThreadPool>,
     threads: usize,
-    course: Course,
-    pooled: Pooled,
-    parts: Vec<Mutex<Part>>,
+    inputs: SoaInputs,
+    pyramid: MinPyramid,
+    shards: Vec<Mutex<RowShard>>,
 }
 
 impl CpuEngine {
     /// An engine that works in the thread that calls it.
     #[must_use]
     pub fn single_threaded() -> Self {
-        let instructions = Instructions::best();
+        let instructions = InstructionSet::best();
         Self::new(
             instructions,
             Kernel::of(instructions).unwrap_or(Kernel::Portable),
@@ -83,127 +81,132 @@ impl CpuEngine {
     /// # Errors
     /// When the system does not give the threads.
     pub fn with_threads(threads: usize) -> Result<Self, EngineError> {
-        Self::with_instructions(Instructions::best(), threads)
+        Self::with_instruction_set(InstructionSet::best(), threads)
     }
 
     /// An engine with certain instructions, to compare them.
     ///
     /// # Errors
     /// When the processor does not have them, or the system does not give the threads.
-    pub fn with_instructions(
-        instructions: Instructions,
+    pub fn with_instruction_set(
+        instructions: InstructionSet,
         threads: usize,
     ) -> Result<Self, EngineError> {
         let kernel = Self::kernel_of(instructions)?;
-        let crew = if threads > 1 {
-            Some(Crew::new(threads - 1)?)
+        let pool = if threads > 1 {
+            Some(ThreadPool::new(threads - 1)?)
         } else {
             None
         };
-        Ok(Self::new(instructions, kernel, crew, threads.max(1)))
+        Ok(Self::new(instructions, kernel, pool, threads.max(1)))
     }
 
-    fn kernel_of(instructions: Instructions) -> Result<Kernel, EngineError> {
-        Kernel::of(instructions).ok_or(EngineError::NoInstructions {
-            which: instructions.word(),
+    fn kernel_of(instructions: InstructionSet) -> Result<Kernel, EngineError> {
+        Kernel::of(instructions).ok_or(EngineError::UnsupportedInstructionSet {
+            name: instructions.as_str(),
         })
     }
 
-    fn new(instructions: Instructions, kernel: Kernel, crew: Option<Crew>, threads: usize) -> Self {
-        let parts = if threads > 1 {
-            threads * PARTS_PER_THREAD
+    fn new(
+        instructions: InstructionSet,
+        kernel: Kernel,
+        pool: Option<ThreadPool>,
+        threads: usize,
+    ) -> Self {
+        let shards = if threads > 1 {
+            threads * SHARDS_PER_THREAD
         } else {
             1
         };
         Self {
             instructions,
             kernel,
-            crew,
+            pool,
             threads,
-            course: Course::default(),
-            pooled: Pooled::default(),
-            parts: (0..parts).map(|_| Mutex::default()).collect(),
+            inputs: SoaInputs::default(),
+            pyramid: MinPyramid::default(),
+            shards: (0..shards).map(|_| Mutex::default()).collect(),
         }
     }
 
     /// The instructions it uses.
     #[must_use]
-    pub const fn instructions(&self) -> Instructions {
+    pub const fn instructions(&self) -> InstructionSet {
         self.instructions
     }
 
     /// Has every part judged.
-    fn judge(&mut self, problem: &Prepared) {
-        let (kernel, parts) = (self.kernel, &self.parts);
-        let (course, pooled) = (&self.course, &self.pooled);
-        let rows = problem.turns.len();
-        let share = |number: usize| rows * number / parts.len();
-        share_out(self.crew.as_mut(), parts, |number, part| {
+    fn evaluate_rows(&mut self, problem: &QuantizedProblem) {
+        let (kernel, shards) = (self.kernel, &self.shards);
+        let (inputs, pyramid) = (&self.inputs, &self.pyramid);
+        let rows = problem.vtheta_samples.len();
+        let share = |number: usize| rows * number / shards.len();
+        for_each_shard(self.pool.as_mut(), shards, |number, shard| {
             let rows = share(number)..share(number + 1);
-            part.judge(kernel, problem, course, pooled, rows);
+            shard.evaluate(kernel, problem, inputs, pyramid, rows);
         });
     }
 
     /// What all samples add up to, and the best of them.
-    fn select(&mut self, problem: &Prepared) -> (Tally, Candidate) {
-        let mut tally = Tally::default();
-        for part in &mut self.parts {
-            tally.merge(unlocked(part).total());
+    fn select(&mut self, problem: &QuantizedProblem) -> (SampleStats, Candidate) {
+        let mut stats = SampleStats::default();
+        for shard in &mut self.shards {
+            stats.merge(unlocked(shard).total());
         }
-        let normalizers = score::normalizers(&problem.header, &tally.totals);
-        let choice = Choice {
+        let normalizers = score::normalizers(&problem.header, &stats.totals);
+        let argmax = ArgmaxInputs {
             kernel: self.kernel,
             problem,
-            course: &self.course,
-            shares: normalizers.map(|normalizer| Share::new(&normalizer)),
+            inputs: &self.inputs,
+            scales: normalizers.map(|normalizer| TermScale::new(&normalizer)),
         };
         // The row that promises most comes first: few of the others can then still win.
-        let mut first = (NOBODY, 0);
-        for (number, part) in self.parts.iter_mut().enumerate() {
-            let bound = unlocked(part).find_bounds(&choice);
+        let mut first = (NO_CANDIDATE, 0);
+        for (number, shard) in self.shards.iter_mut().enumerate() {
+            let bound = unlocked(shard).find_bounds(&argmax);
             if better(first.0, bound) == bound {
                 first = (bound, number);
             }
         }
         let (bound, number) = first;
-        if bound == NOBODY {
-            return (tally, NOBODY);
+        if bound == NO_CANDIDATE {
+            return (stats, NO_CANDIDATE);
         }
-        let row = bound.1 as usize / problem.speeds.len();
-        let candidate = unlocked(&mut self.parts[number]).best_of_row(&choice, row, NOBODY);
-        let parts = &self.parts;
-        let crew = self
-            .crew
+        let row = bound.1 as usize / problem.vx_samples.len();
+        let candidate = unlocked(&mut self.shards[number]).best_of_row(&argmax, row, NO_CANDIDATE);
+        let shards = &self.shards;
+        let pool = self
+            .pool
             .as_mut()
-            .filter(|_| problem.len() >= CHOSEN_TOGETHER);
-        share_out(crew, parts, |_, part| part.choose(&choice, candidate));
-        let best = self.parts.iter_mut().map(|part| unlocked(part).best());
-        (tally, best.fold(NOBODY, better))
+            .filter(|_| problem.len() >= PARALLEL_ARGMAX_SAMPLES);
+        for_each_shard(pool, shards, |_, shard| shard.choose(&argmax, candidate));
+        let best = self.shards.iter_mut().map(|shard| unlocked(shard).best());
+        (stats, best.fold(NO_CANDIDATE, better))
     }
 
     /// The winner, unless nobody won.
-    fn winner(&mut self, problem: &Prepared, (score, index): Candidate) -> Option<Winner> {
-        let speeds = problem.speeds.len();
-        let (row, column) = (index as usize / speeds, index as usize % speeds);
-        let course = &self.course;
-        let mut parts = self.parts.iter_mut().map(unlocked);
-        let part = parts.find(|part| part.rows().contains(&row))?;
+    fn winner(&mut self, problem: &QuantizedProblem, (score, index): Candidate) -> Option<Winner> {
+        let vx_samples = problem.vx_samples.len();
+        let (row, column) = (index as usize / vx_samples, index as usize % vx_samples);
+        let inputs = &self.inputs;
+        let mut shards = self.shards.iter_mut().map(unlocked);
+        let shard = shards.find(|shard| shard.rows().contains(&row))?;
         Some(Winner {
             index,
             score,
-            terms: part.sample(problem, course, row, column).terms,
+            terms: shard.sample(problem, inputs, row, column).terms,
         })
     }
 
     /// All samples in order: parts follow one another as their rows do.
-    fn samples(&mut self, problem: &Prepared) -> Vec<SampleRecord> {
-        let course = &self.course;
+    fn samples(&mut self, problem: &QuantizedProblem) -> Vec<SampleRecord> {
+        let inputs = &self.inputs;
         let mut samples = Vec::with_capacity(problem.len());
-        for part in &mut self.parts {
-            let part = unlocked(part);
-            for row in part.rows().clone() {
-                let row =
-                    (0..problem.speeds.len()).map(|index| part.sample(problem, course, row, index));
+        for shard in &mut self.shards {
+            let shard = unlocked(shard);
+            for row in shard.rows().clone() {
+                let row = (0..problem.vx_samples.len())
+                    .map(|index| shard.sample(problem, inputs, row, index));
                 samples.extend(row);
             }
         }
@@ -212,38 +215,38 @@ impl CpuEngine {
 }
 
 /// Does something with every part, each taken by whoever is free.
-fn share_out(
-    crew: Option<&mut Crew>,
-    parts: &[Mutex<Part>],
-    each: impl Fn(usize, &mut Part) + Sync,
+fn for_each_shard(
+    pool: Option<&mut ThreadPool>,
+    shards: &[Mutex<RowShard>],
+    each: impl Fn(usize, &mut RowShard) + Sync,
 ) {
     let next = AtomicUsize::new(0);
     let work = || {
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(part) = parts.get(number) else {
+            let Some(shard) = shards.get(number) else {
                 break;
             };
             each(
                 number,
-                &mut part.lock().unwrap_or_else(PoisonError::into_inner),
+                &mut shard.lock().unwrap_or_else(PoisonError::into_inner),
             );
         }
     };
-    match crew {
+    match pool {
         None => work(),
-        Some(crew) => crew.run(&work),
+        Some(pool) => pool.run(&work),
     }
 }
 
-fn unlocked(part: &mut Mutex<Part>) -> &mut Part {
-    part.get_mut().unwrap_or_else(PoisonError::into_inner)
+fn unlocked(shard: &mut Mutex<RowShard>) -> &mut RowShard {
+    shard.get_mut().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Engine for CpuEngine {
     fn name(&self) -> String {
         let plural = if self.threads == 1 { "" } else { "s" };
-        let instructions = self.instructions.word();
+        let instructions = self.instructions.as_str();
         format!("CPU, {} thread{plural}, {instructions}", self.threads)
     }
 
@@ -255,23 +258,27 @@ impl Engine for CpuEngine {
         self.threads
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
-        self.course.fill(problem);
-        self.pooled.clear();
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
+        self.inputs.fill(problem);
+        self.pyramid.clear();
         let is_scalar = matches!(self.kernel, Kernel::Scalar);
-        if !is_scalar && self.course.in_any_order && self.course.is_fine {
-            self.kernel.run(Pooling {
-                pooled: &mut self.pooled,
+        if !is_scalar && self.inputs.in_any_order && self.inputs.is_fine {
+            self.kernel.run(BuildMinPyramid {
+                pyramid: &mut self.pyramid,
                 problem,
             });
         }
-        self.judge(problem);
-        let (tally, best) = self.select(problem);
+        self.evaluate_rows(problem);
+        let (stats, best) = self.select(problem);
         let winner = self.winner(problem, best);
         let samples = (detail == Detail::Samples).then(|| self.samples(problem));
         Ok(Evaluation {
-            counts: tally.counts,
-            totals: tally.totals,
+            counts: stats.counts,
+            totals: stats.totals,
             winner,
             samples,
         })

@@ -1,32 +1,32 @@
 //! One sample after the other, with the twins of the shaders: the reference for the kernels in lanes.
 
-use super::course::Course;
-use super::row::REASON_BITS;
-use super::tally::Tally;
-use crate::local::inputs::Turn;
-use crate::local::{Prepared, Reason, rollout, score, select};
+use super::row::STATUS_SHIFT;
+use super::sample_stats::SampleStats;
+use super::soa_inputs::SoaInputs;
+use crate::local::kernel_inputs::VthetaSample;
+use crate::local::{QuantizedProblem, SampleStatus, rollout, score, select};
 
-/// Judges every sample of a turn rate. `table` is room for it; for `samples` see [`super::row::judge_row`].
-pub fn judge_row(
-    problem: &Prepared,
-    course: &Course,
-    turn: &Turn,
+/// Judges every sample of a turn rate. `table` is room for it; for `samples` see [`super::row::evaluate_row`].
+pub fn evaluate_row(
+    problem: &QuantizedProblem,
+    inputs: &SoaInputs,
+    vtheta: &VthetaSample,
     table: &mut Vec<i32>,
     samples: &mut [i32],
-) -> Tally {
+) -> SampleStats {
     let header = &problem.header;
     table.resize(rollout::table_words(header), 0);
-    rollout::tabulate(header, turn, &problem.discs, table);
-    let end_heading = rollout::end_heading(header, turn);
-    let mut tally = Tally::default();
-    for (index, speed) in problem.speeds.iter().enumerate() {
-        let (reason, clearance) = rollout::judge(problem, speed, turn, table);
-        select::count(&mut tally.counts, reason);
-        let mut words = [(reason as i32) << REASON_BITS, 0, 0];
-        if reason == Reason::Ok {
-            let end = rollout::end_position(header, speed, table);
-            let terms = score::terms(header, speed, end_heading, end, clearance);
-            select::gather(&mut tally.totals, terms.to_array());
+    rollout::tabulate(header, vtheta, &problem.discs, table);
+    let end_heading = rollout::end_heading(header, vtheta);
+    let mut stats = SampleStats::default();
+    for (index, vx) in problem.vx_samples.iter().enumerate() {
+        let (status, clearance) = rollout::evaluate_sample(problem, vx, vtheta, table);
+        select::count(&mut stats.counts, status);
+        let mut words = [(status as i32) << STATUS_SHIFT, 0, 0];
+        if status == SampleStatus::Ok {
+            let end = rollout::end_position(header, vx, table);
+            let terms = score::terms(header, vx, end_heading, end, clearance);
+            select::accumulate(&mut stats.totals, terms.to_array());
             words = [
                 terms.heading as i32,
                 terms.clearance as i32,
@@ -34,8 +34,8 @@ pub fn judge_row(
             ];
         }
         for (column, word) in words.into_iter().enumerate() {
-            samples[column * course.stride + index] = word;
+            samples[column * inputs.stride + index] = word;
         }
     }
-    tally
+    stats
 }

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::local::LossKind;
+use crate::local::GpuFailureKind;
 
 /// So many incidents are kept in words; of all others only the counts.
-const MOST_TOLD: usize = 64;
+const MAX_MESSAGES: usize = 64;
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -15,9 +15,9 @@ pub struct Incident {
     /// At which decision, the first is 1; 0 is before it.
     pub decision: u64,
     /// What failed; none where a GPU was opened anew.
-    pub kind: Option<LossKind>,
+    pub kind: Option<GpuFailureKind>,
     /// One sentence for people.
-    pub what: String,
+    pub message: String,
 }
 
 /// Counts of what happened, and the first of it in words.
@@ -28,31 +28,31 @@ pub struct Incidents {
     /// Those of them that the CPU took.
     pub on_cpu: u64,
     /// How often the GPU failed, by kind.
-    pub losses: BTreeMap<LossKind, u64>,
+    pub failures: BTreeMap<GpuFailureKind, u64>,
     /// How often it was opened anew.
     pub reopened: u64,
     /// How often it could not be.
-    pub not_reopened: u64,
+    pub reopen_failures: u64,
     /// The first 64 incidents, in order.
-    pub told: Vec<Incident>,
+    pub messages: Vec<Incident>,
 }
 
 impl Incidents {
     /// How often the GPU failed.
     #[must_use]
-    pub fn lost_in_all(&self) -> u64 {
-        self.losses.values().sum()
+    pub fn total_failures(&self) -> u64 {
+        self.failures.values().sum()
     }
 
     /// How many incidents there were: those told in words, and all after them.
     #[must_use]
     pub fn in_all(&self) -> u64 {
-        self.lost_in_all() + self.reopened + self.not_reopened
+        self.total_failures() + self.reopened + self.reopen_failures
     }
 
-    pub(super) fn lost(&mut self, kind: LossKind, what: String) {
-        *self.losses.entry(kind).or_default() += 1;
-        self.tell(Some(kind), what);
+    pub(super) fn lost(&mut self, kind: GpuFailureKind, message: String) {
+        *self.failures.entry(kind).or_default() += 1;
+        self.tell(Some(kind), message);
     }
 
     pub(super) fn reopened(&mut self, name: &str) {
@@ -60,17 +60,17 @@ impl Incidents {
         self.tell(None, format!("{name} opened anew"));
     }
 
-    pub(super) fn not_reopened(&mut self, kind: LossKind, what: String) {
-        self.not_reopened += 1;
-        self.tell(Some(kind), what);
+    pub(super) fn reopen_failures(&mut self, kind: GpuFailureKind, message: String) {
+        self.reopen_failures += 1;
+        self.tell(Some(kind), message);
     }
 
-    fn tell(&mut self, kind: Option<LossKind>, what: String) {
-        if self.told.len() < MOST_TOLD {
-            self.told.push(Incident {
+    fn tell(&mut self, kind: Option<GpuFailureKind>, message: String) {
+        if self.messages.len() < MAX_MESSAGES {
+            self.messages.push(Incident {
                 decision: self.decisions,
                 kind,
-                what,
+                message,
             });
         }
     }

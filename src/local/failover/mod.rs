@@ -6,23 +6,23 @@
 //! seconds: so a run can be replayed.
 
 mod back_off;
-mod closing;
+mod device_closer;
+mod gpu_source;
 mod incidents;
-mod recheck;
-mod source;
+mod winner_check;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use back_off::BackOff;
-use closing::Closing;
-use recheck::Recheck;
+use device_closer::DeviceCloser;
+use winner_check::WinnerCheck;
 
 pub use back_off::{FIRST_RETRY, LONGEST_RETRY};
+pub use gpu_source::{BackgroundOpener, GpuSource};
 pub use incidents::{Incident, Incidents};
-pub use source::{Beside, GpuSource};
 
-use super::contract::{Detail, Engine, Evaluation};
-use super::{CpuEngine, EngineError, LossKind, Prepared};
+use super::engine::{Detail, Engine, Evaluation};
+use super::{CpuEngine, EngineError, GpuFailureKind, QuantizedProblem};
 
 /// Evaluates on a GPU while there is one, and on the CPU otherwise.
 ///
@@ -34,8 +34,8 @@ pub struct Failover {
     source: Box<dyn GpuSource>,
     cpu: CpuEngine,
     back_off: BackOff,
-    recheck: Recheck,
-    closing: Closing,
+    winner_check: WinnerCheck,
+    closer: DeviceCloser,
     incidents: Incidents,
 }
 
@@ -52,13 +52,13 @@ impl Failover {
             source: Box::new(source),
             cpu,
             back_off: BackOff::default(),
-            recheck: Recheck::default(),
-            closing: Closing::default(),
+            winner_check: WinnerCheck::default(),
+            closer: DeviceCloser::default(),
             incidents: Incidents::default(),
         };
         match gpu {
             Ok(gpu) => failover.gpu = Some(gpu),
-            Err(error) => failover.lose(error.loss(), error.to_string()),
+            Err(error) => failover.lose(error.failure_kind(), error.to_string()),
         }
         failover
     }
@@ -75,35 +75,38 @@ impl Failover {
     fn ask_gpu<T>(
         &mut self,
         ask: impl FnOnce(&mut dyn Engine) -> Result<T, EngineError>,
-        check: impl FnOnce(&mut Recheck, &T) -> Result<(), String>,
+        check: impl FnOnce(&mut WinnerCheck, &T) -> Result<(), String>,
     ) -> Option<T> {
         self.incidents.decisions += 1;
         self.reopen_when_due();
         let gpu = self.gpu.as_mut()?;
         // wgpu reports most faults and panics at some. The engine is used no more after one, so nothing half done shows.
         let answer = catch_unwind(AssertUnwindSafe(|| ask(gpu.as_mut())));
-        let (kind, what) = match answer {
-            Ok(Ok(answer)) => match check(&mut self.recheck, &answer) {
+        let (kind, message) = match answer {
+            Ok(Ok(answer)) => match check(&mut self.winner_check, &answer) {
                 Ok(()) => {
                     self.back_off.worked();
                     return Some(answer);
                 }
-                Err(what) => (LossKind::WrongAnswer, what),
+                Err(message) => (GpuFailureKind::WrongAnswer, message),
             },
-            Ok(Err(error)) => (error.loss(), error.to_string()),
-            Err(_) => (LossKind::Panicked, "its driver's code panicked".to_owned()),
+            Ok(Err(error)) => (error.failure_kind(), error.to_string()),
+            Err(_) => (
+                GpuFailureKind::Panicked,
+                "its driver's code panicked".to_owned(),
+            ),
         };
-        self.lose(kind, what);
+        self.lose(kind, message);
         None
     }
 
     /// Notes a failure. But for a problem that is only too large, the device has answered for the last time.
-    fn lose(&mut self, kind: LossKind, what: String) {
-        self.incidents.lost(kind, what);
-        if kind != LossKind::TooLarge {
+    fn lose(&mut self, kind: GpuFailureKind, message: String) {
+        self.incidents.lost(kind, message);
+        if kind != GpuFailureKind::TooLarge {
             self.back_off.failed();
             if let Some(gpu) = self.gpu.take() {
-                self.closing.close(gpu);
+                self.closer.close(gpu);
             }
         }
     }
@@ -119,7 +122,8 @@ impl Failover {
                 self.gpu = Some(gpu);
             }
             Some(Err(error)) => {
-                self.incidents.not_reopened(error.loss(), error.to_string());
+                self.incidents
+                    .reopen_failures(error.failure_kind(), error.to_string());
                 self.back_off.failed();
             }
         }
@@ -139,10 +143,14 @@ impl Engine for Failover {
         self.active().threads()
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         let answer = self.ask_gpu(
             |gpu| gpu.evaluate(problem, detail),
-            |recheck, answer| recheck.check(problem, answer, detail),
+            |winner_check, answer| winner_check.check(problem, answer, detail),
         );
         if let Some(answer) = answer {
             return Ok(answer);
@@ -154,12 +162,12 @@ impl Engine for Failover {
     /// A batch counts as one decision, and one wrong answer in it as all wrong.
     fn evaluate_batch(
         &mut self,
-        problems: &[Prepared],
+        problems: &[QuantizedProblem],
         detail: Detail,
     ) -> Result<Vec<Evaluation>, EngineError> {
         let answers = self.ask_gpu(
             |gpu| gpu.evaluate_batch(problems, detail),
-            |recheck, answers| recheck.check_all(problems, answers, detail),
+            |winner_check, answers| winner_check.check_all(problems, answers, detail),
         );
         if let Some(answers) = answers {
             return Ok(answers);

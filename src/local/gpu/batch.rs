@@ -1,51 +1,52 @@
 //! Which problems go to the device in one submission, and where the parts of each lie in the buffers that they share.
 
-use super::bindings::BINDINGS;
+use super::layout::BINDINGS;
 use super::layout::{
-    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, MOST_PROBLEMS, PARTIAL_BYTES, Place, Placed, Record,
-    SAMPLES_PER_GROUP, TURNS_PER_GROUP, sample_records,
+    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
+    Record, SAMPLES_PER_GROUP, VTHETA_PER_GROUP, sample_records,
 };
-use crate::local::contract::{Detail, Evaluation};
-use crate::local::inputs::{BodyDisc, MovingBody, Speed, Turn};
-use crate::local::{ClearanceField, Prepared, rollout};
+use crate::local::engine::{Detail, Evaluation};
+use crate::local::kernel_inputs::{QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
+use crate::local::{ClearanceField, QuantizedProblem, rollout};
 
 /// Samples of a batch of several: those that one problem may have, so that no batch takes longer than a problem may.
-const MOST_SAMPLES: u64 = 1 << 22;
+const MAX_SAMPLES: u64 = 1 << 22;
 /// Bytes of one binding that a batch of several keeps to: what every adapter binds. One problem alone may take as much
 /// as its adapter gives.
-pub(super) const MOST_BYTES: u64 = 128 << 20;
+pub(super) const MAX_BYTES: u64 = 128 << 20;
 
 /// How much there is of everything.
 #[derive(Clone, Copy, Debug, Default)]
 struct Amount {
     problems: u64,
-    speeds: u64,
-    turns: u64,
+    vx_samples: u64,
+    vtheta_samples: u64,
     body_words: u64,
     field_words: u64,
     table_words: u64,
     samples: u64,
-    turn_groups: u64,
+    vtheta_groups: u64,
     sample_groups: u64,
 }
 
 impl Amount {
     /// This much and a problem more, its field not counted.
-    fn and(&self, problem: &Prepared) -> Self {
-        let turns = problem.turns.len() as u64;
+    fn and(&self, problem: &QuantizedProblem) -> Self {
+        let vtheta_samples = problem.vtheta_samples.len() as u64;
         let samples = problem.len() as u64;
-        let table_words = rollout::table_words(&problem.header) as u64 * turns;
-        let discs = size_of_val::<[BodyDisc]>(&problem.discs);
-        let obstacles = size_of_val::<[MovingBody]>(&problem.obstacles);
+        let table_words = rollout::table_words(&problem.header) as u64 * vtheta_samples;
+        let discs = size_of_val::<[QuantizedDisc]>(&problem.discs);
+        let obstacles = size_of_val::<[QuantizedObstacle]>(&problem.obstacles);
         Self {
             problems: self.problems + 1,
-            speeds: self.speeds + problem.speeds.len() as u64,
-            turns: self.turns + turns,
+            vx_samples: self.vx_samples + problem.vx_samples.len() as u64,
+            vtheta_samples: self.vtheta_samples + vtheta_samples,
             body_words: self.body_words + (discs + obstacles) as u64 / 4,
             field_words: self.field_words,
             table_words: self.table_words + table_words,
             samples: self.samples + samples,
-            turn_groups: self.turn_groups + turns.div_ceil(u64::from(TURNS_PER_GROUP)),
+            vtheta_groups: self.vtheta_groups
+                + vtheta_samples.div_ceil(u64::from(VTHETA_PER_GROUP)),
             sample_groups: self.sample_groups + samples.div_ceil(u64::from(SAMPLES_PER_GROUP)),
         }
     }
@@ -53,10 +54,15 @@ impl Amount {
     /// Where speeds, turns and bodies begin in the input, and where it ends, bytes. Each begins on a boundary of its
     /// own size.
     fn input_offsets(&self) -> [u64; 4] {
-        let speeds = BATCH_HEAD_BYTES as u64 + self.problems * size_of::<Placed>() as u64;
-        let turns = speeds + self.speeds * size_of::<Speed>() as u64;
-        let bodies = turns + self.turns * size_of::<Turn>() as u64;
-        [speeds, turns, bodies, bodies + self.body_words * 4]
+        let vx_samples = BATCH_HEAD_BYTES as u64 + self.problems * size_of::<BatchEntry>() as u64;
+        let vtheta_samples = vx_samples + self.vx_samples * size_of::<VxSample>() as u64;
+        let bodies = vtheta_samples + self.vtheta_samples * size_of::<VthetaSample>() as u64;
+        [
+            vx_samples,
+            vtheta_samples,
+            bodies,
+            bodies + self.body_words * 4,
+        ]
     }
 
     fn sizes(&self) -> Sizes {
@@ -156,7 +162,7 @@ pub(super) fn field_words(field: &ClearanceField) -> u64 {
 /// Problems that are evaluated in one submission, whoever drives the device: the engine, or a test in a browser.
 pub struct Batch<'a> {
     /// The problems.
-    pub problems: &'a [Prepared],
+    pub problems: &'a [QuantizedProblem],
     /// Their fields, each once.
     pub fields: Vec<&'a ClearanceField>,
     amount: Amount,
@@ -165,21 +171,20 @@ pub struct Batch<'a> {
 impl<'a> Batch<'a> {
     /// As many of the first problems as one submission takes: one at least, where there is one.
     #[must_use]
-    pub fn first_of(problems: &'a [Prepared]) -> Self {
+    pub fn first_of(problems: &'a [QuantizedProblem]) -> Self {
         let mut batch = Self {
             problems: &problems[..0],
             fields: Vec::new(),
             amount: Amount::default(),
         };
-        for (count, problem) in (1..=MOST_PROBLEMS).zip(problems) {
+        for (count, problem) in (1..=MAX_PROBLEMS).zip(problems) {
             let field = problem.field.as_ref();
             let is_new = batch.fields.iter().all(|held| held.id() != field.id());
             let mut amount = batch.amount.and(problem);
             if is_new {
                 amount.field_words += field_words(field);
             }
-            let is_too_much =
-                amount.samples > MOST_SAMPLES || amount.sizes().largest() > MOST_BYTES;
+            let is_too_much = amount.samples > MAX_SAMPLES || amount.sizes().largest() > MAX_BYTES;
             if count > 1 && is_too_much {
                 break;
             }
@@ -198,13 +203,13 @@ impl<'a> Batch<'a> {
         self.amount.sizes()
     }
 
-    /// Workgroups of each dispatch, in the order of [`super::shaders::ENTRY_POINTS`].
+    /// Workgroups of each dispatch, in the order of [`super::pipelines::ENTRY_POINTS`].
     #[must_use]
     pub const fn workgroups(&self) -> [u32; 5] {
         let amount = &self.amount;
-        let (turns, samples) = (amount.turn_groups as u32, amount.sample_groups as u32);
+        let (vtheta_samples, samples) = (amount.vtheta_groups as u32, amount.sample_groups as u32);
         let problems = amount.problems as u32;
-        [turns, samples, problems, samples, problems]
+        [vtheta_samples, samples, problems, samples, problems]
     }
 
     /// Writes what the shaders read of the problems, but for the fields, to the start of `input`, and says how many
@@ -232,22 +237,26 @@ impl<'a> Batch<'a> {
         for (stamp, problem) in (0..).zip(self.problems) {
             let mut header = problem.header;
             header.stamp = first_stamp.wrapping_add(stamp);
-            let place = Place {
-                first_groups: [before.turn_groups as u32, before.sample_groups as u32],
-                first_speed: (speeds_at / size_of::<Speed>() as u64 + before.speeds) as u32,
-                first_turn: (turns_at / size_of::<Turn>() as u64 + before.turns) as u32,
+            let offsets = BufferOffsets {
+                first_groups: [before.vtheta_groups as u32, before.sample_groups as u32],
+                first_vx: (speeds_at / size_of::<VxSample>() as u64 + before.vx_samples) as u32,
+                first_vtheta: (turns_at / size_of::<VthetaSample>() as u64 + before.vtheta_samples)
+                    as u32,
                 first_body: (bodies_at / 4 + before.body_words) as u32,
                 first_field: first_field(&problem.field),
                 first_table: before.table_words as u32,
                 first_record: before.samples as u32,
             };
-            put(1, bytemuck::bytes_of(&Placed { header, place }));
-            put(2, bytemuck::cast_slice::<Speed, u8>(&problem.speeds));
-            put(3, bytemuck::cast_slice::<Turn, u8>(&problem.turns));
-            put(4, bytemuck::cast_slice::<BodyDisc, u8>(&problem.discs));
+            put(1, bytemuck::bytes_of(&BatchEntry { header, offsets }));
+            put(2, bytemuck::cast_slice::<VxSample, u8>(&problem.vx_samples));
+            put(
+                3,
+                bytemuck::cast_slice::<VthetaSample, u8>(&problem.vtheta_samples),
+            );
+            put(4, bytemuck::cast_slice::<QuantizedDisc, u8>(&problem.discs));
             put(
                 4,
-                bytemuck::cast_slice::<MovingBody, u8>(&problem.obstacles),
+                bytemuck::cast_slice::<QuantizedObstacle, u8>(&problem.obstacles),
             );
             before = before.and(problem);
         }

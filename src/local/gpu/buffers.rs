@@ -1,13 +1,13 @@
 //! The device's memory for a batch of problems: made once, grown when a larger batch comes, written in one piece.
 
-use super::batch::{Batch, MOST_BYTES, Sizes};
-use super::bindings::{ACCESS, Access};
-use super::fields::ResidentFields;
+use super::batch::{Batch, MAX_BYTES, Sizes};
+use super::layout::{ACCESS, Access};
+use super::resident_fields::ResidentFields;
 use crate::local::ClearanceField;
-use crate::local::contract::Detail;
+use crate::local::engine::Detail;
 
 /// No buffer is smaller: most problems of a robot under way fit into the first ones.
-const LEAST_BYTES: u64 = 1 << 20;
+const MIN_BYTES: u64 = 1 << 20;
 
 /// Buffers and the bind group over them.
 pub(super) struct Buffers {
@@ -27,8 +27,8 @@ impl Buffers {
     pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, least: &Sizes) -> Self {
         use wgpu::BufferUsages as Usage;
         let sizes = least.map(|bytes| {
-            let rounded = bytes.max(LEAST_BYTES).next_power_of_two();
-            rounded.min(MOST_BYTES).max(bytes)
+            let rounded = bytes.max(MIN_BYTES).next_power_of_two();
+            rounded.min(MAX_BYTES).max(bytes)
         });
         let make = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {

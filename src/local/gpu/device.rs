@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::local::{EngineError, LossKind};
+use crate::local::{EngineError, GpuFailureKind};
 
 /// How often hardware is asked whether it is done before the thread sleeps until it is: for about a millisecond. Many a
 /// decision takes no longer than the system takes to wake a thread.
-const QUESTIONS: usize = 1000;
+const POLLS: usize = 1000;
 
 /// An adapter as people and records name it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -76,7 +76,7 @@ impl Adapter {
             pollster::block_on(self.inner.request_device(&descriptor)).map_err(|error| {
                 EngineError::Setup {
                     adapter: self.summary.name.clone(),
-                    what: error.to_string(),
+                    message: error.to_string(),
                 }
             })?;
         let faults = Faults::default();
@@ -85,19 +85,19 @@ impl Adapter {
             on_error.report(kind_of(&error), error.to_string());
         }));
         device.set_device_lost_callback(move |reason, message| {
-            let what = format!("device lost ({reason:?}): {message}");
-            on_loss.report(LossKind::DeviceLost, what);
+            let message = format!("device lost ({reason:?}): {message}");
+            on_loss.report(GpuFailureKind::DeviceLost, message);
         });
         // Mesa's LP_MAX_TGSI_LOOP_ITERATIONS, shared by all loops of an invocation; the rest is left out in silence.
-        let loop_turns = self.summary.name.contains("llvmpipe").then_some(65_535);
+        let loop_iterations = self.summary.name.contains("llvmpipe").then_some(65_535);
         Ok(Device {
             inner: device,
             queue,
             faults,
             adapter: self.summary.name.clone(),
             // A software adapter needs the processor that would do the asking.
-            questions: if self.summary.software { 0 } else { QUESTIONS },
-            loop_turns,
+            polls: if self.summary.software { 0 } else { POLLS },
+            loop_iterations,
         })
     }
 }
@@ -108,30 +108,30 @@ pub(super) struct Device {
     pub queue: wgpu::Queue,
     pub adapter: String,
     /// Turns of loops after which the adapter's driver abandons an invocation.
-    pub loop_turns: Option<u64>,
-    questions: usize,
+    pub loop_iterations: Option<u64>,
+    polls: usize,
     faults: Faults,
 }
 
 impl Device {
     /// The first complaint since the device was opened, as an error.
     pub fn check(&self) -> Result<(), EngineError> {
-        if self.faults.told().is_none() {
+        if self.faults.messages().is_none() {
             return Ok(());
         }
         // Calls on a lost device are refused as invalid, and only a poll makes it say that it is lost.
         let _ = self.inner.poll(wgpu::PollType::Poll);
-        match self.faults.told() {
+        match self.faults.messages() {
             None => Ok(()),
-            Some((kind, what)) => Err(self.lost(kind, what)),
+            Some((kind, message)) => Err(self.lost(kind, message)),
         }
     }
 
     /// What went wrong by the device's own complaint, which says more than that something did not come.
-    pub fn complaint_or(&self, kind: LossKind, what: impl Into<String>) -> EngineError {
+    pub fn complaint_or(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
         match self.check() {
             Err(complaint) => complaint,
-            Ok(()) => self.lost(kind, what),
+            Ok(()) => self.lost(kind, message),
         }
     }
 
@@ -151,7 +151,7 @@ impl Device {
         deadline: Duration,
         mut outcome: impl FnMut() -> Option<T>,
     ) -> Result<T, EngineError> {
-        let asks = core::iter::repeat_n(wgpu::PollType::Poll, self.questions);
+        let asks = core::iter::repeat_n(wgpu::PollType::Poll, self.polls);
         let sleep = wgpu::PollType::Wait {
             submission_index: Some(submission),
             timeout: Some(deadline),
@@ -159,9 +159,9 @@ impl Device {
         for poll in asks.chain([sleep]) {
             self.inner.poll(poll).map_err(|error| {
                 let kind = match error {
-                    wgpu::PollError::Timeout => LossKind::TimedOut,
+                    wgpu::PollError::Timeout => GpuFailureKind::TimedOut,
                     // A device takes no more work once it is lost, and says so only later.
-                    wgpu::PollError::WrongSubmissionIndex(..) => LossKind::DeviceLost,
+                    wgpu::PollError::WrongSubmissionIndex(..) => GpuFailureKind::DeviceLost,
                 };
                 self.complaint_or(kind, error.to_string())
             })?;
@@ -170,52 +170,52 @@ impl Device {
                 return Ok(outcome);
             }
         }
-        let what = "the answer could not be mapped in time";
-        Err(self.lost(LossKind::TimedOut, what))
+        let message = "the answer could not be mapped in time";
+        Err(self.lost(GpuFailureKind::TimedOut, message))
     }
 
     /// The error for a device that gave no answer.
-    pub fn lost(&self, kind: LossKind, what: impl Into<String>) -> EngineError {
+    pub fn lost(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
         EngineError::Lost {
             adapter: self.adapter.clone(),
             kind,
-            what: what.into(),
+            message: message.into(),
         }
     }
 }
 
-const fn kind_of(error: &wgpu::Error) -> LossKind {
+const fn kind_of(error: &wgpu::Error) -> GpuFailureKind {
     match error {
-        wgpu::Error::OutOfMemory { .. } => LossKind::OutOfMemory,
-        wgpu::Error::Validation { .. } => LossKind::Validation,
-        wgpu::Error::Internal { .. } => LossKind::Internal,
+        wgpu::Error::OutOfMemory { .. } => GpuFailureKind::OutOfMemory,
+        wgpu::Error::Validation { .. } => GpuFailureKind::Validation,
+        wgpu::Error::Internal { .. } => GpuFailureKind::Internal,
     }
 }
 
 /// The first complaint of a device, written by its callbacks. wgpu's own answer to an error would be a panic.
 #[derive(Clone, Default)]
-struct Faults(Arc<Mutex<Option<(LossKind, String)>>>);
+struct Faults(Arc<Mutex<Option<(GpuFailureKind, String)>>>);
 
 impl Faults {
     /// Keeps the first complaint; the loss of the device is the reason of those before it.
-    fn report(&self, kind: LossKind, what: String) {
-        let mut told = self.lock();
-        match told.take() {
-            None => *told = Some((kind, what)),
+    fn report(&self, kind: GpuFailureKind, message: String) {
+        let mut messages = self.lock();
+        match messages.take() {
+            None => *messages = Some((kind, message)),
             Some((first, before))
-                if kind == LossKind::DeviceLost && first != LossKind::DeviceLost =>
+                if kind == GpuFailureKind::DeviceLost && first != GpuFailureKind::DeviceLost =>
             {
-                *told = Some((kind, format!("{what}; before that: {before}")));
+                *messages = Some((kind, format!("{message}; before that: {before}")));
             }
-            first => *told = first,
+            first => *messages = first,
         }
     }
 
-    fn told(&self) -> Option<(LossKind, String)> {
+    fn messages(&self) -> Option<(GpuFailureKind, String)> {
         self.lock().clone()
     }
 
-    fn lock(&self) -> MutexGuard<'_, Option<(LossKind, String)>> {
+    fn lock(&self) -> MutexGuard<'_, Option<(GpuFailureKind, String)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -223,7 +223,7 @@ impl Faults {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use LossKind::{DeviceLost, Internal, OutOfMemory, Validation};
+    use GpuFailureKind::{DeviceLost, Internal, OutOfMemory, Validation};
 
     /// No test can use up the memory of a machine that others share, so what wgpu would say then is said here.
     #[test]
@@ -248,12 +248,12 @@ mod tests {
             faults.report(kind_of(error), error.to_string());
         }
         assert_eq!(kinds, [OutOfMemory, Internal, Validation]);
-        let told = |faults: &Faults| faults.told().expect("it was told of several");
-        assert_eq!(told(&faults).0, OutOfMemory);
+        let messages = |faults: &Faults| faults.messages().expect("several errors were reported");
+        assert_eq!(messages(&faults).0, OutOfMemory);
         faults.report(DeviceLost, "gone".to_owned());
         faults.report(DeviceLost, "gone again".to_owned());
-        let (kind, what) = told(&faults);
+        let (kind, message) = messages(&faults);
         assert_eq!(kind, DeviceLost);
-        assert_eq!(what, "gone; before that: Out of Memory");
+        assert_eq!(message, "gone; before that: Out of Memory");
     }
 }

@@ -3,35 +3,68 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::local::Prepared;
-use crate::local::contract::{Counts, Evaluation, Reason, SampleRecord, Terms, Totals, Winner};
-use crate::local::inputs::{Header, Speed};
+use crate::local::QuantizedProblem;
+use crate::local::engine::{Counts, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner};
+use crate::local::kernel_inputs::{Header, VxSample};
 
-/// Threads of a workgroup of `tabulate_turns`: enough for the most samples, were they all turn rates, to need no more
+/// Number of bindings.
+pub const BINDINGS: usize = 9;
+/// Number of the binding that holds the fields. Those before it all show the input from its start.
+pub const FIELD: usize = 4;
+/// Number of the binding that holds a [`super::layout::Record`] for each sample of a batch.
+pub const RECORDS: usize = 6;
+/// Number of the binding that holds a [`super::layout::Answer`] for each problem of a batch.
+pub const ANSWERS: usize = 8;
+
+/// How the shaders reach a binding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// As a uniform.
+    Uniform,
+    /// As storage that is only read.
+    Read,
+    /// As storage that is read and written.
+    ReadWrite,
+}
+
+/// The access of each binding of `shaders/layout.wgsl`, by its number.
+pub const ACCESS: [Access; BINDINGS] = [
+    Access::Uniform,
+    Access::Read,
+    Access::Read,
+    Access::Read,
+    Access::Read,
+    Access::ReadWrite,
+    Access::ReadWrite,
+    Access::ReadWrite,
+    Access::ReadWrite,
+];
+
+/// Threads of a workgroup of `tabulate_vtheta`: enough for the most samples, were they all turn rates, to need no more
 /// than the 65,535 workgroups that every adapter allows.
-pub const TURNS_PER_GROUP: u32 = 128;
-/// Threads of a workgroup of `judge_samples` and `score_samples`.
+pub const VTHETA_PER_GROUP: u32 = 128;
+/// Threads of a workgroup of `evaluate_samples` and `score_samples`.
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.
 pub const PARTIAL_BYTES: u64 = 64;
 
 /// Problems of a batch: all of them fit into the uniform buffer that every adapter binds, 64 KiB.
-pub const MOST_PROBLEMS: usize = 256;
+pub const MAX_PROBLEMS: usize = 256;
 /// Bytes of a `Batch` before its problems: their count, filled up to the 16-byte boundary that they need.
 pub const BATCH_HEAD_BYTES: usize = 16;
 /// Bytes of a `Batch`.
-pub const BATCH_BYTES: usize = BATCH_HEAD_BYTES + MOST_PROBLEMS * size_of::<Placed>();
+pub const BATCH_BYTES: usize = BATCH_HEAD_BYTES + MAX_PROBLEMS * size_of::<BatchEntry>();
 
 /// Where a problem's parts begin in the buffers that all problems of a batch share.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Place {
+pub struct BufferOffsets {
     /// Workgroups of turns and of samples before its own; those of samples have a `Partial` each.
     pub first_groups: [u32; 2],
     /// Speeds before its own, counted from the start of the input.
-    pub first_speed: u32,
+    pub first_vx: u32,
     /// Turns before its own, counted from the start of the input.
-    pub first_turn: u32,
+    pub first_vtheta: u32,
     /// Words before its discs and moving obstacles, counted from the start of the input.
     pub first_body: u32,
     /// Words of fields before its own.
@@ -45,11 +78,11 @@ pub struct Place {
 /// A problem's numbers and where its parts are.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Placed {
+pub struct BatchEntry {
     /// The numbers that are not lists.
     pub header: Header,
     /// Where the lists are.
-    pub place: Place,
+    pub offsets: BufferOffsets,
 }
 
 /// A sample, judged.
@@ -62,32 +95,36 @@ pub struct Record {
     pub clearance: u32,
     /// Path term.
     pub path: u32,
-    /// A [`Reason`] as a number.
-    pub reason: u32,
+    /// A [`SampleStatus`] as a number.
+    pub status: u32,
 }
 
 impl Record {
     /// The record of a sample with this speed.
     #[must_use]
-    pub fn sample(&self, speed: &Speed) -> SampleRecord {
-        let reason = Reason::from_number(self.reason);
+    pub fn sample(&self, vx: &VxSample) -> SampleRecord {
+        let status = SampleStatus::from_u32(self.status);
         let terms = Terms {
             heading: self.heading,
             clearance: self.clearance,
-            velocity: if reason == Reason::Ok { speed.term } else { 0 },
+            velocity: if status == SampleStatus::Ok {
+                vx.velocity_term
+            } else {
+                0
+            },
             path: self.path,
         };
-        SampleRecord { reason, terms }
+        SampleRecord { status, terms }
     }
 }
 
 /// All samples of a problem, from the bytes of their [`Record`]s.
-pub(super) fn sample_records(problem: &Prepared, bytes: &[u8]) -> Vec<SampleRecord> {
+pub(super) fn sample_records(problem: &QuantizedProblem, bytes: &[u8]) -> Vec<SampleRecord> {
     bytes
         .chunks_exact(size_of::<Record>())
         .map(bytemuck::pod_read_unaligned::<Record>)
-        .zip(problem.speeds.iter().cycle())
-        .map(|(record, speed)| record.sample(speed))
+        .zip(problem.vx_samples.iter().cycle())
+        .map(|(record, vx)| record.sample(vx))
         .collect()
 }
 
@@ -102,9 +139,9 @@ pub struct Answer {
     /// Upper halves of the sums.
     pub sums_high: [u32; 4],
     /// Least values.
-    pub least: [u32; 4],
+    pub min: [u32; 4],
     /// Greatest values.
-    pub greatest: [u32; 4],
+    pub max: [u32; 4],
     /// Offset, mantissa and bits of each term's normaliser.
     pub normalizers: [[u32; 3]; 4],
     /// Index of the winner.
@@ -135,8 +172,8 @@ impl Answer {
             },
             totals: Totals {
                 sums: core::array::from_fn(|term| wide(self.sums_low[term], self.sums_high[term])),
-                least: self.least,
-                greatest: self.greatest,
+                min: self.min,
+                max: self.max,
             },
             winner: (admissible > 0).then(|| Winner {
                 index: self.winner,

@@ -4,16 +4,13 @@
 //! what the first submission of all costs is paid when the engine is made.
 
 pub mod batch;
-pub mod bindings;
 mod buffers;
 mod device;
-mod fields;
 pub mod layout;
-mod pipelines;
-pub mod shaders;
-mod warm_up;
+pub mod pipelines;
+mod resident_fields;
 
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use batch::Batch;
@@ -22,12 +19,15 @@ use device::Device;
 
 pub use device::{Adapter, AdapterSummary, adapters};
 
-use super::contract::{Detail, Engine, Evaluation};
-use super::{EngineError, LossKind, Prepared};
+use super::engine::{Detail, Engine, Evaluation};
+use super::kernel_inputs::{Header, QuantizedDisc, VthetaSample, VxSample};
+use super::{ClearanceField, EngineError, GpuFailureKind, QuantizedProblem};
+use crate::geometry::Pose;
+use crate::map::{GridFrame, ObstacleGrid};
 
 /// A submission that takes longer than this for each of its problems has hung: far longer than any does, on software
 /// too.
-const PATIENCE: Duration = Duration::from_secs(20);
+const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Evaluates on a graphics adapter.
 pub struct GpuEngine {
@@ -37,7 +37,7 @@ pub struct GpuEngine {
     /// Those of the last answer.
     buffers: Option<Buffers>,
     stamp: u32,
-    patience: Duration,
+    timeout: Duration,
 }
 
 impl GpuEngine {
@@ -56,9 +56,9 @@ impl GpuEngine {
             layout,
             buffers: None,
             stamp: 0,
-            patience: PATIENCE,
+            timeout: TIMEOUT,
         };
-        engine.evaluate(&warm_up::problem(), Detail::Samples)?;
+        engine.evaluate(&warm_up_problem(), Detail::Samples)?;
         Ok(engine)
     }
 
@@ -74,9 +74,9 @@ impl GpuEngine {
     }
 
     /// How long to wait for the answer to each problem from now on; 20 s unless told. An answer that comes later is an
-    /// error of the kind [`LossKind::TimedOut`], and is never taken for that of a later problem.
-    pub const fn set_patience(&mut self, patience: Duration) {
-        self.patience = patience;
+    /// error of the kind [`GpuFailureKind::TimedOut`], and is never taken for that of a later problem.
+    pub const fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
     }
 
     /// Takes out buffers that hold this batch: those of the last one when they are large enough.
@@ -93,7 +93,7 @@ impl GpuEngine {
         match batch.problems {
             [problem] if sizes.largest() > limit => Err(EngineError::TooLarge {
                 adapter: self.device.adapter.clone(),
-                what: format!(
+                message: format!(
                     "{} samples of {} steps need a buffer of {} bytes, the adapter allows {limit}: sample less densely",
                     problem.len(),
                     problem.header.steps,
@@ -105,7 +105,7 @@ impl GpuEngine {
     }
 
     /// Refuses a problem that the adapter's driver would leave unfinished.
-    fn check_loops(&self, problem: &Prepared) -> Result<(), EngineError> {
+    fn check_loops(&self, problem: &QuantizedProblem) -> Result<(), EngineError> {
         let header = &problem.header;
         let (steps, discs) = (u64::from(header.steps), u64::from(header.disc_count));
         let moving = u64::from(header.obstacle_count);
@@ -113,11 +113,11 @@ impl GpuEngine {
         // disc and obstacle before; some to find the problem in its batch, for the roots of the terms, and to add up
         // the workgroup.
         let needed = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 40;
-        match self.device.loop_turns {
+        match self.device.loop_iterations {
             Some(most) if needed > most => Err(EngineError::TooLarge {
                 adapter: self.device.adapter.clone(),
-                what: format!(
-                    "{steps} steps of {discs} discs among {moving} moving obstacles take up to {needed} turns of loops, the driver allows {most}: use --engine cpu"
+                message: format!(
+                    "{steps} steps of {discs} discs among {moving} moving obstacles take up to {needed} vtheta_samples of loops, the driver allows {most}: use --engine cpu"
                 ),
             }),
             _ => Ok(()),
@@ -140,14 +140,14 @@ impl GpuEngine {
         self.stamp = first_stamp.wrapping_add(batch.problems.len() as u32);
         buffers.upload(&self.device.queue, batch, first_stamp);
         let (submission, bytes) = self.submit(&buffers, batch, detail);
-        let deadline = self.patience.saturating_mul(batch.problems.len() as u32);
+        let deadline = self.timeout.saturating_mul(batch.problems.len() as u32);
         let evaluations = self
             .read_back(&buffers, bytes, submission, deadline, |bytes| {
                 batch.read(bytes, first_stamp, detail)
             })?
             .ok_or_else(|| {
-                let what = "a stale answer came back";
-                self.device.lost(LossKind::Stale, what)
+                let message = "a stale answer came back";
+                self.device.lost(GpuFailureKind::Stale, message)
             })?;
         self.buffers = Some(buffers);
         Ok(evaluations)
@@ -186,7 +186,10 @@ impl GpuEngine {
         read: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, EngineError> {
         // Only a lost device keeps an answer from being mapped.
-        let unmapped = |what| self.device.complaint_or(LossKind::DeviceLost, what);
+        let unmapped = |message| {
+            self.device
+                .complaint_or(GpuFailureKind::DeviceLost, message)
+        };
         let (sender, receiver) = mpsc::channel();
         let slice = buffers.readback().slice(..bytes);
         slice.map_async(wgpu::MapMode::Read, move |outcome| {
@@ -220,14 +223,18 @@ impl Engine for GpuEngine {
         0
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         let mut evaluations = self.evaluate_batch(core::slice::from_ref(problem), detail)?;
         Ok(evaluations.swap_remove(0))
     }
 
     fn evaluate_batch(
         &mut self,
-        problems: &[Prepared],
+        problems: &[QuantizedProblem],
         detail: Detail,
     ) -> Result<Vec<Evaluation>, EngineError> {
         let mut evaluations = Vec::with_capacity(problems.len());
@@ -236,5 +243,33 @@ impl Engine for GpuEngine {
             evaluations.extend(self.answer(&batch, detail)?);
         }
         Ok(evaluations)
+    }
+}
+
+/// The smallest problem: one sample of one step, standing still on a free cell.
+fn warm_up_problem() -> QuantizedProblem {
+    let frame = GridFrame {
+        width: 1,
+        height: 1,
+        resolution_m: 0.1,
+        origin: Pose::default(),
+    };
+    let field = ClearanceField::new(&ObstacleGrid::new(frame, vec![false]))
+        .expect("10 cm is within the range of resolutions");
+    QuantizedProblem {
+        header: Header {
+            vx_count: 1,
+            vtheta_count: 1,
+            steps: 1,
+            disc_count: 1,
+            width: 1,
+            height: 1,
+            ..Header::default()
+        },
+        vx_samples: vec![VxSample::default()],
+        vtheta_samples: vec![VthetaSample::default()],
+        discs: vec![QuantizedDisc::default()],
+        obstacles: Vec::new(),
+        field: Arc::new(field),
     }
 }

@@ -1,8 +1,41 @@
 //! The five compute pipelines, one for each entry point of the shaders.
 
 use super::device::Device;
-use super::shaders;
 use crate::local::EngineError;
+
+/// Each part and its text.
+pub const PARTS: [(&str, &str); 6] = [
+    (
+        "numeric.wgsl",
+        include_str!("../../../shaders/numeric.wgsl"),
+    ),
+    ("layout.wgsl", include_str!("../../../shaders/layout.wgsl")),
+    (
+        "rollout.wgsl",
+        include_str!("../../../shaders/rollout.wgsl"),
+    ),
+    ("score.wgsl", include_str!("../../../shaders/score.wgsl")),
+    ("select.wgsl", include_str!("../../../shaders/select.wgsl")),
+    (
+        "evaluate.wgsl",
+        include_str!("../../../shaders/evaluate.wgsl"),
+    ),
+];
+
+/// The entry points of `evaluate.wgsl`, in the order of their dispatches.
+pub const ENTRY_POINTS: [&str; 5] = [
+    "tabulate_vtheta",
+    "evaluate_samples",
+    "normalize",
+    "score_samples",
+    "choose",
+];
+
+/// One module of all parts.
+#[must_use]
+pub fn source() -> String {
+    PARTS.map(|(_, text)| text).join("\n")
+}
 
 /// Has the adapter's driver compile the shaders; what it refuses is an error, not the panic that wgpu would make of it.
 pub(super) fn make(
@@ -14,7 +47,7 @@ pub(super) fn make(
         .inner
         .create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("inbye"),
-            source: wgpu::ShaderSource::Wgsl(shaders::source().into()),
+            source: wgpu::ShaderSource::Wgsl(source().into()),
         });
     let pipeline_layout = device
         .inner
@@ -29,7 +62,7 @@ pub(super) fn make(
         zero_initialize_workgroup_memory: false,
         ..Default::default()
     };
-    let pipelines = shaders::ENTRY_POINTS.map(|entry_point| {
+    let pipelines = ENTRY_POINTS.map(|entry_point| {
         device
             .inner
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -45,7 +78,7 @@ pub(super) fn make(
         None => Ok(pipelines),
         Some(error) => Err(EngineError::Setup {
             adapter: device.adapter.clone(),
-            what: error.to_string(),
+            message: error.to_string(),
         }),
     }
 }

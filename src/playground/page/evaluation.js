@@ -2,7 +2,7 @@
 
 // Words of a sample in the digest.
 export const SAMPLE = 5;
-const NAMES = ["reason", "heading", "clearance", "velocity", "path"];
+const NAMES = ["status", "heading", "clearance", "velocity", "path"];
 
 // The evaluation that the words of an answer and of all records stand for.
 export function evaluation(answer, records, shader, decision) {
@@ -14,8 +14,8 @@ export function evaluation(answer, records, shader, decision) {
   return {
     counts,
     sums: low.map((part, term) => (BigInt(high[term]) << 32n) | BigInt(part)),
-    least: four(at.least),
-    greatest: four(at.greatest),
+    min: four(at.min),
+    max: four(at.max),
     winner: counts[0] > 0 ? { index: answer[at.winner], score, terms: four(at.terms) } : null,
     samples: samples(records, shader, decision),
   };
@@ -27,11 +27,11 @@ function samples(records, { record, record_words }, { velocity_terms }) {
   const words = new Uint32Array(SAMPLE * count);
   for (let sample = 0; sample < count; sample++) {
     const from = sample * record_words, to = sample * SAMPLE;
-    const reason = records[from + record.reason] & 3;
-    words[to] = reason;
+    const status = records[from + record.status] & 3;
+    words[to] = status;
     words[to + 1] = records[from + record.heading];
     words[to + 2] = records[from + record.clearance];
-    words[to + 3] = reason === 0 ? velocity_terms[sample % velocity_terms.length] : 0;
+    words[to + 3] = status === 0 ? velocity_terms[sample % velocity_terms.length] : 0;
     words[to + 4] = records[from + record.path];
   }
   return words;
@@ -44,10 +44,10 @@ export function ofServer({ cpu }) {
 }
 
 // SHA-256 over every bit, in the order of the server's.
-export async function digest({ counts, sums, least, greatest, winner, samples }) {
+export async function digest({ counts, sums, min, max, winner, samples }) {
   const halves = (wide) => [Number(BigInt.asUintN(32, wide)), Number(BigInt.asUintN(32, wide >> 32n))];
   const best = winner ? [winner.index, ...halves(winner.score), ...winner.terms] : [];
-  const head = [...counts, ...sums.flatMap(halves), ...least, ...greatest, ...best];
+  const head = [...counts, ...sums.flatMap(halves), ...min, ...max, ...best];
   const words = new Uint32Array(head.length + samples.length);
   words.set(head);
   words.set(samples, head.length);
@@ -64,7 +64,7 @@ export function difference(own, theirs, theirSamples) {
     const [sample, term] = [Math.floor(at / SAMPLE), NAMES[at % SAMPLE]];
     return `sample ${sample}, ${term}: browser ${hex(own.samples[at])}, CPU ${hex(theirSamples[at])}`;
   }
-  const parts = (one) => ({ counts: one.counts, sums: one.sums, least: one.least, greatest: one.greatest,
+  const parts = (one) => ({ counts: one.counts, sums: one.sums, min: one.min, max: one.max,
     winner: one.winner ? [one.winner.index] : [], score: one.winner ? [one.winner.score] : [], terms: one.winner?.terms ?? [] });
   const [ownParts, theirParts] = [parts(own), parts(theirs)];
   for (const [name, values] of Object.entries(theirParts)) {
@@ -82,15 +82,15 @@ export function velocity({ window: { v, omega, v_count, omega_count } }, index) 
 
 // A sample in SI units, with the score that its shares of the totals make (eq. 35).
 export function inSi(decision, problem, totals, index, words) {
-  const [reason, ...terms] = words, { unit, window } = decision, { weights } = problem;
+  const [status, ...terms] = words, { unit, window } = decision, { weights } = problem;
   const signed = [weights.heading, weights.clearance, weights.velocity, -weights.path];
   const share = (value, term) => {
-    const least = totals.least[term];
-    const [part, whole] = problem.normalization === "minmax" ? [value - least, totals.greatest[term] - least] : [value, Number(totals.sums[term])];
+    const min = totals.min[term];
+    const [part, whole] = problem.normalization === "minmax" ? [value - min, totals.max[term] - min] : [value, Number(totals.sums[term])];
     return whole === 0 ? 0 : signed[term] * part / whole;
   };
-  const units = [unit.heading, unit.dist, unit.vel, unit.combine];
+  const units = [unit.heading, unit.clearance, unit.velocity, unit.path];
   const [heading, clearance, vel, path] = terms.map((value, term) => value * units[term]);
-  const score = reason === 0 ? terms.map(share).reduce((sum, part) => sum + part) : null;
-  return { index, reason, ...velocity({ window }, index), heading, clearance, vel, path, score };
+  const score = status === 0 ? terms.map(share).reduce((sum, part) => sum + part) : null;
+  return { index, status, ...velocity({ window }, index), heading, clearance, vel, path, score };
 }

@@ -134,14 +134,14 @@ function showDecision() {
   state.looked = state.looked && (shown.fan.find(({ index }) => index === state.looked.index) ?? null);
   find("looked").max = shown.fan.length - 1;
   results.show(shown, withoutGpu);
-  results.showTerms(shown, state.looked, setup.reasons);
+  results.showTerms(shown, state.looked, setup.statuses);
   drawSoon();
 }
 
 function look(place) {
   state.looked = state.shown?.fan[place] ?? null;
   find("looked").value = place;
-  results.showTerms(state.shown, state.looked, setup.reasons);
+  results.showTerms(state.shown, state.looked, setup.statuses);
   drawSoon();
 }
 

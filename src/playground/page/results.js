@@ -26,25 +26,25 @@ function median(values) {
   return sorted.length ? sorted[Math.floor(sorted.length / 2)] : null;
 }
 
-function words(sample, reasons, key, digits) {
+function words(sample, statuses, key, digits) {
   if (!sample) return "–";
-  if (key === "score") return sample.score === null ? reasons[sample.reason].replace("_", " ") : sample.score.toPrecision(5);
+  if (key === "score") return sample.score === null ? statuses[sample.status].replace("_", " ") : sample.score.toPrecision(5);
   // One that is not admissible has velocities and no terms.
   return sample.score === null && !["v", "omega"].includes(key) ? "–" : number(sample[key], digits);
 }
 
-export function showTerms({ winner }, looked, reasons) {
+export function showTerms({ winner }, looked, statuses) {
   const row = ([name, unit, key, digits]) => {
     const line = document.createElement("tr"), head = document.createElement("th");
     Object.assign(head, { scope: "row", textContent: unit ? `${name}, ${unit}` : name });
-    const cells = [winner, looked].map((sample) => Object.assign(document.createElement("td"), { textContent: words(sample, reasons, key, digits) }));
+    const cells = [winner, looked].map((sample) => Object.assign(document.createElement("td"), { textContent: words(sample, statuses, key, digits) }));
     line.dataset.term = key;
     line.append(head, ...cells);
     return line;
   };
   find("terms").replaceChildren(...TERMS.map(row));
   find("looked-words").textContent = looked ? `sample ${looked.index}` : "none";
-  find("looked").setAttribute("aria-valuetext", looked ? `sample ${looked.index}, ${words(looked, reasons, "score", 0)}` : "none");
+  find("looked").setAttribute("aria-valuetext", looked ? `sample ${looked.index}, ${words(looked, statuses, "score", 0)}` : "none");
 }
 
 // What is shown is of an earlier problem.

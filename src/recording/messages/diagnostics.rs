@@ -81,8 +81,8 @@ fn values(status: &Status<'_>) -> Vec<(&'static str, String)> {
         values.push(("deadline_misses", stats.misses.to_string()));
     }
     if let Some(incidents) = navigator.planner().incidents() {
-        let losses: u64 = incidents.losses.values().sum();
-        values.push(("gpu_losses", losses.to_string()));
+        let failures: u64 = incidents.failures.values().sum();
+        values.push(("gpu_losses", failures.to_string()));
         values.push(("cpu_ticks", incidents.on_cpu.to_string()));
     }
     values

@@ -1,7 +1,7 @@
 //! `visualization_msgs/MarkerArray`: the dynamic window that was decided on, and the moving obstacles as predicted.
 
 use crate::geometry::{Point, Twist};
-use crate::local::{Fan, Sampling};
+use crate::local::{Sampling, TrajectoryFan};
 use crate::map::MovingDisc;
 use crate::recording::cdr::Encoder;
 use crate::recording::parts::{self, MAP};
@@ -46,7 +46,7 @@ struct Marker {
 }
 
 /// A fan at a time; with none, what was shown before is taken away.
-pub fn markers(time_s: f64, fan: Option<&Fan>) -> Vec<u8> {
+pub fn markers(time_s: f64, fan: Option<&TrajectoryFan>) -> Vec<u8> {
     let mut all = vec![Marker {
         action: DELETE_ALL,
         ..Marker::line("", LINE_LIST, 0.0, Vec::new())
@@ -54,7 +54,7 @@ pub fn markers(time_s: f64, fan: Option<&Fan>) -> Vec<u8> {
     if let Some(fan) = fan {
         all.push(arcs(fan));
         all.extend(fan.winner.as_ref().map(|winner| {
-            let points = arc(fan, &Twist::new(winner.v, winner.omega));
+            let points = arc(fan, &Twist::new(winner.vx, winner.vtheta));
             Marker {
                 color: WINNER,
                 ..Marker::line("chosen", LINE_STRIP, 0.04, points)
@@ -71,11 +71,11 @@ pub fn markers(time_s: f64, fan: Option<&Fan>) -> Vec<u8> {
 }
 
 /// All arcs in one marker: from red for the worst admissible score to green for the best, grey for what is not admissible.
-fn arcs(fan: &Fan) -> Marker {
+fn arcs(fan: &TrajectoryFan) -> Marker {
     let color = |share: f64| -> Color { [1.0 - share, share, 0.0, 0.8] };
     let mut points = Vec::new();
     let mut colors = Vec::new();
-    for (sample, share) in fan.arcs.iter().zip(fan.shares()) {
+    for (sample, share) in fan.arcs.iter().zip(fan.relative_scores()) {
         let color = share.map_or(REJECTED, color);
         let line = arc(fan, &sample.twist);
         for piece in line.windows(2) {
@@ -89,7 +89,7 @@ fn arcs(fan: &Fan) -> Marker {
     }
 }
 
-fn arc(fan: &Fan, twist: &Twist) -> Vec<Point> {
+fn arc(fan: &TrajectoryFan, twist: &Twist) -> Vec<Point> {
     let turned_rad = if twist.linear == 0.0 {
         0.0
     } else {
@@ -102,7 +102,7 @@ fn arc(fan: &Fan, twist: &Twist) -> Vec<Point> {
 }
 
 /// The moving obstacles, now and where they are predicted to be.
-fn discs(fan: &Fan) -> Vec<Marker> {
+fn discs(fan: &TrajectoryFan) -> Vec<Marker> {
     let mut markers = Vec::new();
     let mut show = |namespace, color, disc: MovingDisc| {
         markers.push(Marker {

@@ -130,17 +130,19 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
         ("w_high", &|frame| {
             of_window(frame, &|window| window.ends[1].angular)
         }),
-        ("v", &|frame| of_winner(frame, &|winner| winner.v)),
-        ("omega", &|frame| of_winner(frame, &|winner| winner.omega)),
+        ("v", &|frame| of_winner(frame, &|winner| winner.vx)),
+        ("omega", &|frame| of_winner(frame, &|winner| winner.vtheta)),
         ("heading", &|frame| {
             of_winner(frame, &|winner| winner.terms.heading)
         }),
         ("dist", &|frame| {
-            of_winner(frame, &|winner| winner.terms.dist)
+            of_winner(frame, &|winner| winner.terms.clearance)
         }),
-        ("vel", &|frame| of_winner(frame, &|winner| winner.terms.vel)),
+        ("vel", &|frame| {
+            of_winner(frame, &|winner| winner.terms.velocity)
+        }),
         ("combine", &|frame| {
-            of_winner(frame, &|winner| winner.terms.combine)
+            of_winner(frame, &|winner| winner.terms.path)
         }),
         ("score", &|frame| of_winner(frame, &|winner| winner.score)),
         ("belief_x", &|frame| at(&frame.row.belief.position(), 0)),

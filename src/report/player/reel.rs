@@ -2,7 +2,7 @@
 
 use super::faults::Faults;
 use crate::geometry::{Point, Pose, Twist};
-use crate::local::{Fan, Reason, Sampling};
+use crate::local::{SampleStatus, Sampling, TrajectoryFan};
 use crate::map::{MovingDisc, Scan};
 use crate::runtime::{TickEvent, TraceRow};
 
@@ -176,7 +176,7 @@ fn range_byte(beams: &[f64], range_max: f64) -> u8 {
 }
 
 impl Window {
-    fn of(fan: Fan) -> Self {
+    fn of(fan: TrajectoryFan) -> Self {
         let ends = [fan.arcs.first(), fan.arcs.last()].map(|arc| arc.map(|arc| arc.twist));
         Self {
             from: fan.from,
@@ -186,8 +186,8 @@ impl Window {
             scores: fan
                 .arcs
                 .iter()
-                .zip(fan.shares())
-                .map(|(arc, share)| share.map_or(reason_byte(arc.reason), score_byte))
+                .zip(fan.relative_scores())
+                .map(|(arc, share)| share.map_or(reason_byte(arc.status), score_byte))
                 .collect(),
             winner: fan.winner,
             predicted: fan.obstacles,
@@ -200,11 +200,11 @@ fn score_byte(share: f64) -> u8 {
     LEAST_SCORE + (share * f64::from(u8::MAX - LEAST_SCORE)).round() as u8
 }
 
-const fn reason_byte(reason: Reason) -> u8 {
+const fn reason_byte(reason: SampleStatus) -> u8 {
     match reason {
-        Reason::Ok | Reason::Collision => 0,
-        Reason::CannotStop => 1,
-        Reason::Outside => 2,
+        SampleStatus::Ok | SampleStatus::Collision => 0,
+        SampleStatus::CannotStop => 1,
+        SampleStatus::Outside => 2,
     }
 }
 
@@ -229,9 +229,9 @@ mod tests {
             let arc = |score| FanArc {
                 twist: Twist::STOP,
                 score: Some(score),
-                reason: Reason::Ok,
+                status: SampleStatus::Ok,
             };
-            let fan = Fan {
+            let fan = TrajectoryFan {
                 from: Pose::default(),
                 horizon_s: 1.0,
                 arcs: scores.map(arc).to_vec(),
@@ -243,7 +243,11 @@ mod tests {
         };
         assert_eq!(bytes([-1.0, 3.0]), [LEAST_SCORE, 255]);
         assert_eq!(bytes([2.0, 2.0]), [255, 255]);
-        let reasons = [Reason::Collision, Reason::CannotStop, Reason::Outside];
+        let reasons = [
+            SampleStatus::Collision,
+            SampleStatus::CannotStop,
+            SampleStatus::Outside,
+        ];
         assert!(
             reasons
                 .map(reason_byte)

@@ -1,7 +1,7 @@
 //! The local planner at work, for `RViz` and Foxglove: some of its arcs by score, the one it chose, and what moves.
 
 use crate::geometry::{Pose, Twist};
-use crate::local::{Fan, Sampling};
+use crate::local::{Sampling, TrajectoryFan};
 use crate::map::MovingDisc;
 use crate::ros::msg::{
     ColorRGBA, Duration, Header, Marker, MarkerArray, Point, Vector3, action, shape,
@@ -24,7 +24,7 @@ const CHOSEN_WIDTH_M: f64 = 0.04;
 const BODY_HEIGHT_M: f64 = 1.0;
 
 /// Markers of a decision; of what moves alone where it needed no sampling.
-pub fn markers(fan: Option<&Fan>, moving: &[MovingDisc], header: &Header) -> MarkerArray {
+pub fn markers(fan: Option<&TrajectoryFan>, moving: &[MovingDisc], header: &Header) -> MarkerArray {
     let mut markers = vec![Marker {
         action: action::DELETE_ALL,
         ..marker(header, "", 0, 0)
@@ -39,7 +39,7 @@ pub fn markers(fan: Option<&Fan>, moving: &[MovingDisc], header: &Header) -> Mar
 }
 
 /// From the worst of those shown, blue, to the best, green; what is not admissible is faint red.
-fn arcs(fan: &Fan, header: &Header) -> Marker {
+fn arcs(fan: &TrajectoryFan, header: &Header) -> Marker {
     let (worst, best) = fan.score_range();
     let mut all = Marker {
         scale: width(ARC_WIDTH_M),
@@ -62,9 +62,9 @@ fn arcs(fan: &Fan, header: &Header) -> Marker {
     all
 }
 
-fn chosen(fan: &Fan, header: &Header) -> Option<Marker> {
+fn chosen(fan: &TrajectoryFan, header: &Header) -> Option<Marker> {
     let winner = fan.winner.as_ref()?;
-    let twist = Twist::new(winner.v, winner.omega);
+    let twist = Twist::new(winner.vx, winner.vtheta);
     Some(Marker {
         scale: width(CHOSEN_WIDTH_M),
         color: rgba(1.0, 0.8, 0.0, 1.0),

@@ -312,7 +312,7 @@ impl NodeCore {
         if now_s - self.markers_s >= MARKERS_EVERY_S {
             self.markers_s = now_s;
             let counts = decision.counts.as_ref();
-            let fan = counts.and_then(|_| navigator.planner().fan(SHOWN));
+            let fan = counts.and_then(|_| navigator.planner().trajectory_fan(SHOWN));
             let moving = navigator.obstacle_model().moving();
             published.markers = Some(markers(fan.as_ref(), moving, &header));
         }

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use crate::local::{Detail, Engine, EngineError, Evaluation, Prepared};
+use crate::local::{Detail, Engine, EngineError, Evaluation, QuantizedProblem};
 
 /// Opening an engine can take seconds, and a navigator that finds no path takes its own with it: each gets a handle.
 #[derive(Clone)]
@@ -32,7 +32,11 @@ impl Engine for SharedEngine {
         self.engine().threads()
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         self.engine().evaluate(problem, detail)
     }
 }

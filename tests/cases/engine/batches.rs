@@ -4,12 +4,12 @@
 use std::sync::Arc;
 
 use inbye::bench::{Roadway, roadway_field};
-use inbye::local::gpu::batch::Batch;
-use inbye::local::{ClearanceField, Prepared, Problem};
+use inbye::local::internals::gpu::Batch;
+use inbye::local::{ClearanceField, Problem, QuantizedProblem};
 
 const MOST_BYTES: u64 = 128 << 20;
 
-fn problem(field: &Arc<ClearanceField>, speeds: u32, turns: u32, steps: u32) -> Prepared {
+fn problem(field: &Arc<ClearanceField>, speeds: u32, turns: u32, steps: u32) -> QuantizedProblem {
     let roadway = Roadway {
         vx_samples: speeds,
         vtheta_samples: turns,
@@ -20,11 +20,11 @@ fn problem(field: &Arc<ClearanceField>, speeds: u32, turns: u32, steps: u32) -> 
         step_s: 0.01,
         ..roadway.problem(field, 0)
     };
-    Prepared::new(&problem).expect("a problem within the ranges")
+    QuantizedProblem::new(&problem).expect("a problem within the ranges")
 }
 
 /// How many problems each submission takes.
-fn submissions(problems: &[Prepared]) -> Vec<usize> {
+fn submissions(problems: &[QuantizedProblem]) -> Vec<usize> {
     let mut rest = problems;
     let mut counts = Vec::new();
     while !rest.is_empty() {

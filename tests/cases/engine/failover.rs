@@ -8,15 +8,17 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use inbye::bench::random_problem;
+use inbye::local::internals::FIRST_RETRY;
 use inbye::local::{
-    Beside, CpuEngine, Detail, Engine, EngineError, Evaluation, FIRST_RETRY, Failover, Incidents,
-    LossKind, Prepared, Reason,
+    BackgroundOpener, CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, GpuFailureKind,
+    Incidents, QuantizedProblem, SampleStatus,
 };
 
 type Opened = Result<Box<dyn Engine>, EngineError>;
 
 /// What an engine does at a decision in place of its work.
-type Trick = Box<dyn FnMut(u32, &Prepared, Evaluation) -> Result<Evaluation, EngineError> + Send>;
+type Trick =
+    Box<dyn FnMut(u32, &QuantizedProblem, Evaluation) -> Result<Evaluation, EngineError> + Send>;
 
 /// The CPU in a GPU's place, with a trick.
 struct Tricky {
@@ -27,7 +29,7 @@ struct Tricky {
 
 impl Tricky {
     fn boxed(
-        trick: impl FnMut(u32, &Prepared, Evaluation) -> Result<Evaluation, EngineError>
+        trick: impl FnMut(u32, &QuantizedProblem, Evaluation) -> Result<Evaluation, EngineError>
         + Send
         + 'static,
     ) -> Box<dyn Engine> {
@@ -56,26 +58,30 @@ impl Engine for Tricky {
         0
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         let answer = self.cpu.evaluate(problem, detail)?;
         self.decisions += 1;
         (self.trick)(self.decisions, problem, answer)
     }
 }
 
-fn lost(kind: LossKind) -> EngineError {
+fn lost(kind: GpuFailureKind) -> EngineError {
     EngineError::Lost {
         adapter: "tricky".to_owned(),
         kind,
-        what: "as told".to_owned(),
+        message: "as told".to_owned(),
     }
 }
 
-fn problem(case: u64) -> Prepared {
-    Prepared::new(&random_problem(8, case)).expect("a problem within the ranges")
+fn problem(case: u64) -> QuantizedProblem {
+    QuantizedProblem::new(&random_problem(8, case)).expect("a problem within the ranges")
 }
 
-fn truth(problem: &Prepared, detail: Detail) -> Evaluation {
+fn truth(problem: &QuantizedProblem, detail: Detail) -> Evaluation {
     let answer = CpuEngine::single_threaded().evaluate(problem, detail);
     answer.expect("the CPU does not fail")
 }
@@ -106,27 +112,27 @@ fn ask(failover: &mut Failover, cases: core::ops::Range<u64>) {
 #[test]
 fn whatever_fails_the_cpu_answers_in_the_same_tick_with_the_same_bits() {
     for kind in [
-        LossKind::DeviceLost,
-        LossKind::TimedOut,
-        LossKind::Validation,
-        LossKind::OutOfMemory,
-        LossKind::Internal,
-        LossKind::Stale,
-        LossKind::Panicked,
+        GpuFailureKind::DeviceLost,
+        GpuFailureKind::TimedOut,
+        GpuFailureKind::Validation,
+        GpuFailureKind::OutOfMemory,
+        GpuFailureKind::Internal,
+        GpuFailureKind::Stale,
+        GpuFailureKind::Panicked,
     ] {
         let gpu = Tricky::boxed(move |decision, _, answer| match decision {
-            4 if kind == LossKind::Panicked => panic!("as told"),
+            4 if kind == GpuFailureKind::Panicked => panic!("as told"),
             4 => Err(lost(kind)),
             _ => Ok(answer),
         });
         let mut failover = with_cpu(Ok(gpu), || Ok(Tricky::honest()));
         ask(&mut failover, 0..30);
         let met = met(&failover);
-        assert_eq!(met.losses.iter().collect::<Vec<_>>(), [(&kind, &1)]);
+        assert_eq!(met.failures.iter().collect::<Vec<_>>(), [(&kind, &1)]);
         let on_cpu = u64::from(FIRST_RETRY);
         assert_eq!((met.decisions, met.on_cpu, met.reopened), (30, on_cpu, 1));
         let told: Vec<_> = met
-            .told
+            .messages
             .iter()
             .map(|one| (one.decision, one.kind))
             .collect();
@@ -154,8 +160,8 @@ fn a_gpu_that_is_not_there_is_looked_for_after_longer_and_longer_waits() {
     }
     assert_eq!(at, [10, 30, 70, 150]);
     let met = met(&failover);
-    assert_eq!(met.losses.get(&LossKind::Absent), Some(&1));
-    assert_eq!((met.on_cpu, met.not_reopened, met.reopened), (160, 4, 0));
+    assert_eq!(met.failures.get(&GpuFailureKind::Absent), Some(&1));
+    assert_eq!((met.on_cpu, met.reopen_failures, met.reopened), (160, 4, 0));
     let words = serde_json::to_value(met).expect("counts are JSON");
     assert_eq!(words["losses"], serde_json::json!({ "absent": 1 }));
 }
@@ -165,7 +171,7 @@ fn a_problem_too_large_for_the_adapter_costs_one_decision_and_not_the_device() {
     let gpu = Tricky::boxed(|decision, _, answer| match decision {
         2 | 3 => Err(EngineError::TooLarge {
             adapter: "tricky".to_owned(),
-            what: "as told".to_owned(),
+            message: "as told".to_owned(),
         }),
         _ => Ok(answer),
     });
@@ -173,11 +179,11 @@ fn a_problem_too_large_for_the_adapter_costs_one_decision_and_not_the_device() {
     ask(&mut failover, 0..9);
     let met = met(&failover);
     assert_eq!((met.on_cpu, met.reopened), (2, 0));
-    assert_eq!(met.losses.get(&LossKind::TooLarge), Some(&2));
+    assert_eq!(met.failures.get(&GpuFailureKind::TooLarge), Some(&2));
 }
 
 /// What was done to an answer; false where it changes nothing.
-type Falsification = (&'static str, fn(&Prepared, &mut Evaluation) -> bool);
+type Falsification = (&'static str, fn(&QuantizedProblem, &mut Evaluation) -> bool);
 
 const FALSIFICATIONS: [Falsification; 13] = [
     ("the next sample", |_, answer| {
@@ -188,7 +194,9 @@ const FALSIFICATIONS: [Falsification; 13] = [
     }),
     ("a sample that collides", |problem, answer| {
         let all = truth(problem, Detail::Samples).samples.unwrap_or_default();
-        let bad = all.iter().position(|one| one.reason == Reason::Collision);
+        let bad = all
+            .iter()
+            .position(|one| one.status == SampleStatus::Collision);
         bad.is_some_and(|bad| edit(answer, |winner| winner.index = bad as u32))
     }),
     ("a clearance", |_, answer| {
@@ -207,7 +215,7 @@ const FALSIFICATIONS: [Falsification; 13] = [
     ("nothing but ones", |_, answer| {
         answer.counts.admissible = u32::MAX;
         answer.totals.sums = [u64::MAX; 4];
-        answer.totals.greatest = [u32::MAX; 4];
+        answer.totals.max = [u32::MAX; 4];
         edit(answer, |winner| winner.score = -1)
     }),
     ("a winner kept back", |_, answer| {
@@ -222,7 +230,7 @@ const FALSIFICATIONS: [Falsification; 13] = [
         answer.totals.sums[1] > 0
     }),
     ("a greatest below the winner", |_, answer| {
-        answer.totals.greatest[0] = 0;
+        answer.totals.max[0] = 0;
         answer.winner.is_some_and(|winner| winner.terms.heading > 0)
     }),
     ("a list cut short", |_, answer| {
@@ -252,7 +260,11 @@ fn no_falsified_winner_is_used() {
             let answer = failover.evaluate(&problem, Detail::Samples);
             assert_eq!(answer, Ok(truth), "{what}, case {case}");
             let met = met(&failover);
-            assert_eq!(met.losses.get(&LossKind::WrongAnswer), Some(&1), "{what}");
+            assert_eq!(
+                met.failures.get(&GpuFailureKind::WrongAnswer),
+                Some(&1),
+                "{what}"
+            );
             assert_eq!((met.on_cpu, failover.kind()), (1, "cpu"), "{what}");
         }
         assert!(falsified > 8, "{what}: only {falsified} problems show it");
@@ -270,8 +282,8 @@ fn the_answer_to_another_problem_is_not_used() {
     let mut failover = with_cpu(Ok(gpu), || panic!("not so soon"));
     ask(&mut failover, 0..8);
     let met = met(&failover);
-    assert_eq!(met.losses.get(&LossKind::WrongAnswer), Some(&1));
-    assert_eq!((met.told[0].decision, met.on_cpu), (2, 7));
+    assert_eq!(met.failures.get(&GpuFailureKind::WrongAnswer), Some(&1));
+    assert_eq!((met.messages[0].decision, met.on_cpu), (2, 7));
 }
 
 /// What the doc of [`Failover`] admits: another safe sample, rightly scored, passes. Should this begin to fail, the doc
@@ -282,18 +294,18 @@ fn a_safe_sample_that_is_not_the_best_is_believed() {
         let answer = truth(&problem, Detail::Samples);
         (problem, answer)
     });
-    let several = |(_, answer): &(Prepared, Evaluation)| answer.counts.admissible > 1;
+    let several = |(_, answer): &(QuantizedProblem, Evaluation)| answer.counts.admissible > 1;
     let (problem, mut answer) = answers.find(several).expect("a problem of many");
     let all = answer.samples.take().expect("asked for");
     let winner = answer.winner.as_mut().expect("an admissible sample");
     let other = (0..)
         .zip(&all)
-        .find(|(index, one)| one.reason == Reason::Ok && *index != winner.index);
+        .find(|(index, one)| one.status == SampleStatus::Ok && *index != winner.index);
     let (index, other) = other.expect("two admissible samples");
-    let normalizers = inbye::local::score::normalizers(&problem.header, &answer.totals);
+    let normalizers = inbye::local::internals::score::normalizers(&problem.header, &answer.totals);
     winner.index = index;
     winner.terms = other.terms;
-    winner.score = inbye::local::score::score(&other.terms, &normalizers);
+    winner.score = inbye::local::internals::score::score(&other.terms, &normalizers);
     let told = answer.clone();
     let gpu = Tricky::boxed(move |_, _, _| Ok(told.clone()));
     let mut failover = with_cpu(Ok(gpu), || panic!("nothing was lost"));
@@ -309,7 +321,7 @@ fn a_batch_falls_to_the_cpu_as_a_whole() {
         Ok(answer)
     });
     let mut failover = with_cpu(Ok(gpu), || panic!("not so soon"));
-    let problems: Vec<Prepared> = (0..5).map(problem).collect();
+    let problems: Vec<QuantizedProblem> = (0..5).map(problem).collect();
     let expected: Vec<_> = problems
         .iter()
         .map(|one| truth(one, Detail::Answer))
@@ -317,7 +329,7 @@ fn a_batch_falls_to_the_cpu_as_a_whole() {
     let answers = failover.evaluate_batch(&problems, Detail::Answer);
     assert_eq!(answers, Ok(expected));
     let met = met(&failover);
-    assert_eq!((met.decisions, met.on_cpu, met.lost_in_all()), (1, 1, 1));
+    assert_eq!((met.decisions, met.on_cpu, met.total_failures()), (1, 1, 1));
 }
 
 /// An engine that takes its time to go: it waits to be let go of, and says when it is gone.
@@ -340,7 +352,11 @@ impl Engine for Lingering {
         0
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         self.engine.evaluate(problem, detail)
     }
 }
@@ -358,13 +374,13 @@ fn no_decision_waits_for_a_device_to_close_or_to_open() {
     let (let_go, when_let_go) = channel();
     let gone = Arc::new(AtomicBool::new(false));
     let gpu = Lingering {
-        engine: Tricky::boxed(|_, _, _| Err(lost(LossKind::TimedOut))),
+        engine: Tricky::boxed(|_, _, _| Err(lost(GpuFailureKind::TimedOut))),
         let_go: when_let_go,
         gone: Arc::clone(&gone),
     };
     let (opens, when_open) = channel();
     let when_open = Mutex::new(when_open);
-    let source = Beside::new(move || {
+    let source = BackgroundOpener::new(move || {
         let told = when_open.lock().expect("nobody panics").recv();
         told.map_err(|_| EngineError::NoAdapter)?;
         Ok(Tricky::honest())
@@ -375,7 +391,7 @@ fn no_decision_waits_for_a_device_to_close_or_to_open() {
     assert!(!gone.load(Ordering::SeqCst));
     let still = met(&failover);
     assert_eq!(
-        (still.on_cpu, still.reopened, still.not_reopened),
+        (still.on_cpu, still.reopened, still.reopen_failures),
         (30, 0, 0)
     );
     let_go.send(()).expect("it is being closed");
@@ -392,13 +408,16 @@ fn no_decision_waits_for_a_device_to_close_or_to_open() {
 
 #[test]
 fn a_thread_that_panics_while_it_opens_a_device_is_an_attempt_in_vain() {
-    let source = Beside::new(|| panic!("as told"));
+    let source = BackgroundOpener::new(|| panic!("as told"));
     let cpu = CpuEngine::single_threaded();
     let mut failover = Failover::new(Err(EngineError::NoAdapter), source, cpu);
     let mut case = 0;
-    while met(&failover).not_reopened == 0 {
+    while met(&failover).reopen_failures == 0 {
         ask(&mut failover, case..case + 1);
         case += 1;
     }
-    assert_eq!(met(&failover).told[1].kind, Some(LossKind::Unopened));
+    assert_eq!(
+        met(&failover).messages[1].kind,
+        Some(GpuFailureKind::OpenFailed)
+    );
 }

@@ -2,14 +2,15 @@
 
 use core::mem::{offset_of, size_of};
 
-use inbye::local::gpu::bindings::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
-use inbye::local::gpu::layout::{
-    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, MOST_PROBLEMS, PARTIAL_BYTES, Place, Placed, Record,
-    SAMPLES_PER_GROUP, TURNS_PER_GROUP,
+use inbye::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
+use inbye::local::internals::gpu::{
+    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
+    Record, SAMPLES_PER_GROUP, VTHETA_PER_GROUP,
 };
-use inbye::local::gpu::shaders::{ENTRY_POINTS, PARTS, source};
-use inbye::local::score::Normalizer;
-use inbye::local::{BodyDisc, Header, MovingBody, Reason, Speed, Terms, Turn};
+use inbye::local::internals::gpu::{ENTRY_POINTS, PARTS, source};
+use inbye::local::internals::score::Normalizer;
+use inbye::local::internals::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
+use inbye::local::{SampleStatus, Terms};
 use inbye::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN};
 use naga::front::wgsl;
 use naga::proc::Layouter;
@@ -99,15 +100,15 @@ fn every_entry_point_is_within_the_limits_of_every_adapter() {
             entry.name
         );
         let one_invocation_for_each = match entry.name.as_str() {
-            "tabulate_turns" => Some(TURNS_PER_GROUP),
-            "judge_samples" | "score_samples" => Some(SAMPLES_PER_GROUP),
+            "tabulate_vtheta" => Some(VTHETA_PER_GROUP),
+            "evaluate_samples" | "score_samples" => Some(SAMPLES_PER_GROUP),
             _ => None,
         };
         if let Some(per_group) = one_invocation_for_each {
             assert_eq!(entry.workgroup_size, [per_group, 1, 1], "{}", entry.name);
             // Each problem of a batch fills up its last workgroup.
             assert!(
-                MOST_SAMPLES.div_ceil(per_group) + MOST_PROBLEMS as u32 <= MOST_WORKGROUPS,
+                MOST_SAMPLES.div_ceil(per_group) + MAX_PROBLEMS as u32 <= MOST_WORKGROUPS,
                 "{}",
                 entry.name
             );
@@ -209,9 +210,9 @@ const TWINS: [Twins; 4] = [
         rust: include_str!("../../../src/local/select.rs"),
         shader: "select.wgsl",
         // The shader adds up in its workgroups, in evaluate.wgsl.
-        only_rust: &["count", "gather", "merge"],
+        only_rust: &["count", "accumulate", "merge"],
         // A constant, and the `<` of i64, in Rust.
-        only_shader: &["nobody", "less_signed"],
+        only_shader: &["no_candidate", "less_signed"],
     },
 ];
 
@@ -263,17 +264,17 @@ fn structs_are_laid_out_alike_on_both_sides() {
     let (module, _) = module();
     #[rustfmt::skip]
     let all: [(&str, Layout); 9] = [
-        layout!(Header: v_count, omega_count, steps, disc_count, obstacle_count, width, height, cell_bits, start_x,
+        layout!(Header: vx_count, vtheta_count, steps, disc_count, obstacle_count, width, height, cell_bits, start_x,
             start_y, heading, target_x, target_y, key_x, key_y, max_clearance, table_bits, coarse_bits, fine_bits,
             stop_by_arc, outside_is_free, min_max, stamp, padding, weights),
-        layout!(Place: first_groups, first_speed, first_turn, first_body, first_field, first_table, first_record),
-        layout!(Placed: header, place),
-        layout!(Speed: coarse, fine, term, needs),
-        layout!(Turn: per_step, needs),
-        layout!(BodyDisc: x, y, radius),
-        layout!(MovingBody: x, y, step_x, step_y, radius),
-        layout!(Record: heading, clearance, path, reason),
-        layout!(Answer: counts, sums_low, sums_high, least, greatest, normalizers, winner, score_low, score_high,
+        layout!(BufferOffsets: first_groups, first_vx, first_vtheta, first_body, first_field, first_table, first_record),
+        layout!(BatchEntry: header, offsets),
+        layout!(VxSample: coarse, fine, velocity_term, stopping_need),
+        layout!(VthetaSample: angle_per_step, stopping_need),
+        layout!(QuantizedDisc: x, y, radius),
+        layout!(QuantizedObstacle: x, y, step_x, step_y, radius),
+        layout!(Record: heading, clearance, path, status),
+        layout!(Answer: counts, sums_low, sums_high, min, max, normalizers, winner, score_low, score_high,
             stamp, terms),
     ];
     for (name, (size, fields)) in all {
@@ -354,15 +355,15 @@ fn constants_are_equal_on_both_sides() {
         ("ONE_Q20", i64::from(ONE_Q20)),
         ("QUARTER_TURN", i64::from(QUARTER_TURN)),
         ("HALF_TURN", i64::from(HALF_TURN)),
-        ("TURNS_PER_GROUP", i64::from(TURNS_PER_GROUP)),
+        ("VTHETA_PER_GROUP", i64::from(VTHETA_PER_GROUP)),
         ("SAMPLES_PER_GROUP", i64::from(SAMPLES_PER_GROUP)),
-        ("MOST_PROBLEMS", MOST_PROBLEMS as i64),
-        ("OK", Reason::Ok as i64),
-        ("COLLISION", Reason::Collision as i64),
-        ("CANNOT_STOP", Reason::CannotStop as i64),
-        ("OUTSIDE", Reason::Outside as i64),
-        ("DISC_WORDS", words(size_of::<BodyDisc>())),
-        ("MOVING_WORDS", words(size_of::<MovingBody>())),
+        ("MAX_PROBLEMS", MAX_PROBLEMS as i64),
+        ("OK", SampleStatus::Ok as i64),
+        ("COLLISION", SampleStatus::Collision as i64),
+        ("CANNOT_STOP", SampleStatus::CannotStop as i64),
+        ("OUTSIDE", SampleStatus::Outside as i64),
+        ("DISC_WORDS", words(size_of::<QuantizedDisc>())),
+        ("OBSTACLE_WORDS", words(size_of::<QuantizedObstacle>())),
     ] {
         assert_eq!(constant(&module, name), rust, "{name}");
     }

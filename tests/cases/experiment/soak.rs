@@ -7,7 +7,9 @@ use inbye::experiment::{
     ABLATION_VARIANTS, SoakSummary, ablation_rows, closed_loop_rows, closed_loop_setups,
 };
 use inbye::global::Searcher;
-use inbye::local::{CpuEngine, Detail, Engine, EngineError, Evaluation, Instructions, Prepared};
+use inbye::local::{
+    CpuEngine, Detail, Engine, EngineError, Evaluation, InstructionSet, QuantizedProblem,
+};
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
 use inbye::runtime::{Config, Observer};
@@ -133,7 +135,11 @@ impl Engine for Flipped {
         1
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         let mut answer = self.engine.evaluate(problem, detail)?;
         if let Some(winner) = &mut answer.winner {
             if self.decisions_left == 0 {
@@ -161,7 +167,7 @@ fn one_flipped_bit_is_another_trace() {
         driven.expect("a sound mission").0
     };
     let row = run(Box::new(CpuEngine::single_threaded()));
-    let scalar = CpuEngine::with_instructions(Instructions::Scalar, 1).expect("always there");
+    let scalar = CpuEngine::with_instruction_set(InstructionSet::Scalar, 1).expect("always there");
     let flipped = Flipped {
         engine: CpuEngine::single_threaded(),
         decisions_left: 12,

@@ -3,9 +3,9 @@
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use inbye::local::Detail;
-use inbye::local::gpu::batch::Batch;
-use inbye::local::gpu::bindings::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
-use inbye::local::gpu::shaders::ENTRY_POINTS;
+use inbye::local::internals::gpu::Batch;
+use inbye::local::internals::gpu::ENTRY_POINTS;
+use inbye::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use libtest_mimic::Failed;
 use serde::Serialize;
 

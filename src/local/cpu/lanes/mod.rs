@@ -1,53 +1,53 @@
 //! Many samples at once: 32-bit lanes of one vector register, or of an array where there is none.
 //!
 //! The kernels are written once over [`Lanes`] and compiled for each set of instructions; which one runs is decided
-//! when the program starts ([`super::Instructions`]). Every operation is exact, so the choice changes no bit.
+//! when the program starts ([`super::InstructionSet`]). Every operation is exact, so the choice changes no bit.
 
 /// Looking up in a patch by gathering from memory.
 macro_rules! look_up_in_memory {
     () => {
-        const LOOKS_UP: bool = false;
-        type Patch = $crate::local::cpu::lanes::Patch;
+        const HAS_REGISTER_LOOKUP: bool = false;
+        type RegisterTile = $crate::local::cpu::lanes::RegisterTile;
 
         #[inline(always)]
-        fn patch<const SIDE: usize>(
-            _: Self::Proof,
+        fn register_tile<const SIDE: usize>(
+            _: Self::FeatureToken,
             square: &$crate::local::cpu::lanes::Square<'_>,
-        ) -> Self::Patch {
-            Self::Patch::of::<SIDE>(square)
+        ) -> Self::RegisterTile {
+            Self::RegisterTile::of::<SIDE>(square)
         }
 
         #[inline(always)]
         fn look_up<const SIDE: usize>(
-            proof: Self::Proof,
-            patch: &Self::Patch,
+            token: Self::FeatureToken,
+            register_tile: &Self::RegisterTile,
             one: (Self, Self),
             other: (Self, Self),
             bits: u32,
         ) -> Self {
-            let last = Self::splat(proof, SIDE as i32 - 1);
+            let last = Self::splat(token, SIDE as i32 - 1);
             let place = |(x, y): (Self, Self)| {
                 let (column, row) = (x.shr(bits).and(last), y.shr(bits).and(last));
                 row.shl(SIDE.ilog2()).add(column)
             };
-            let one = place(one).gather(patch.entries());
-            one.add(place(other).gather(patch.entries()).shl(16))
+            let one = place(one).gather(register_tile.entries());
+            one.add(place(other).gather(register_tile.entries()).shl(16))
         }
     };
 }
 
-mod patch;
 mod portable;
+mod register_tile;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use patch::{LARGE, Patch, SMALL, Square};
 pub use portable::Portable;
+pub use register_tile::{LARGE_TILE, RegisterTile, SMALL_TILE, Square};
 #[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx512};
+pub use x86::{Avx2, Avx512, run_avx2, run_avx512};
 
 /// The most lanes that any implementation has.
-pub const MOST_LANES: usize = 16;
+pub const MAX_LANES: usize = 16;
 
 /// Lanes of `i32`. Additions, subtractions and products wrap; comparisons are signed.
 ///
@@ -56,14 +56,14 @@ pub trait Lanes: Copy {
     /// Number of lanes.
     const COUNT: usize;
     /// Shows that the processor has the instructions. Vectors are made from it, so none exists without.
-    type Proof: Copy;
+    type FeatureToken: Copy;
     /// A truth value for each lane.
     type Mask: Copy;
 
     /// The same value in each lane.
-    fn splat(proof: Self::Proof, value: i32) -> Self;
+    fn splat(token: Self::FeatureToken, value: i32) -> Self;
     /// The first values of a list that is at least as long as there are lanes.
-    fn load(proof: Self::Proof, from: &[i32]) -> Self;
+    fn load(token: Self::FeatureToken, from: &[i32]) -> Self;
     /// Writes to the front of a list that is at least as long as there are lanes.
     fn store(self, to: &mut [i32]);
 
@@ -109,48 +109,51 @@ pub trait Lanes: Copy {
     fn hypot(self, other: Self) -> Self;
     /// `(y >> bits) * width + (x >> bits)`, for shifted values that fit in 16 bits, 16 to 31 `bits`, and a width from 1 to
     /// 32767.
-    fn row_major(proof: Self::Proof, x: Self, y: Self, bits: u32, width: i32) -> Self;
+    fn row_major(token: Self::FeatureToken, x: Self, y: Self, bits: u32, width: i32) -> Self;
     /// The entries of a list in the lower halves of the lanes; the upper halves hold anything. The list has at least one
     /// entry more than the greatest index; other indices give one of its entries as well.
-    fn gather_loose(self, list: &[u16]) -> Self;
+    fn gather_dirty_high(self, list: &[u16]) -> Self;
     /// The smaller of two that loose operations gave, or of one and a value below 2^16; again loose.
-    fn min_loose(self, other: Self) -> Self;
+    fn min_dirty_high(self, other: Self) -> Self;
     /// The smaller of two numbers, unsigned, in each half of the lanes.
     fn min_halves(self, other: Self) -> Self;
     /// Clears the upper halves of what the loose operations gave.
-    fn tighten(self) -> Self;
-    /// The entries of a list, as in `gather_loose`.
+    fn mask_high(self) -> Self;
+    /// The entries of a list, as in `gather_dirty_high`.
     #[inline(always)]
     fn gather(self, list: &[u16]) -> Self {
-        self.gather_loose(list).tighten()
+        self.gather_dirty_high(list).mask_high()
     }
 
     /// Whether registers can be looked up in: then `look_up` takes less time than two gathers from memory.
-    const LOOKS_UP: bool;
+    const HAS_REGISTER_LOOKUP: bool;
     /// A square of a grid, its side 8 or 16.
-    type Patch: Copy;
+    type RegisterTile: Copy;
     /// Copies a square.
-    fn patch<const SIDE: usize>(proof: Self::Proof, square: &Square<'_>) -> Self::Patch;
+    fn register_tile<const SIDE: usize>(
+        token: Self::FeatureToken,
+        square: &Square<'_>,
+    ) -> Self::RegisterTile;
     /// The entries of a patch of this side at the columns `x >> bits` and the rows `y >> bits`, both modulo the side: of
     /// the first pair in the lower halves of the lanes, of the second in the upper ones. `bits` is 20 to 28.
     fn look_up<const SIDE: usize>(
-        proof: Self::Proof,
-        patch: &Self::Patch,
+        token: Self::FeatureToken,
+        register_tile: &Self::RegisterTile,
         one: (Self, Self),
         other: (Self, Self),
         bits: u32,
     ) -> Self;
 
     /// Each lane with the sum of those before it added.
-    fn running_sums(self) -> Self;
+    fn prefix_sums(self) -> Self;
     /// The last lane.
     fn last(self) -> i32;
     /// The smallest of all lanes.
-    fn least(self) -> i32;
+    fn reduce_min(self) -> i32;
     /// The greatest of all lanes.
-    fn greatest(self) -> i32;
+    fn reduce_max(self) -> i32;
     /// The sum of all lanes, unsigned.
-    fn total_unsigned(self) -> u64;
+    fn reduce_sum_unsigned(self) -> u64;
 
     /// `self < other`.
     fn less(self, other: Self) -> Self::Mask;
@@ -161,24 +164,34 @@ pub trait Lanes: Copy {
     /// Each lane from `yes` where the mask is set, from `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// A mask without a lane set.
-    fn none(proof: Self::Proof) -> Self::Mask;
+    fn mask_none(token: Self::FeatureToken) -> Self::Mask;
     /// Set in both.
-    fn both(one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    fn mask_and(one: Self::Mask, other: Self::Mask) -> Self::Mask;
     /// Set in either.
-    fn either(one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    fn mask_or(one: Self::Mask, other: Self::Mask) -> Self::Mask;
     /// Set in the first and not in the second.
-    fn but_not(one: Self::Mask, other: Self::Mask) -> Self::Mask;
+    fn mask_and_not(one: Self::Mask, other: Self::Mask) -> Self::Mask;
     /// Writes the lanes that are set one after the other to the front of a list that has room for all; their number.
     /// What comes behind them is anything.
     fn compress(mask: Self::Mask, lanes: Self, to: &mut [i32]) -> usize;
     /// The lanes set, first lane in the lowest bit.
-    fn bits(mask: Self::Mask) -> u32;
+    fn bitmask(mask: Self::Mask) -> u32;
 
     /// The values as a list; those beyond the number of lanes are zero.
     #[cfg(test)]
-    fn to_array(self) -> [i32; MOST_LANES] {
-        let mut array = [0; MOST_LANES];
+    fn to_array(self) -> [i32; MAX_LANES] {
+        let mut array = [0; MAX_LANES];
         self.store(&mut array);
         array
     }
+}
+
+/// Work that is compiled for each instruction set. `run` must be `inline(always)`: only then the caller's instruction set
+/// applies to it.
+pub trait LaneTask {
+    /// The result.
+    type Output;
+
+    /// Runs the work with one kind of lanes.
+    fn run<L: Lanes>(self, token: L::FeatureToken) -> Self::Output;
 }

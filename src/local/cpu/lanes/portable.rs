@@ -49,7 +49,7 @@ impl Mask {
 
 impl Lanes for Portable {
     const COUNT: usize = COUNT;
-    type Proof = ();
+    type FeatureToken = ();
     type Mask = Mask;
 
     #[inline(always)]
@@ -184,13 +184,13 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn gather_loose(self, list: &[u16]) -> Self {
+    fn gather_dirty_high(self, list: &[u16]) -> Self {
         let last = list.len() - 1;
         self.map(|index| i32::from(list[(index as u32 as usize).min(last)]))
     }
 
     #[inline(always)]
-    fn min_loose(self, other: Self) -> Self {
+    fn min_dirty_high(self, other: Self) -> Self {
         self.min(other)
     }
 
@@ -204,12 +204,12 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn tighten(self) -> Self {
+    fn mask_high(self) -> Self {
         self
     }
 
     #[inline(always)]
-    fn running_sums(mut self) -> Self {
+    fn prefix_sums(mut self) -> Self {
         for lane in 1..COUNT {
             self.0[lane] = self.0[lane].wrapping_add(self.0[lane - 1]);
         }
@@ -222,17 +222,17 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn least(self) -> i32 {
+    fn reduce_min(self) -> i32 {
         self.0.into_iter().fold(i32::MAX, Ord::min)
     }
 
     #[inline(always)]
-    fn greatest(self) -> i32 {
+    fn reduce_max(self) -> i32 {
         self.0.into_iter().fold(i32::MIN, Ord::max)
     }
 
     #[inline(always)]
-    fn total_unsigned(self) -> u64 {
+    fn reduce_sum_unsigned(self) -> u64 {
         self.0.into_iter().map(|lane| u64::from(lane as u32)).sum()
     }
 
@@ -261,22 +261,22 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn none((): ()) -> Mask {
+    fn mask_none((): ()) -> Mask {
         Mask([0; COUNT])
     }
 
     #[inline(always)]
-    fn both(one: Mask, other: Mask) -> Mask {
+    fn mask_and(one: Mask, other: Mask) -> Mask {
         one.zip(other, |one, other| one & other)
     }
 
     #[inline(always)]
-    fn either(one: Mask, other: Mask) -> Mask {
+    fn mask_or(one: Mask, other: Mask) -> Mask {
         one.zip(other, |one, other| one | other)
     }
 
     #[inline(always)]
-    fn but_not(one: Mask, other: Mask) -> Mask {
+    fn mask_and_not(one: Mask, other: Mask) -> Mask {
         one.zip(other, |one, other| one & !other)
     }
 
@@ -292,7 +292,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn bits(mask: Mask) -> u32 {
+    fn bitmask(mask: Mask) -> u32 {
         let mut bits = 0;
         for (lane, value) in mask.0.into_iter().enumerate() {
             bits |= (value & 1) << lane;

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::local::cpu::lanes::{MOST_LANES, Square};
+use crate::local::cpu::lanes::{MAX_LANES, Square};
 
 /// What one lane is given.
 pub type Case = [i32; 2];
@@ -26,7 +26,7 @@ impl Shared {
     }
 
     /// Bits with which places in a patch are found.
-    pub const fn patch_bits(&self) -> u32 {
+    pub const fn tile_bits(&self) -> u32 {
         20 + self.bits % 9
     }
 
@@ -45,7 +45,7 @@ impl Shared {
     pub fn entry<const SIDE: usize>(&self, x: i32, y: i32) -> i32 {
         let square = self.square();
         let after = |word: i32, first: usize| {
-            let cell = (word as u32 >> self.patch_bits()) as usize;
+            let cell = (word as u32 >> self.tile_bits()) as usize;
             (cell + SIDE * first - first) % SIDE
         };
         let (column, row) = (after(x, square.column), after(y, square.row));
@@ -56,7 +56,7 @@ impl Shared {
 /// As many lanes as any implementation has.
 pub struct Group {
     pub shared: Shared,
-    pub cases: [Case; MOST_LANES],
+    pub cases: [Case; MAX_LANES],
 }
 
 /// An odd factor makes all entries differ, so a lane that reads a wrong one shows.
@@ -88,10 +88,10 @@ pub fn groups(seed: u64) -> Vec<Group> {
     for &x in &edges {
         cases.extend(edges.iter().map(|&y| [x, y]));
     }
-    let all = cases.len().next_multiple_of(MOST_LANES) + RANDOM_GROUPS * MOST_LANES;
+    let all = cases.len().next_multiple_of(MAX_LANES) + RANDOM_GROUPS * MAX_LANES;
     cases.resize_with(all, || [word(rng, &edges), word(rng, &edges)]);
-    let (vectors, _) = cases.as_chunks::<MOST_LANES>();
-    let group = |cases: &[Case; MOST_LANES]| Group {
+    let (vectors, _) = cases.as_chunks::<MAX_LANES>();
+    let group = |cases: &[Case; MAX_LANES]| Group {
         shared: Shared {
             bits: rng.random_range(0..32),
             width: width(rng),

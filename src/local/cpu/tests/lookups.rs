@@ -22,18 +22,18 @@ pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
             |x, _, s| i32::from(s.list()[x as usize]),
         ),
         each(
-            "gather_loose, min_loose and tighten",
+            "gather_dirty_high, min_dirty_high and mask_high",
             within,
             |_, x, y, s| {
-                let (one, other) = (x.gather_loose(s.list()), y.gather_loose(s.list()));
-                one.min_loose(other).tighten()
+                let (one, other) = (x.gather_dirty_high(s.list()), y.gather_dirty_high(s.list()));
+                one.min_dirty_high(other).mask_high()
             },
             |x, y, s| i32::from(s.list()[x as usize].min(s.list()[y as usize])),
         ),
         each(
-            "min_loose of clean halves",
+            "min_dirty_high of clean halves",
             |[x, y], _| [x & 0xFFFF, y & 0xFFFF],
-            |_, x, y, _| x.min_loose(y).tighten(),
+            |_, x, y, _| x.min_dirty_high(y).mask_high(),
             |x, y, _| x.min(y),
         ),
         each(
@@ -46,8 +46,8 @@ pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
                 (high << 16) as i32 | i32::from(low)
             },
         ),
-        look_up::<L, 8>("look_up in a small patch"),
-        look_up::<L, 16>("look_up in a large patch"),
+        look_up::<L, 8>("look_up in a small register tile"),
+        look_up::<L, 16>("look_up in a large register tile"),
         whole(
             "gather beyond the list",
             any,
@@ -70,9 +70,9 @@ const fn look_up<L: Lanes, const SIDE: usize>(name: &'static str) -> Operation<L
     each(
         name,
         any,
-        |proof, x, y, shared| {
-            let patch = L::patch::<SIDE>(proof, &shared.square());
-            L::look_up::<SIDE>(proof, &patch, (x, y), (y, x), shared.patch_bits())
+        |token, x, y, shared| {
+            let register_tile = L::register_tile::<SIDE>(token, &shared.square());
+            L::look_up::<SIDE>(token, &register_tile, (x, y), (y, x), shared.tile_bits())
         },
         |x, y, shared| shared.entry::<SIDE>(x, y) | (shared.entry::<SIDE>(y, x) << 16),
     )

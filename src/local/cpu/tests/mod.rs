@@ -4,11 +4,11 @@ mod cases;
 mod lookups;
 mod operations;
 mod reductions;
-mod sieve;
+mod step_pruning;
 
 use std::fmt::Write;
 
-use super::lanes::{Lanes, MOST_LANES, Portable};
+use super::lanes::{Lanes, MAX_LANES, Portable};
 use cases::{Case, Group, Shared, groups};
 use operations::{Operation, Way, operations};
 
@@ -16,7 +16,7 @@ use operations::{Operation, Way, operations};
 const SEED: u64 = 37;
 
 /// Of an operation's differences, so many are told in full.
-const TOLD: usize = 4;
+const MAX_REPORTED: usize = 4;
 
 /// What one vector of an operation gave, and should have given.
 struct Outcome<'a> {
@@ -27,22 +27,22 @@ struct Outcome<'a> {
 }
 
 fn outcome<'a, L: Lanes>(
-    proof: L::Proof,
+    token: L::FeatureToken,
     operation: &Operation<L>,
     cases: &'a [Case],
     shared: &'a Shared,
 ) -> Outcome<'a> {
     let column = |place: usize| {
         let values: Vec<i32> = cases.iter().map(|case| case[place]).collect();
-        L::load(proof, &values)
+        L::load(token, &values)
     };
     let (x, y) = (column(0), column(1));
     let (expected, found) = match operation.way {
         Way::Each(lanes, plain) => (
             cases.iter().map(|&[x, y]| plain(x, y, shared)).collect(),
-            lanes(proof, x, y, shared).to_array()[..L::COUNT].to_vec(),
+            lanes(token, x, y, shared).to_array()[..L::COUNT].to_vec(),
         ),
-        Way::Whole(lanes, plain) => (plain(cases, shared), lanes(proof, x, y, shared)),
+        Way::Whole(lanes, plain) => (plain(cases, shared), lanes(token, x, y, shared)),
     };
     Outcome {
         cases,
@@ -55,25 +55,25 @@ fn outcome<'a, L: Lanes>(
 /// What to say of an operation that differs from plain arithmetic: how often, and the first few in hexadecimal. On
 /// demand one bit of one vector is flipped first.
 fn differences<L: Lanes>(
-    proof: L::Proof,
+    token: L::FeatureToken,
     operation: &Operation<L>,
     groups: &[Group],
     flip_vector: Option<usize>,
 ) -> Option<String> {
-    let (mut differing, mut all, mut told) = (0, 0, String::new());
+    let (mut differing, mut all, mut messages) = (0, 0, String::new());
     let mut vector = 0;
     for group in groups {
         let shared = &group.shared;
         let fitted = group.cases.map(|case| (operation.fit)(case, shared));
         for cases in fitted.chunks_exact(L::COUNT) {
-            let mut outcome = outcome(proof, operation, cases, shared);
+            let mut outcome = outcome(token, operation, cases, shared);
             if flip_vector == Some(vector) {
                 outcome.found[0] ^= 1 << 31;
             }
             let wrong = wrong_places(&outcome);
             for place in wrong {
-                if differing < TOLD {
-                    tell(&outcome, &operation.way, place, &mut told);
+                if differing < MAX_REPORTED {
+                    tell(&outcome, &operation.way, place, &mut messages);
                 }
                 differing += 1;
             }
@@ -82,7 +82,7 @@ fn differences<L: Lanes>(
         }
     }
     let name = operation.name;
-    (differing > 0).then(|| format!("{name}: {differing} of {all} differ:{told}"))
+    (differing > 0).then(|| format!("{name}: {differing} of {all} differ:{messages}"))
 }
 
 /// Where the lists differ; a word that only one of them has differs.
@@ -95,7 +95,7 @@ fn wrong_places(outcome: &Outcome<'_>) -> Vec<usize> {
         .collect()
 }
 
-fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, told: &mut String) {
+fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages: &mut String) {
     let Outcome {
         cases,
         shared,
@@ -104,12 +104,12 @@ fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, told: &mut 
     } = outcome;
     let said = match way {
         Way::Each(..) => write!(
-            told,
+            messages,
             "\n  {:x?}, {shared:x?} gives {:x}, not {:x}",
             cases[place], found[place], expected[place]
         ),
         Way::Whole(..) => write!(
-            told,
+            messages,
             "\n  {cases:x?}, {shared:x?} gives {found:x?}, not {expected:x?}"
         ),
     };
@@ -117,11 +117,11 @@ fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, told: &mut 
 }
 
 /// Fails with all that differs.
-fn equal_plain<L: Lanes>(proof: L::Proof) {
+fn equal_plain<L: Lanes>(token: L::FeatureToken) {
     let groups = groups(SEED);
     let wrong: Vec<String> = operations::<L>()
         .iter()
-        .filter_map(|operation| differences(proof, operation, &groups, None))
+        .filter_map(|operation| differences(token, operation, &groups, None))
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
@@ -135,7 +135,7 @@ fn portable_lanes_equal_plain_arithmetic() {
 #[test]
 fn avx2_lanes_equal_plain_arithmetic() {
     match super::lanes::Avx2::detect() {
-        Some(proof) => equal_plain::<super::lanes::Avx2>(proof),
+        Some(token) => equal_plain::<super::lanes::Avx2>(token),
         None => say_not_here("AVX2"),
     }
 }
@@ -144,7 +144,7 @@ fn avx2_lanes_equal_plain_arithmetic() {
 #[test]
 fn avx512_lanes_equal_plain_arithmetic() {
     match super::lanes::Avx512::detect() {
-        Some(proof) => equal_plain::<super::lanes::Avx512>(proof),
+        Some(token) => equal_plain::<super::lanes::Avx512>(token),
         None => say_not_here("AVX-512 F, BW and CD"),
     }
 }
@@ -176,9 +176,9 @@ fn one_flipped_bit_of_any_operation_is_reported() {
 
 #[test]
 fn groups_fill_whole_vectors_of_every_kind() {
-    assert_eq!(MOST_LANES % Portable::COUNT, 0);
+    assert_eq!(MAX_LANES % Portable::COUNT, 0);
     #[cfg(target_arch = "x86_64")]
     for count in [super::lanes::Avx2::COUNT, super::lanes::Avx512::COUNT] {
-        assert_eq!(MOST_LANES % count, 0);
+        assert_eq!(MAX_LANES % count, 0);
     }
 }

@@ -4,19 +4,19 @@ use super::cases::{Case, Shared};
 use super::lookups::lists;
 use super::reductions::reductions;
 use crate::local::cpu::arithmetic;
-use crate::local::cpu::lanes::{Lanes, MOST_LANES};
+use crate::local::cpu::lanes::{Lanes, MAX_LANES};
 use crate::numeric;
 
 /// How an operation is done in lanes and plainly.
 pub enum Way<L: Lanes> {
     /// Lane by lane.
     Each(
-        fn(L::Proof, L, L, &Shared) -> L,
+        fn(L::FeatureToken, L, L, &Shared) -> L,
         fn(i32, i32, &Shared) -> i32,
     ),
     /// All lanes of a vector together, to a list.
     Whole(
-        fn(L::Proof, L, L, &Shared) -> Vec<i32>,
+        fn(L::FeatureToken, L, L, &Shared) -> Vec<i32>,
         fn(&[Case], &Shared) -> Vec<i32>,
     ),
 }
@@ -35,7 +35,7 @@ pub struct Operation<L: Lanes> {
 pub const fn each<L: Lanes>(
     name: &'static str,
     fit: fn(Case, &Shared) -> Case,
-    lanes: fn(L::Proof, L, L, &Shared) -> L,
+    lanes: fn(L::FeatureToken, L, L, &Shared) -> L,
     plain: fn(i32, i32, &Shared) -> i32,
 ) -> Operation<L> {
     let way = Way::Each(lanes, plain);
@@ -45,7 +45,7 @@ pub const fn each<L: Lanes>(
 pub const fn whole<L: Lanes>(
     name: &'static str,
     fit: fn(Case, &Shared) -> Case,
-    lanes: fn(L::Proof, L, L, &Shared) -> Vec<i32>,
+    lanes: fn(L::FeatureToken, L, L, &Shared) -> Vec<i32>,
     plain: fn(&[Case], &Shared) -> Vec<i32>,
 ) -> Operation<L> {
     let way = Way::Whole(lanes, plain);
@@ -54,7 +54,7 @@ pub const fn whole<L: Lanes>(
 
 /// All of them.
 pub fn operations<L: Lanes>() -> Vec<Operation<L>> {
-    let parts = [
+    let shards = [
         moves(),
         sums(),
         reductions(),
@@ -65,7 +65,7 @@ pub fn operations<L: Lanes>() -> Vec<Operation<L>> {
         of_masks(),
         angles(),
     ];
-    parts.into_iter().flatten().collect()
+    shards.into_iter().flatten().collect()
 }
 
 fn moves<L: Lanes>() -> Vec<Operation<L>> {
@@ -81,12 +81,12 @@ fn moves<L: Lanes>() -> Vec<Operation<L>> {
             "load and store in a longer list",
             any,
             |p, x, _, _| {
-                let mut list = [7; 2 * MOST_LANES];
+                let mut list = [7; 2 * MAX_LANES];
                 x.store(&mut list);
-                L::load(p, &list).store(&mut list[MOST_LANES..]);
-                let gap = list[L::COUNT..MOST_LANES].iter().all(|&word| word == 7);
-                let end = list[MOST_LANES + L::COUNT..].iter().all(|&word| word == 7);
-                let mut found = list[MOST_LANES..][..L::COUNT].to_vec();
+                L::load(p, &list).store(&mut list[MAX_LANES..]);
+                let gap = list[L::COUNT..MAX_LANES].iter().all(|&word| word == 7);
+                let end = list[MAX_LANES + L::COUNT..].iter().all(|&word| word == 7);
+                let mut found = list[MAX_LANES..][..L::COUNT].to_vec();
                 found.push(i32::from(gap && end));
                 found
             },
@@ -98,7 +98,7 @@ fn moves<L: Lanes>() -> Vec<Operation<L>> {
             |_, x, _, _| x.to_array().to_vec(),
             |cases, s| {
                 let mut list = firsts(cases, s);
-                list.resize(MOST_LANES, 0);
+                list.resize(MAX_LANES, 0);
                 list
             },
         ),
@@ -200,19 +200,19 @@ fn bits<L: Lanes>() -> Vec<Operation<L>> {
 }
 
 /// The greatest divisor and quotient of `div_unsigned`.
-const MOST_DIVIDED: u32 = 1 << 17;
+const MAX_DIVISOR: u32 = 1 << 17;
 
 /// A divisor from 1 to 2^17, and a value with a quotient up to that.
 fn dividable([x, y]: Case, _: &Shared) -> Case {
-    let divisor = y as u32 % MOST_DIVIDED + 1;
-    let limit = u64::from(divisor) * u64::from(MOST_DIVIDED + 1);
+    let divisor = y as u32 % MAX_DIVISOR + 1;
+    let limit = u64::from(divisor) * u64::from(MAX_DIVISOR + 1);
     [(u64::from(x as u32) % limit) as i32, divisor as i32]
 }
 
 /// A multiple of such a divisor, or one less.
 fn about_multiple([x, y]: Case, shared: &Shared) -> Case {
-    let divisor = y as u32 % MOST_DIVIDED + 1;
-    let most = MOST_DIVIDED.min(u32::MAX / divisor);
+    let divisor = y as u32 % MAX_DIVISOR + 1;
+    let most = MAX_DIVISOR.min(u32::MAX / divisor);
     let multiple = x as u32 % (most + 1) * divisor;
     [
         multiple.saturating_sub(shared.bits % 2) as i32,
@@ -289,8 +289,8 @@ fn length(x: i32, y: i32) -> i32 {
 }
 
 /// A mask as ones and zeros.
-fn truth<L: Lanes>(proof: L::Proof, mask: L::Mask) -> L {
-    L::select(mask, L::splat(proof, 1), L::splat(proof, 0))
+fn truth<L: Lanes>(token: L::FeatureToken, mask: L::Mask) -> L {
+    L::select(mask, L::splat(token, 1), L::splat(token, 0))
 }
 
 /// Two masks of the same values that differ where one value is negative.
@@ -330,38 +330,43 @@ fn masks<L: Lanes>() -> Vec<Operation<L>> {
 
 fn of_masks<L: Lanes>() -> Vec<Operation<L>> {
     vec![
-        each("none", any, |p, _, _, _| truth(p, L::none(p)), |_, _, _| 0),
         each(
-            "both",
+            "none",
+            any,
+            |p, _, _, _| truth(p, L::mask_none(p)),
+            |_, _, _| 0,
+        ),
+        each(
+            "mask_and",
             any,
             |p, x, y, _| {
                 let (one, other) = two(x, y);
-                truth(p, L::both(one, other))
+                truth(p, L::mask_and(one, other))
             },
             |x, y, _| i32::from(x < y && (x as u32) < y as u32),
         ),
         each(
-            "either",
+            "mask_or",
             any,
             |p, x, y, _| {
                 let (one, other) = two(x, y);
-                truth(p, L::either(one, other))
+                truth(p, L::mask_or(one, other))
             },
             |x, y, _| i32::from(x < y || (x as u32) < y as u32),
         ),
         each(
-            "but_not",
+            "mask_and_not",
             any,
             |p, x, y, _| {
                 let (one, other) = two(x, y);
-                truth(p, L::but_not(one, other))
+                truth(p, L::mask_and_not(one, other))
             },
             |x, y, _| i32::from(x < y && (x as u32) >= y as u32),
         ),
         whole(
             "bits",
             any,
-            |_, x, y, _| vec![L::bits(x.less(y)) as i32],
+            |_, x, y, _| vec![L::bitmask(x.less(y)) as i32],
             |cases, _| {
                 let set = cases.iter().enumerate().filter(|(_, [x, y])| x < y);
                 vec![set.fold(0, |bits, (lane, _)| bits | 1 << lane)]
@@ -371,7 +376,7 @@ fn of_masks<L: Lanes>() -> Vec<Operation<L>> {
             "compress",
             any,
             |_, x, y, _| {
-                let mut list = [0; MOST_LANES];
+                let mut list = [0; MAX_LANES];
                 let count = L::compress(x.less(y), x, &mut list);
                 let mut found = vec![count as i32];
                 found.extend(&list[..count]);

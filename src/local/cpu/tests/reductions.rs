@@ -8,25 +8,25 @@ pub fn reductions<L: Lanes>() -> Vec<Operation<L>> {
         whole(
             "least",
             any,
-            |_, x, _, _| vec![x.least()],
+            |_, x, _, _| vec![x.reduce_min()],
             |cases, _| vec![cases.iter().map(|case| case[0]).fold(i32::MAX, i32::min)],
         ),
         whole(
             "greatest",
             any,
-            |_, x, _, _| vec![x.greatest()],
+            |_, x, _, _| vec![x.reduce_max()],
             |cases, _| vec![cases.iter().map(|case| case[0]).fold(i32::MIN, i32::max)],
         ),
         whole(
-            "total_unsigned",
+            "reduce_sum_unsigned",
             any,
-            |_, x, _, _| halves(x.total_unsigned()),
+            |_, x, _, _| halves(x.reduce_sum_unsigned()),
             |cases, _| halves(cases.iter().map(|case| u64::from(case[0] as u32)).sum()),
         ),
         whole(
-            "running_sums",
+            "prefix_sums",
             any,
-            |_, x, _, _| x.running_sums().to_array()[..L::COUNT].to_vec(),
+            |_, x, _, _| x.prefix_sums().to_array()[..L::COUNT].to_vec(),
             |cases, _| {
                 let sums = cases.iter().scan(0_i32, |sum, case| {
                     *sum = sum.wrapping_add(case[0]);

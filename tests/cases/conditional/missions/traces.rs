@@ -1,6 +1,6 @@
 //! One trace, bit for bit, whatever computes it.
 
-use inbye::local::{CpuEngine, Engine, FanArc, Reason, Sampling};
+use inbye::local::{CpuEngine, Engine, FanArc, SampleStatus, Sampling};
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
 use inbye::sim::simulate_mission;
 
@@ -87,16 +87,16 @@ fn fans() {
             vtheta_samples: u32::MAX,
         };
         let whole = moment.fan(all).expect("samples were looked at");
-        let judged_by = |wanted: Reason| {
-            let is_so = |arc: &&FanArc| arc.reason == wanted;
+        let judged_by = |wanted: SampleStatus| {
+            let is_so = |arc: &&FanArc| arc.status == wanted;
             whole.arcs.iter().filter(is_so).count() as u32
         };
         let by_engine = counts.to_array();
         let reasons = [
-            Reason::Ok,
-            Reason::Collision,
-            Reason::CannotStop,
-            Reason::Outside,
+            SampleStatus::Ok,
+            SampleStatus::Collision,
+            SampleStatus::CannotStop,
+            SampleStatus::Outside,
         ];
         assert_eq!(reasons.map(judged_by), by_engine);
         assert_eq!(whole.winner.is_some(), counts.admissible > 0);
@@ -136,8 +136,8 @@ fn fans() {
     assert!(seen > 50 && unseen > 0, "{seen} and {unseen}");
 }
 
-fn gpu(adapter: &inbye::local::gpu::Adapter) -> Result<(), libtest_mimic::Failed> {
-    let on_gpu = on(inbye::local::gpu::GpuEngine::new(adapter)?);
+fn gpu(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
+    let on_gpu = on(inbye::local::GpuEngine::new(adapter)?);
     assert_eq!(
         on_gpu.trace.digest(),
         on(CpuEngine::single_threaded()).trace.digest()

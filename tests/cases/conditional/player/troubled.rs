@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use inbye::geometry::{Pose, Twist};
 use inbye::local::{
-    CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, LossKind, Prepared,
+    CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, GpuFailureKind, QuantizedProblem,
 };
 use inbye::navigator::ObservationFault;
 use inbye::runtime::{Config, Mission, OdometryReading, Robot, TickEvent};
@@ -111,12 +111,16 @@ impl Engine for Mortal {
         0
     }
 
-    fn evaluate(&mut self, problem: &Prepared, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         if self.left == 0 {
             return Err(EngineError::Lost {
                 adapter: self.name(),
-                kind: LossKind::DeviceLost,
-                what: "unplugged </script>".to_owned(),
+                kind: GpuFailureKind::DeviceLost,
+                message: "unplugged </script>".to_owned(),
             });
         }
         self.left -= 1;
@@ -153,9 +157,9 @@ impl Noted {
             }
         }
         if let Some(incidents) = moment.navigator.planner().incidents() {
-            let new = &incidents.told[self.told..];
-            now.extend(new.iter().map(|one| format!("engine: {}", one.what)));
-            self.told = incidents.told.len();
+            let new = &incidents.messages[self.told..];
+            now.extend(new.iter().map(|one| format!("engine: {}", one.message)));
+            self.told = incidents.messages.len();
         }
         now.extend(moment.trouble.map(|words| format!("base: {words}")));
         self.at.push(now);

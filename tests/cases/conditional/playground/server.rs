@@ -84,7 +84,7 @@ fn headers() -> Result<(), Failed> {
     assert_eq!(scripts, 1, "one script, of its own");
     assert_eq!(
         served.request("GET", "/shader.wgsl", "")?.body,
-        inbye::local::gpu::shaders::source().into_bytes()
+        inbye::local::internals::gpu::source().into_bytes()
     );
     Ok(())
 }

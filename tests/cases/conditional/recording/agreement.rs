@@ -35,10 +35,10 @@ fn on_the_cpu() {
     }
 }
 
-fn on_a_gpu(adapter: &inbye::local::gpu::Adapter) -> Result<(), libtest_mimic::Failed> {
+fn on_a_gpu(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
     let (mission, config) = crowded();
     let (_, file) = record(&mission, &config);
-    let engine = Box::new(inbye::local::gpu::GpuEngine::new(adapter)?);
+    let engine = Box::new(inbye::local::GpuEngine::new(adapter)?);
     let replay = replay_on(&file, engine);
     match replay.first_difference {
         None if replay.is_complete => Ok(()),

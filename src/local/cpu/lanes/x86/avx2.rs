@@ -34,7 +34,7 @@ pub struct Mask(__m256i);
 
 /// Shows that the processor has AVX2 and the operations on bits that came with it or before.
 #[derive(Clone, Copy, Debug)]
-pub struct Proof(());
+pub struct FeatureToken(());
 
 /// For each mask the lanes that are set, in order.
 static ORDERS: [[i32; COUNT]; 256] = orders();
@@ -58,8 +58,8 @@ const fn orders() -> [[i32; COUNT]; 256] {
 
 impl Avx2 {
     /// A proof, where the processor has the instructions.
-    pub fn detect() -> Option<Proof> {
-        detected!("avx2" "bmi1" "bmi2" "lzcnt" "popcnt").then_some(Proof(()))
+    pub fn detect() -> Option<FeatureToken> {
+        detected!("avx2" "bmi1" "bmi2" "lzcnt" "popcnt").then_some(FeatureToken(()))
     }
 }
 
@@ -138,16 +138,16 @@ fn floats(lanes: __m256i) -> (__m256d, __m256d) {
 
 impl Lanes for Avx2 {
     const COUNT: usize = COUNT;
-    type Proof = Proof;
+    type FeatureToken = FeatureToken;
     type Mask = Mask;
 
     #[inline(always)]
-    fn splat(_: Proof, value: i32) -> Self {
+    fn splat(_: FeatureToken, value: i32) -> Self {
         run!(Self(_mm256_set1_epi32(value)))
     }
 
     #[inline(always)]
-    fn load(_: Proof, from: &[i32]) -> Self {
+    fn load(_: FeatureToken, from: &[i32]) -> Self {
         let from = &from[..COUNT];
         run!(Self(_mm256_loadu_si256(from.as_ptr().cast())))
     }
@@ -165,7 +165,7 @@ impl Lanes for Avx2 {
         and = _mm256_and_si256,
         min = _mm256_min_epi32,
         max = _mm256_max_epi32,
-        min_loose = _mm256_min_epu16,
+        min_dirty_high = _mm256_min_epu16,
         min_halves = _mm256_min_epu16,
         shl_each = _mm256_sllv_epi32,
         mul_halves = _mm256_madd_epi16,
@@ -240,21 +240,21 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn row_major(_: Proof, x: Self, y: Self, bits: u32, width: i32) -> Self {
+    fn row_major(_: FeatureToken, x: Self, y: Self, bits: u32, width: i32) -> Self {
         run!({
             let column = _mm256_srav_epi32(x.0, count(bits));
             let row = _mm256_srav_epi32(y.0, count(bits - 16));
             // Row and column in one word, for one instruction multiplies and adds both.
-            let both = _mm256_blend_epi16::<0xAA>(column, row);
+            let mask_and = _mm256_blend_epi16::<0xAA>(column, row);
             Self(_mm256_madd_epi16(
-                both,
+                mask_and,
                 _mm256_set1_epi32((width << 16) | 1),
             ))
         })
     }
 
     #[inline(always)]
-    fn gather_loose(self, list: &[u16]) -> Self {
+    fn gather_dirty_high(self, list: &[u16]) -> Self {
         // Each lane reads the entry and the one behind it: the last index is that of the last but one.
         let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
         assert!(last >= 0, "a list to gather from has two entries at least");
@@ -265,12 +265,12 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn tighten(self) -> Self {
+    fn mask_high(self) -> Self {
         run!(Self(_mm256_and_si256(self.0, _mm256_set1_epi32(0xFFFF))))
     }
 
     #[inline(always)]
-    fn running_sums(self) -> Self {
+    fn prefix_sums(self) -> Self {
         run!({
             // In each half, then the sum of the first half to all of the second.
             let sums = _mm256_add_epi32(self.0, _mm256_slli_si256::<4>(self.0));
@@ -286,7 +286,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn least(self) -> i32 {
+    fn reduce_min(self) -> i32 {
         run!({
             let four = _mm_min_epi32(
                 _mm256_castsi256_si128(self.0),
@@ -298,7 +298,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn greatest(self) -> i32 {
+    fn reduce_max(self) -> i32 {
         run!({
             let four = _mm_max_epi32(
                 _mm256_castsi256_si128(self.0),
@@ -310,7 +310,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn total_unsigned(self) -> u64 {
+    fn reduce_sum_unsigned(self) -> u64 {
         run!({
             let even = _mm256_and_si256(self.0, _mm256_set1_epi64x(0xFFFF_FFFF));
             let four = _mm256_add_epi64(even, odd(self));
@@ -346,28 +346,28 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn none(_: Proof) -> Mask {
+    fn mask_none(_: FeatureToken) -> Mask {
         run!(Mask(_mm256_setzero_si256()))
     }
 
     #[inline(always)]
-    fn both(one: Mask, other: Mask) -> Mask {
+    fn mask_and(one: Mask, other: Mask) -> Mask {
         run!(Mask(_mm256_and_si256(one.0, other.0)))
     }
 
     #[inline(always)]
-    fn either(one: Mask, other: Mask) -> Mask {
+    fn mask_or(one: Mask, other: Mask) -> Mask {
         run!(Mask(_mm256_or_si256(one.0, other.0)))
     }
 
     #[inline(always)]
-    fn but_not(one: Mask, other: Mask) -> Mask {
+    fn mask_and_not(one: Mask, other: Mask) -> Mask {
         run!(Mask(_mm256_andnot_si256(other.0, one.0)))
     }
 
     #[inline(always)]
     fn compress(mask: Mask, lanes: Self, to: &mut [i32]) -> usize {
-        let bits = Self::bits(mask);
+        let bits = Self::bitmask(mask);
         let order = &ORDERS[bits as usize & 0xFF];
         run!({
             let order = _mm256_loadu_si256(order.as_ptr().cast());
@@ -377,7 +377,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn bits(mask: Mask) -> u32 {
+    fn bitmask(mask: Mask) -> u32 {
         run!(_mm256_movemask_ps(_mm256_castsi256_ps(mask.0)) as u32)
     }
 }

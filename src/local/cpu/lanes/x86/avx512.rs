@@ -14,7 +14,7 @@
 )]
 use core::arch::x86_64::*;
 
-use super::super::{Avx2, LARGE, Lanes, SMALL, Square};
+use super::super::{Avx2, LARGE_TILE, Lanes, SMALL_TILE, Square};
 
 const COUNT: usize = 16;
 
@@ -30,14 +30,14 @@ pub struct Avx512(__m512i);
 
 /// Shows that the processor has AVX-512 F, BW, CD, DQ and VL, beside what AVX2's proof shows.
 #[derive(Clone, Copy, Debug)]
-pub struct Proof(());
+pub struct FeatureToken(());
 
 impl Avx512 {
     /// A proof, where the processor has the instructions.
-    pub fn detect() -> Option<Proof> {
+    pub fn detect() -> Option<FeatureToken> {
         let has = Avx2::detect().is_some()
             && detected!("avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl");
-        has.then_some(Proof(()))
+        has.then_some(FeatureToken(()))
     }
 }
 
@@ -132,11 +132,11 @@ static PLACES: [u16; 32] = {
 };
 
 /// Registers of a large patch.
-const REGISTERS: usize = LARGE * LARGE / 32;
+const REGISTERS: usize = LARGE_TILE * LARGE_TILE / 32;
 
 /// A square's rows one after the other. A small one fills two registers.
 #[derive(Clone, Copy, Debug)]
-pub struct Patch([__m512i; REGISTERS]);
+pub struct RegisterTile([__m512i; REGISTERS]);
 
 /// Where a row of a square begins in memory.
 #[inline(always)]
@@ -147,16 +147,16 @@ fn row_of<const SIDE: usize>(square: &Square<'_>, row: usize) -> *const u16 {
 
 impl Lanes for Avx512 {
     const COUNT: usize = COUNT;
-    type Proof = Proof;
+    type FeatureToken = FeatureToken;
     type Mask = __mmask16;
 
     #[inline(always)]
-    fn splat(_: Proof, value: i32) -> Self {
+    fn splat(_: FeatureToken, value: i32) -> Self {
         run!(Self(_mm512_set1_epi32(value)))
     }
 
     #[inline(always)]
-    fn load(_: Proof, from: &[i32]) -> Self {
+    fn load(_: FeatureToken, from: &[i32]) -> Self {
         let from = &from[..COUNT];
         run!(Self(_mm512_loadu_si512(from.as_ptr().cast())))
     }
@@ -174,7 +174,7 @@ impl Lanes for Avx512 {
         and = _mm512_and_si512,
         min = _mm512_min_epi32,
         max = _mm512_max_epi32,
-        min_loose = _mm512_min_epu16,
+        min_dirty_high = _mm512_min_epu16,
         min_halves = _mm512_min_epu16,
         shl_each = _mm512_sllv_epi32,
         mul_halves = _mm512_madd_epi16,
@@ -247,22 +247,22 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn row_major(_: Proof, x: Self, y: Self, bits: u32, width: i32) -> Self {
+    fn row_major(_: FeatureToken, x: Self, y: Self, bits: u32, width: i32) -> Self {
         run!({
             let column = _mm512_srav_epi32(x.0, count(bits));
             let row = _mm512_srav_epi32(y.0, count(bits - 16));
             // Row and column in one word, for one instruction multiplies and adds both.
             let upper = _mm512_set1_epi32(0xFFFF << 16);
-            let both = _mm512_ternarylogic_epi32::<0xCA>(upper, row, column);
+            let mask_and = _mm512_ternarylogic_epi32::<0xCA>(upper, row, column);
             Self(_mm512_madd_epi16(
-                both,
+                mask_and,
                 _mm512_set1_epi32((width << 16) | 1),
             ))
         })
     }
 
     #[inline(always)]
-    fn gather_loose(self, list: &[u16]) -> Self {
+    fn gather_dirty_high(self, list: &[u16]) -> Self {
         // Each lane reads the entry and the one behind it: the last index is that of the last but one.
         let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
         assert!(last >= 0, "a list to gather from has two entries at least");
@@ -273,15 +273,15 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn tighten(self) -> Self {
+    fn mask_high(self) -> Self {
         run!(Self(_mm512_and_si512(self.0, _mm512_set1_epi32(0xFFFF))))
     }
 
-    const LOOKS_UP: bool = true;
-    type Patch = Patch;
+    const HAS_REGISTER_LOOKUP: bool = true;
+    type RegisterTile = RegisterTile;
 
     #[inline(always)]
-    fn patch<const SIDE: usize>(_: Proof, square: &Square<'_>) -> Patch {
+    fn register_tile<const SIDE: usize>(_: FeatureToken, square: &Square<'_>) -> RegisterTile {
         let last = (SIDE - 1) * square.stride + SIDE;
         assert!(square.entries.len() >= last, "a square is within its grid");
         run!({
@@ -291,10 +291,10 @@ impl Lanes for Avx512 {
             let before = _mm512_sub_epi16(places, column);
             let within = _mm512_set1_epi16(SIDE as i16 - 1);
             let from = _mm512_ternarylogic_epi32::<0xCA>(within, before, places);
-            let mut patch = [_mm512_setzero_si512(); REGISTERS];
+            let mut register_tile = [_mm512_setzero_si512(); REGISTERS];
             let mut number = 0;
             while number < SIDE * SIDE / 32 {
-                let rows = if SIDE == SMALL {
+                let rows = if SIDE == SMALL_TILE {
                     let row = |number| _mm_loadu_si128(row_of::<SIDE>(square, number).cast());
                     let rows = _mm512_castsi128_si512(row(4 * number));
                     let rows = _mm512_inserti32x4::<1>(rows, row(4 * number + 1));
@@ -305,17 +305,17 @@ impl Lanes for Avx512 {
                     let other = _mm256_loadu_si256(row_of::<SIDE>(square, 2 * number + 1).cast());
                     _mm512_inserti64x4::<1>(_mm512_castsi256_si512(one), other)
                 };
-                patch[number] = _mm512_permutexvar_epi16(from, rows);
+                register_tile[number] = _mm512_permutexvar_epi16(from, rows);
                 number += 1;
             }
-            Patch(patch)
+            RegisterTile(register_tile)
         })
     }
 
     #[inline(always)]
     fn look_up<const SIDE: usize>(
-        _: Proof,
-        Patch(patch): &Patch,
+        _: FeatureToken,
+        RegisterTile(register_tile): &RegisterTile,
         (x, y): (Self, Self),
         (other_x, other_y): (Self, Self),
         bits: u32,
@@ -331,13 +331,13 @@ impl Lanes for Avx512 {
             let row = _mm512_srlv_epi32(other_y.0, count(bits - side - 16));
             let other = merged(rows << 16, row, column);
             let place = merged(0xFFFF, place, other);
-            let first = _mm512_permutex2var_epi16(patch[0], place, patch[1]);
-            if SIDE == SMALL {
+            let first = _mm512_permutex2var_epi16(register_tile[0], place, register_tile[1]);
+            if SIDE == SMALL_TILE {
                 return Self(first);
             }
-            let second = _mm512_permutex2var_epi16(patch[2], place, patch[3]);
-            let third = _mm512_permutex2var_epi16(patch[4], place, patch[5]);
-            let fourth = _mm512_permutex2var_epi16(patch[6], place, patch[7]);
+            let second = _mm512_permutex2var_epi16(register_tile[2], place, register_tile[3]);
+            let third = _mm512_permutex2var_epi16(register_tile[4], place, register_tile[5]);
+            let fourth = _mm512_permutex2var_epi16(register_tile[6], place, register_tile[7]);
             let odd = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 6));
             let late = _mm512_test_epi16_mask(place, _mm512_set1_epi16(1 << 7));
             let one = _mm512_mask_blend_epi16(odd, first, second);
@@ -347,7 +347,7 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn running_sums(self) -> Self {
+    fn prefix_sums(self) -> Self {
         run!({
             let zero = _mm512_setzero_si512();
             let sums = _mm512_add_epi32(self.0, _mm512_alignr_epi32::<15>(self.0, zero));
@@ -365,17 +365,17 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn least(self) -> i32 {
+    fn reduce_min(self) -> i32 {
         run!(_mm512_reduce_min_epi32(self.0))
     }
 
     #[inline(always)]
-    fn greatest(self) -> i32 {
+    fn reduce_max(self) -> i32 {
         run!(_mm512_reduce_max_epi32(self.0))
     }
 
     #[inline(always)]
-    fn total_unsigned(self) -> u64 {
+    fn reduce_sum_unsigned(self) -> u64 {
         let even = run!(_mm512_and_si512(self.0, _mm512_set1_epi64(0xFFFF_FFFF)));
         run!(_mm512_reduce_add_epi64(_mm512_add_epi64(even, odd(self)))) as u64
     }
@@ -401,22 +401,22 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn none(_: Proof) -> __mmask16 {
+    fn mask_none(_: FeatureToken) -> __mmask16 {
         0
     }
 
     #[inline(always)]
-    fn both(one: __mmask16, other: __mmask16) -> __mmask16 {
+    fn mask_and(one: __mmask16, other: __mmask16) -> __mmask16 {
         one & other
     }
 
     #[inline(always)]
-    fn either(one: __mmask16, other: __mmask16) -> __mmask16 {
+    fn mask_or(one: __mmask16, other: __mmask16) -> __mmask16 {
         one | other
     }
 
     #[inline(always)]
-    fn but_not(one: __mmask16, other: __mmask16) -> __mmask16 {
+    fn mask_and_not(one: __mmask16, other: __mmask16) -> __mmask16 {
         one & !other
     }
 
@@ -427,7 +427,7 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn bits(mask: __mmask16) -> u32 {
+    fn bitmask(mask: __mmask16) -> u32 {
         u32::from(mask)
     }
 }

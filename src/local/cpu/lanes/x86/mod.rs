@@ -1,4 +1,10 @@
 //! Lanes in the vector registers of x86-64.
+#![expect(
+    unsafe_code,
+    reason = "calls of functions that are compiled for certain instructions"
+)]
+
+use super::{LaneTask, Lanes};
 
 /// Runs an intrinsic.
 macro_rules! run {
@@ -64,3 +70,25 @@ mod avx512;
 
 pub use avx2::Avx2;
 pub use avx512::Avx512;
+
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+fn with_avx2<T: LaneTask>(token: <Avx2 as Lanes>::FeatureToken, task: T) -> T::Output {
+    task.run::<Avx2>(token)
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512cd,avx512dq,avx512vl,bmi1,bmi2,lzcnt,popcnt")]
+fn with_avx512<T: LaneTask>(token: <Avx512 as Lanes>::FeatureToken, task: T) -> T::Output {
+    task.run::<Avx512>(token)
+}
+
+/// Runs a task with AVX2.
+pub fn run_avx2<T: LaneTask>(token: <Avx2 as Lanes>::FeatureToken, task: T) -> T::Output {
+    // SAFETY: the token shows that the processor has the features that the function is compiled for.
+    unsafe { with_avx2(token, task) }
+}
+
+/// Runs a task with AVX-512.
+pub fn run_avx512<T: LaneTask>(token: <Avx512 as Lanes>::FeatureToken, task: T) -> T::Output {
+    // SAFETY: the token shows that the processor has the features that the function is compiled for.
+    unsafe { with_avx512(token, task) }
+}

@@ -1,14 +1,12 @@
 //! Which vector instructions the CPU engine uses: found out when the program runs, never when it is built.
 
 #[cfg(target_arch = "x86_64")]
-use super::lanes::{Avx2, Avx512};
-use super::lanes::{Lanes, Portable};
-#[cfg(target_arch = "x86_64")]
-use super::x86;
+use super::lanes::{Avx2, Avx512, run_avx2, run_avx512};
+use super::lanes::{LaneTask, Lanes, Portable};
 
 /// A way to judge samples on a CPU. All give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Instructions {
+pub enum InstructionSet {
     /// One sample after the other, step by step, as the shaders do it: the reference for the others.
     Scalar,
     /// Loops over short arrays, which the compiler turns into the vectors that every processor of its kind has.
@@ -19,7 +17,7 @@ pub enum Instructions {
     Avx512,
 }
 
-impl Instructions {
+impl InstructionSet {
     /// Every way.
     pub const ALL: [Self; 4] = [Self::Scalar, Self::Portable, Self::Avx2, Self::Avx512];
 
@@ -28,7 +26,7 @@ impl Instructions {
     pub fn best() -> Self {
         let mut best = Self::Portable;
         for one in Self::ALL {
-            if one.are_here() {
+            if one.is_available() {
                 best = one;
             }
         }
@@ -37,13 +35,13 @@ impl Instructions {
 
     /// Whether this processor has them.
     #[must_use]
-    pub fn are_here(self) -> bool {
+    pub fn is_available(self) -> bool {
         Kernel::of(self).is_some()
     }
 
     /// The word for people.
     #[must_use]
-    pub const fn word(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Scalar => "scalar",
             Self::Portable => "portable",
@@ -53,7 +51,7 @@ impl Instructions {
     }
 }
 
-/// Instructions that are here, with what shows it.
+/// InstructionSet that are here, with what shows it.
 #[derive(Clone, Copy, Debug)]
 pub enum Kernel {
     /// One sample at a time.
@@ -62,44 +60,35 @@ pub enum Kernel {
     Portable,
     /// AVX2.
     #[cfg(target_arch = "x86_64")]
-    Avx2(<Avx2 as Lanes>::Proof),
+    Avx2(<Avx2 as Lanes>::FeatureToken),
     /// AVX-512.
     #[cfg(target_arch = "x86_64")]
-    Avx512(<Avx512 as Lanes>::Proof),
-}
-
-/// Something to be done with whatever instructions there are. `run` must be `inline(always)`, to be compiled for them.
-pub trait Work {
-    /// What comes of it.
-    type Outcome;
-
-    /// Does it.
-    fn run<L: Lanes>(self, proof: L::Proof) -> Self::Outcome;
+    Avx512(<Avx512 as Lanes>::FeatureToken),
 }
 
 impl Kernel {
     /// Does some work with these instructions; the scalar kernel, which has none of its own, with arrays.
-    pub fn run<W: Work>(self, work: W) -> W::Outcome {
+    pub fn run<W: LaneTask>(self, work: W) -> W::Output {
         match self {
             Self::Scalar | Self::Portable => work.run::<Portable>(()),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(proof) => x86::avx2(proof, work),
+            Self::Avx2(token) => run_avx2(token, work),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(proof) => x86::avx512(proof, work),
+            Self::Avx512(token) => run_avx512(token, work),
         }
     }
 
     /// The kernel of these instructions, where the processor has them.
-    pub fn of(instructions: Instructions) -> Option<Self> {
+    pub fn of(instructions: InstructionSet) -> Option<Self> {
         match instructions {
-            Instructions::Scalar => Some(Self::Scalar),
-            Instructions::Portable => Some(Self::Portable),
+            InstructionSet::Scalar => Some(Self::Scalar),
+            InstructionSet::Portable => Some(Self::Portable),
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2 => Avx2::detect().map(Self::Avx2),
+            InstructionSet::Avx2 => Avx2::detect().map(Self::Avx2),
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512 => Avx512::detect().map(Self::Avx512),
+            InstructionSet::Avx512 => Avx512::detect().map(Self::Avx512),
             #[cfg(not(target_arch = "x86_64"))]
-            Instructions::Avx2 | Instructions::Avx512 => None,
+            InstructionSet::Avx2 | InstructionSet::Avx512 => None,
         }
     }
 }

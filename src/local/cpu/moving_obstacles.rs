@@ -1,20 +1,20 @@
 //! Moving obstacles: where one can come nearer to a tile's neighbouring samples than anything else, it is looked at.
 //! The middle sample of the middle row bounds the others by how far they are apart.
 
-use super::course::{Course, ROUNDING};
+use super::displacement_table::{DisplacementTable, disc_steps, moved_steps};
 use super::lanes::Lanes;
-use super::march::{MOST_ACROSS, bounded, moved, nearer, squared_distance};
-use super::table::{Table, disc_steps, moved_steps};
-use crate::local::Prepared;
+use super::ordered_steps::{MAX_OFFSET, bounded, moved, nearer, squared_distance};
+use super::soa_inputs::{ROUNDING, SoaInputs};
+use crate::local::QuantizedProblem;
 
 const ROUNDING_UNITS: i32 = ROUNDING as i32;
 
 /// So many are looked at together: room that does not depend on how many there are.
-const MOST_NEAR: usize = 256;
+const MAX_NEAR: usize = 256;
 
 /// Room for the work on one chunk of a tile.
 #[derive(Debug, Default)]
-pub struct Moving {
+pub struct MovingObstacles {
     /// Squared distances from the middle sample, for each vector of steps, disc and obstacle.
     squared: Vec<i32>,
     /// What can be nearest.
@@ -35,32 +35,32 @@ struct Near {
 /// The samples of a chunk in all rows of a tile.
 pub struct Chunk<'a> {
     /// One for each row.
-    pub tables: &'a [Table],
+    pub tables: &'a [DisplacementTable],
     /// The first sample.
     pub first: usize,
     /// The one behind the last.
     pub end: usize,
 }
 
-impl Moving {
+impl MovingObstacles {
     /// Lowers the clearances of a chunk's samples, in all rows of a tile, to those to moving obstacles.
     ///
     /// The nearest of them at any step lowers the bound first; most of the others are then too far.
     #[inline(always)]
     pub fn lower<L: Lanes>(
         &mut self,
-        proof: L::Proof,
-        problem: &Prepared,
-        course: &Course,
+        token: L::FeatureToken,
+        problem: &QuantizedProblem,
+        inputs: &SoaInputs,
         chunk: &Chunk<'_>,
         least: &mut [i32],
     ) {
         self.near.clear();
-        self.near.reserve(MOST_NEAR);
-        let words = course.steps * problem.discs.len() * problem.obstacles.len();
+        self.near.reserve(MAX_NEAR);
+        let words = inputs.steps * problem.discs.len() * problem.obstacles.len();
         self.squared.resize(words, 0);
         let mut bound = 0;
-        for least in least.chunks_exact(course.stride) {
+        for least in least.chunks_exact(inputs.stride) {
             for &least in &least[chunk.first..chunk.end] {
                 bound = bound.max(least);
             }
@@ -74,19 +74,19 @@ impl Moving {
         if bound <= 0 {
             return;
         }
-        let coarse = &course.coarse[chunk.first..chunk.end];
-        let middle = L::splat(proof, coarse[coarse.len() / 2]);
+        let coarse = &inputs.coarse[chunk.first..chunk.end];
+        let middle = L::splat(token, coarse[coarse.len() / 2]);
         // Counted by hand: an iterator here is called, not inlined.
         let mut place = 0;
-        for at in (0..course.steps).step_by(L::COUNT) {
-            let moved = moved_steps(proof, problem, table, middle, at);
+        for at in (0..inputs.steps).step_by(L::COUNT) {
+            let moved = moved_steps(token, problem, table, middle, at);
             for (number, disc) in problem.discs.iter().enumerate() {
-                let (x, y) = disc_steps(proof, table, moved, number * course.steps + at);
-                let mut nearest = L::splat(proof, i32::MAX);
+                let (x, y) = disc_steps(token, table, moved, number * inputs.steps + at);
+                let mut nearest = L::splat(token, i32::MAX);
                 for body in 0..problem.obstacles.len() {
-                    let (track_x, track_y) = course.track(body);
-                    let across = bounded(proof, x.sub(L::load(proof, &track_x[at..])));
-                    let along = bounded(proof, y.sub(L::load(proof, &track_y[at..])));
+                    let (track_x, track_y) = inputs.track(body);
+                    let across = bounded(token, x.sub(L::load(token, &track_x[at..])));
+                    let along = bounded(token, y.sub(L::load(token, &track_y[at..])));
                     // Above 2^31 only where the distance is beyond every bound.
                     let squared = across.mul(across).add(along.mul(along));
                     squared.store(&mut self.squared[place..]);
@@ -94,44 +94,44 @@ impl Moving {
                     nearest = nearest.min(squared.shr(1));
                 }
                 // Halved, for the comparison is signed: at most one less than it was.
-                let nearest = f64::from(2 * nearest.least() as u32 + 1).sqrt() as i32 + 1;
-                let apart = course.apart[at + L::COUNT - 1] + ROUNDING_UNITS;
+                let nearest = f64::from(2 * nearest.reduce_min() as u32 + 1).sqrt() as i32 + 1;
+                let apart = inputs.apart[at + L::COUNT - 1] + ROUNDING_UNITS;
                 bound = bound.min(nearest + apart - disc.radius - least_radius);
             }
         }
         if bound <= 0 {
             // All of them collide.
-            for least in least.chunks_exact_mut(course.stride) {
+            for least in least.chunks_exact_mut(inputs.stride) {
                 least[chunk.first..chunk.end].fill(0);
             }
             return;
         }
-        let most = L::splat(proof, MOST_ACROSS);
+        let most = L::splat(token, MAX_OFFSET);
         // Counted by hand: an iterator here is called, not inlined.
         let mut place = 0;
-        for at in (0..course.steps).step_by(L::COUNT) {
-            let apart = L::load(proof, &course.apart[at..]);
+        for at in (0..inputs.steps).step_by(L::COUNT) {
+            let apart = L::load(token, &inputs.apart[at..]);
             let left = steps_left(problem.header.steps, at, L::COUNT);
             for (number, disc) in problem.discs.iter().enumerate() {
                 for (index, body) in problem.obstacles.iter().enumerate() {
                     let radii = disc.radius + body.radius;
-                    let within = apart.add(L::splat(proof, bound + radii + ROUNDING_UNITS));
-                    let squared = L::load(proof, &self.squared[place..]);
+                    let within = apart.add(L::splat(token, bound + radii + ROUNDING_UNITS));
+                    let squared = L::load(token, &self.squared[place..]);
                     place += L::COUNT;
                     let near =
-                        L::either(squared.less_unsigned(within.mul(within)), most.less(within));
-                    let mut steps = L::bits(near) & left;
+                        L::mask_or(squared.less_unsigned(within.mul(within)), most.less(within));
+                    let mut steps = L::bitmask(near) & left;
                     while steps != 0 {
                         let step = at + steps.trailing_zeros() as usize;
                         steps &= steps - 1;
-                        let (track_x, track_y) = course.track(index);
-                        if self.near.len() == MOST_NEAR {
-                            self.look::<L>(proof, problem, course, chunk, least);
+                        let (track_x, track_y) = inputs.track(index);
+                        if self.near.len() == MAX_NEAR {
+                            self.look::<L>(token, problem, inputs, chunk, least);
                             self.near.clear();
                         }
                         self.near.push(Near {
                             step,
-                            place: number * course.steps + step,
+                            place: number * inputs.steps + step,
                             body_x: track_x[step],
                             body_y: track_y[step],
                             radii,
@@ -140,16 +140,16 @@ impl Moving {
                 }
             }
         }
-        self.look::<L>(proof, problem, course, chunk, least);
+        self.look::<L>(token, problem, inputs, chunk, least);
     }
 
     /// Lowers the clearances to what is near.
     #[inline(always)]
     fn look<L: Lanes>(
         &self,
-        proof: L::Proof,
-        problem: &Prepared,
-        course: &Course,
+        token: L::FeatureToken,
+        problem: &QuantizedProblem,
+        inputs: &SoaInputs,
         chunk: &Chunk<'_>,
         least: &mut [i32],
     ) {
@@ -160,18 +160,18 @@ impl Moving {
         for (table, least) in chunk
             .tables
             .iter()
-            .zip(least.chunks_exact_mut(course.stride))
+            .zip(least.chunks_exact_mut(inputs.stride))
         {
             for at in (chunk.first..chunk.end).step_by(L::COUNT) {
-                let coarse = L::load(proof, &course.coarse[at..]);
-                let mut nearest = L::load(proof, &least[at..]);
+                let coarse = L::load(token, &inputs.coarse[at..]);
+                let mut nearest = L::load(token, &least[at..]);
                 for near in &self.near {
-                    let x = moved(proof, coarse, table.x[near.step], bits)
-                        .add(L::splat(proof, table.disc_x[near.place]));
-                    let y = moved(proof, coarse, table.y[near.step], bits)
-                        .add(L::splat(proof, table.disc_y[near.place]));
-                    let squared = squared_distance(proof, x, y, near.body_x, near.body_y);
-                    nearest = nearer(proof, nearest, squared, near.radii);
+                    let x = moved(token, coarse, table.x[near.step], bits)
+                        .add(L::splat(token, table.disc_x[near.place]));
+                    let y = moved(token, coarse, table.y[near.step], bits)
+                        .add(L::splat(token, table.disc_y[near.place]));
+                    let squared = squared_distance(token, x, y, near.body_x, near.body_y);
+                    nearest = nearer(token, nearest, squared, near.radii);
                 }
                 nearest.store(&mut least[at..]);
             }

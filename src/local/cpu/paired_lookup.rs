@@ -1,12 +1,12 @@
 //! Looking one disc of two rows' samples up in a patch: places are words of 16 bits, so a vector of them is two rows.
 
-use super::course::Course;
+use super::displacement_table::DisplacementTable;
 use super::lanes::Lanes;
-use super::table::Table;
+use super::soa_inputs::SoaInputs;
 
 /// The positions of one disc in two rows, in the scale of products: what is beyond 32 bits is cut off, which leaves
 /// columns and rows modulo the side of a patch as they are.
-pub struct TwoRows<'a> {
+pub struct PairedLookup<'a> {
     one: Positions<'a>,
     other: Positions<'a>,
 }
@@ -21,8 +21,8 @@ struct Positions<'a> {
 
 impl<'a> Positions<'a> {
     #[inline(always)]
-    fn new(course: &Course, table: &'a Table, disc: usize) -> Self {
-        let steps = course.steps;
+    fn new(inputs: &SoaInputs, table: &'a DisplacementTable, disc: usize) -> Self {
+        let steps = inputs.steps;
         let first = disc * steps;
         Self {
             moved: [&table.x_halves[..steps], &table.y_halves[..steps]],
@@ -35,25 +35,27 @@ impl<'a> Positions<'a> {
 
     /// At a step, for samples with these coarse speeds.
     #[inline(always)]
-    fn at<L: Lanes>(&self, proof: L::Proof, step: usize, speed: L) -> (L, L) {
-        let x = L::splat(proof, self.moved[0][step]);
-        let y = L::splat(proof, self.moved[1][step]);
-        let across = L::splat(proof, self.standing[0][step]);
-        let along = L::splat(proof, self.standing[1][step]);
-        (
-            speed.mul_halves(x).add(across),
-            speed.mul_halves(y).add(along),
-        )
+    fn at<L: Lanes>(&self, token: L::FeatureToken, step: usize, vx: L) -> (L, L) {
+        let x = L::splat(token, self.moved[0][step]);
+        let y = L::splat(token, self.moved[1][step]);
+        let across = L::splat(token, self.standing[0][step]);
+        let along = L::splat(token, self.standing[1][step]);
+        (vx.mul_halves(x).add(across), vx.mul_halves(y).add(along))
     }
 }
 
-impl<'a> TwoRows<'a> {
+impl<'a> PairedLookup<'a> {
     /// Of two tables.
     #[inline(always)]
-    pub fn new(course: &Course, one: &'a Table, other: &'a Table, disc: usize) -> Self {
+    pub fn new(
+        inputs: &SoaInputs,
+        one: &'a DisplacementTable,
+        other: &'a DisplacementTable,
+        disc: usize,
+    ) -> Self {
         Self {
-            one: Positions::new(course, one, disc),
-            other: Positions::new(course, other, disc),
+            one: Positions::new(inputs, one, disc),
+            other: Positions::new(inputs, other, disc),
         }
     }
 
@@ -61,18 +63,18 @@ impl<'a> TwoRows<'a> {
     #[inline(always)]
     pub fn nearest<L: Lanes, const SIDE: usize>(
         &self,
-        proof: L::Proof,
-        patch: &L::Patch,
-        (groups, course): (&[i32], &Course),
-        speed: L,
+        token: L::FeatureToken,
+        register_tile: &L::RegisterTile,
+        (groups, inputs): (&[i32], &SoaInputs),
+        vx: L,
         bits: u32,
     ) -> L {
-        let mut nearest = L::splat(proof, -1);
+        let mut nearest = L::splat(token, -1);
         for &group in groups {
-            for step in course.steps_of(group) {
-                let one = self.one.at(proof, step, speed);
-                let other = self.other.at(proof, step, speed);
-                let entries = L::look_up::<SIDE>(proof, patch, one, other, bits);
+            for step in inputs.steps_of(group) {
+                let one = self.one.at(token, step, vx);
+                let other = self.other.at(token, step, vx);
+                let entries = L::look_up::<SIDE>(token, register_tile, one, other, bits);
                 nearest = nearest.min_halves(entries);
             }
         }

@@ -6,12 +6,12 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::geometry::{Point, Pose};
-use crate::local::cpu::course::Course;
-use crate::local::cpu::sieve::steps_of;
-use crate::local::cpu::{CpuEngine, Instructions};
+use crate::local::cpu::soa_inputs::SoaInputs;
+use crate::local::cpu::step_pruning::steps_of;
+use crate::local::cpu::{CpuEngine, InstructionSet};
 use crate::local::{
-    Axis, ClearanceField, Detail, Engine, Normalization, Outside, Prepared, Problem, Stopping,
-    Weights, Window,
+    Axis, ClearanceField, Detail, Engine, Normalization, Outside, Problem, QuantizedProblem,
+    Stopping, Weights, Window,
 };
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint};
@@ -73,19 +73,19 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
     let (step_s, steps) = (0.1, rng.random_range(2..=70));
     let shorter = width.min(height) * frame.resolution_m;
     let fastest = (reach * shorter / (f64::from(steps) * step_s)).min(4.0);
-    let (low, turn) = (
+    let (low, vtheta) = (
         rng.random_range(-0.5..0.9) * fastest,
         rng.random_range(-1.0..0.8),
     );
     let window = Window {
-        linear: Axis {
+        vx: Axis {
             low,
             high: rng.random_range(low..fastest),
             count: rng.random_range(20..=150),
         },
-        angular: Axis {
-            low: turn,
-            high: rng.random_range(turn..1.2),
+        vtheta: Axis {
+            low: vtheta,
+            high: rng.random_range(vtheta..1.2),
             count: rng.random_range(20..=70),
         },
     };
@@ -125,29 +125,31 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
 }
 
 fn engines() -> Vec<CpuEngine> {
-    let here = Instructions::ALL.into_iter().filter(|one| one.are_here());
-    let engines = here.map(|one| CpuEngine::with_instructions(one, 1).expect("they are here"));
+    let here = InstructionSet::ALL
+        .into_iter()
+        .filter(|one| one.is_available());
+    let engines = here.map(|one| CpuEngine::with_instruction_set(one, 1).expect("they are here"));
     engines.collect()
 }
 
 /// Groups of steps that the last tile was looked at, and all of its groups, over its discs and chunks.
 fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
-    if engine.pooled.is_empty() {
+    if engine.pyramid.is_empty() {
         return None;
     }
-    let part = engine.parts[0].get_mut().expect("nobody panicked");
-    let lists = part.picked();
-    let looked = lists.iter().map(|list| list.as_slice().len()).sum();
-    Some((looked, lists.len() * engine.course.groups))
+    let shard = engine.shards[0].get_mut().expect("nobody panicked");
+    let lists = shard.picked();
+    let lookup = lists.iter().map(|list| list.as_slice().len()).sum();
+    Some((lookup, lists.len() * engine.inputs.groups))
 }
 
 /// Every engine's answer is that of the first.
-fn compare(engines: &mut [CpuEngine], prepared: &Prepared, name: &str) {
+fn compare(engines: &mut [CpuEngine], quantized: &QuantizedProblem, name: &str) {
     let answers: Vec<_> = engines
         .iter_mut()
         .map(|engine| {
             engine
-                .evaluate(prepared, Detail::Samples)
+                .evaluate(quantized, Detail::Samples)
                 .expect("a CPU answers")
         })
         .collect();
@@ -159,37 +161,37 @@ fn compare(engines: &mut [CpuEngine], prepared: &Prepared, name: &str) {
 #[test]
 fn every_sample_in_corners_is_as_without_the_sieve() {
     let mut engines = engines();
-    let mut sifted = 0;
+    let mut pruned = 0;
     for case in 0..PROBLEMS {
-        let prepared = Prepared::new(&corner_problem(case)).expect("within the ranges");
-        compare(&mut engines, &prepared, &format!("corner {case}"));
+        let quantized = QuantizedProblem::new(&corner_problem(case)).expect("within the ranges");
+        compare(&mut engines, &quantized, &format!("corner {case}"));
         let last = engines.last_mut().expect("portable lanes are everywhere");
-        sifted += u64::from(looked_at(last).is_some());
+        pruned += u64::from(looked_at(last).is_some());
     }
-    assert!(sifted > PROBLEMS / 3, "only {sifted} problems were sifted");
+    assert!(pruned > PROBLEMS / 3, "only {pruned} problems were pruned");
 }
 
 #[test]
 fn every_sample_of_dense_problems_is_as_without_the_sieve() {
     let mut engines = engines();
-    let (mut looked, mut all, mut sifted) = (0, 0, 0);
+    let (mut lookup, mut all, mut pruned) = (0, 0, 0);
     for case in 0..PROBLEMS {
-        let prepared = Prepared::new(&dense_problem(case)).expect("within the ranges");
-        compare(&mut engines, &prepared, &format!("problem {case}"));
+        let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
+        compare(&mut engines, &quantized, &format!("problem {case}"));
         let last = engines.last_mut().expect("portable lanes are everywhere");
         if let Some((some, whole)) = looked_at(last) {
-            sifted += 1;
-            looked += some;
+            pruned += 1;
+            lookup += some;
             all += whole;
         }
     }
     for engine in &mut engines {
-        let is_with_registers = engine.instructions() == Instructions::Avx512;
-        let part = engine.parts[0].get_mut().expect("nobody panicked");
-        assert_eq!(part.looked_up() > 0, is_with_registers, "patches");
+        let is_with_registers = engine.instructions() == InstructionSet::Avx512;
+        let shard = engine.shards[0].get_mut().expect("nobody panicked");
+        assert_eq!(shard.looked_up() > 0, is_with_registers, "register_tiles");
     }
-    assert!(sifted > PROBLEMS / 2, "only {sifted} problems were sifted");
-    assert!(2 * looked < all, "{looked} of {all} groups were looked at");
+    assert!(pruned > PROBLEMS / 2, "only {pruned} problems were pruned");
+    assert!(2 * lookup < all, "{lookup} of {all} groups were lookup at");
 }
 
 /// Slow samples near to one another, in the middle of a large field.
@@ -208,12 +210,12 @@ fn slow_problem(steps: u32) -> Problem {
         obstacles: Vec::new(),
         pose: Pose::new(1.6, 1.6, 0.3),
         window: Window {
-            linear: Axis {
+            vx: Axis {
                 low: 0.0,
                 high: 0.1 / horizon_s,
                 count: 128,
             },
-            angular: Axis {
+            vtheta: Axis {
                 low: -0.2 / horizon_s,
                 high: 0.2 / horizon_s,
                 count: 16,
@@ -228,36 +230,36 @@ fn slow_problem(steps: u32) -> Problem {
 
 #[test]
 fn groups_cover_every_horizon_and_end_with_the_tables() {
-    let mut course = Course::default();
+    let mut inputs = SoaInputs::default();
     let (mut steps, mut beyond) = (Vec::new(), 0);
     for horizon in 1..=1023 {
-        let prepared = Prepared::new(&slow_problem(horizon)).expect("within the ranges");
-        course.fill(&prepared);
-        let groups: Vec<i32> = (0..course.groups as i32).collect();
-        steps_of(&course, &groups, &mut steps);
+        let quantized = QuantizedProblem::new(&slow_problem(horizon)).expect("within the ranges");
+        inputs.fill(&quantized);
+        let groups: Vec<i32> = (0..inputs.groups as i32).collect();
+        steps_of(&inputs, &groups, &mut steps);
         let all = 0..horizon as i32;
         assert!(
             all.into_iter().all(|step| steps.contains(&step)),
             "{horizon}"
         );
         let last = steps.iter().max().expect("at least one step");
-        assert!(*last < course.steps as i32, "{horizon}: step {last}");
-        beyond += u32::from(course.groups * course.group as usize > course.steps);
+        assert!(*last < inputs.steps as i32, "{horizon}: step {last}");
+        beyond += u32::from(inputs.groups * inputs.group as usize > inputs.steps);
     }
     assert!(beyond > 0, "no last group is longer than the tables");
 }
 
 #[test]
 fn a_last_group_that_is_longer_than_the_tables_is_cut_off() {
-    let prepared = Prepared::new(&slow_problem(176)).expect("within the ranges");
+    let quantized = QuantizedProblem::new(&slow_problem(176)).expect("within the ranges");
     let mut engines = engines();
-    compare(&mut engines, &prepared, "176 steps");
-    let Course {
+    compare(&mut engines, &quantized, "176 steps");
+    let SoaInputs {
         groups,
         group,
         steps,
         ..
-    } = engines[0].course;
+    } = engines[0].inputs;
     assert!(groups * group as usize > steps, "{groups} of {group}");
 }
 
@@ -265,13 +267,13 @@ fn a_last_group_that_is_longer_than_the_tables_is_cut_off() {
 fn a_bound_that_is_too_high_is_noticed() {
     let mut wrong = 0;
     for case in 0..PROBLEMS {
-        let prepared = Prepared::new(&dense_problem(case)).expect("within the ranges");
+        let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
         let mut engine = CpuEngine::single_threaded();
-        let expected = engine.evaluate(&prepared, Detail::Samples);
-        engine.pooled.forget();
-        engine.judge(&prepared);
-        let chosen = engine.select(&prepared);
-        let samples = engine.samples(&prepared);
+        let expected = engine.evaluate(&quantized, Detail::Samples);
+        engine.pyramid.forget();
+        engine.evaluate_rows(&quantized);
+        let chosen = engine.select(&quantized);
+        let samples = engine.samples(&quantized);
         let expected = expected.expect("a CPU answers");
         let same =
             expected.samples.as_ref() == Some(&samples) && expected.totals == chosen.0.totals;
@@ -286,15 +288,15 @@ fn every_cell_that_is_looked_at_is_in_the_region() {
     for case in 0..PROBLEMS {
         let problem = dense_problem(case);
         let field = Arc::clone(&problem.field);
-        let prepared = Prepared::new(&problem).expect("within the ranges");
+        let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
         let mut engine = CpuEngine::single_threaded();
         engine
-            .evaluate(&prepared, Detail::Answer)
+            .evaluate(&quantized, Detail::Answer)
             .expect("a CPU answers");
-        if engine.pooled.is_empty() {
+        if engine.pyramid.is_empty() {
             continue;
         }
-        let region = engine.pooled.region();
+        let region = engine.pyramid.region();
         for index in 0..problem.window.len() as u32 {
             let twist = problem.window.twist(index);
             let mut pose = problem.pose;

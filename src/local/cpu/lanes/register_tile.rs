@@ -1,12 +1,12 @@
 //! Entries of a grid that are near together: as many as registers hold.
 
 /// The side of a small patch.
-pub const SMALL: usize = 8;
+pub const SMALL_TILE: usize = 8;
 /// The side of a large one.
-pub const LARGE: usize = 16;
+pub const LARGE_TILE: usize = 16;
 
 /// Entries of a large patch, and two more, for vectors that read two at a time.
-const ROOM: usize = LARGE * LARGE + 2;
+const ROOM: usize = LARGE_TILE * LARGE_TILE + 2;
 
 /// Where a square of a grid is.
 #[derive(Clone, Copy, Debug)]
@@ -32,20 +32,20 @@ impl<'a> Square<'a> {
 
 /// A patch in memory: each entry at its column and row in the grid modulo the side, row by row.
 #[derive(Clone, Copy, Debug)]
-pub struct Patch([u16; ROOM]);
+pub struct RegisterTile([u16; ROOM]);
 
-impl Patch {
+impl RegisterTile {
     /// Copies a square.
     #[inline(always)]
     pub fn of<const SIDE: usize>(square: &Square<'_>) -> Self {
-        let mut patch = [0; ROOM];
-        for (row, places) in patch.chunks_exact_mut(SIDE).take(SIDE).enumerate() {
+        let mut register_tile = [0; ROOM];
+        for (row, places) in register_tile.chunks_exact_mut(SIDE).take(SIDE).enumerate() {
             let entries = square.row::<SIDE>(row);
             for (column, place) in places.iter_mut().enumerate() {
                 *place = entries[column.wrapping_sub(square.column) % SIDE];
             }
         }
-        Self(patch)
+        Self(register_tile)
     }
 
     /// The entries, and two more.

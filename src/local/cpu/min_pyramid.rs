@@ -1,24 +1,23 @@
 //! The smallest entries of squares of the field: what no cell of a rectangle is below, in two lookups.
 
-use super::instructions::Work;
-use super::lanes::{Lanes, Square};
-use super::reach::Region;
-use crate::local::Prepared;
+use super::lanes::{LaneTask, Lanes, Square};
+use super::reachable_region::Region;
+use crate::local::QuantizedProblem;
 
 /// Squares have sides of 1, 2, 4 and so on up to 2 to this power.
-const MOST_LEVEL: u32 = 4;
+const MAX_LEVEL: u32 = 4;
 
 /// The side of the largest squares.
-const LARGEST: usize = 1 << MOST_LEVEL;
+const LARGEST: usize = 1 << MAX_LEVEL;
 
 /// The most entries of one size: those of a larger region would not stay near the processor.
-const MOST_ENTRIES: usize = 1 << 18;
+const MAX_ENTRIES: usize = 1 << 18;
 
 /// Lookups of a decision from which on a cell is worth pooling.
 const PER_CELL: usize = 8;
 
 /// How many sizes of squares there are.
-const LEVELS: usize = MOST_LEVEL as usize + 1;
+const LEVELS: usize = MAX_LEVEL as usize + 1;
 
 /// Columns are filled up to whole vectors of this many entries.
 const FILLED: usize = 32;
@@ -26,7 +25,7 @@ const FILLED: usize = 32;
 /// For each cell of a region and each size of square the smallest entry of the square that begins there and goes on
 /// to higher columns and rows. What a square has beyond the region does not count.
 #[derive(Debug, Default)]
-pub struct Pooled {
+pub struct MinPyramid {
     region: Region,
     stride: usize,
     /// Entries of one size.
@@ -46,8 +45,8 @@ pub struct Boxes<L> {
 impl<L: Lanes> Boxes<L> {
     /// Without a cell.
     #[inline(always)]
-    pub fn nowhere(proof: L::Proof) -> Self {
-        let nowhere = (L::splat(proof, i32::MAX), L::splat(proof, i32::MIN));
+    pub fn nowhere(token: L::FeatureToken) -> Self {
+        let nowhere = (L::splat(token, i32::MAX), L::splat(token, i32::MIN));
         Self {
             columns: nowhere,
             rows: nowhere,
@@ -69,16 +68,16 @@ fn around<L: Lanes>(one: (L, L), other: (L, L)) -> (L, L) {
     (one.0.min(other.0), one.1.max(other.1))
 }
 
-impl Pooled {
+impl MinPyramid {
     /// Pools a region of the field that is not too large.
     #[inline(always)]
-    pub fn fill(&mut self, problem: &Prepared, region: Region) {
+    pub fn fill(&mut self, problem: &QuantizedProblem, region: Region) {
         self.region = region;
         self.stride = stride(region);
         self.level = entries(region);
         // All the room at once: regions differ from one decision to the next.
         if self.entries.capacity() == 0 {
-            self.entries.reserve_exact(MOST_ENTRIES * LEVELS);
+            self.entries.reserve_exact(MAX_ENTRIES * LEVELS);
         }
         self.entries.resize(self.level * LEVELS, u16::MAX);
         let cells = self.stride * region.height as usize;
@@ -139,35 +138,35 @@ impl Pooled {
 
     /// What no entry in the boxes is below, or zero where a box is too large to tell. Boxes are cut off at the region.
     #[inline(always)]
-    pub fn least<L: Lanes>(&self, proof: L::Proof, boxes: &Boxes<L>) -> L {
+    pub fn least<L: Lanes>(&self, token: L::FeatureToken, boxes: &Boxes<L>) -> L {
         let Region {
             column,
             row,
             width,
             height,
         } = self.region;
-        let columns = within(proof, boxes.columns, column, width);
-        let rows = within(proof, boxes.rows, row, height);
-        let one = L::splat(proof, 1);
+        let columns = within(token, boxes.columns, column, width);
+        let rows = within(token, boxes.rows, row, height);
+        let one = L::splat(token, 1);
         let wide = columns.1.sub(columns.0).add(one);
         let high = rows.1.sub(rows.0).add(one);
         // Two squares cover the box: as high as it is wide, or half as long as it is.
         let side = wide.min(high).max(wide.max(high).add(one).shr(1));
-        let level = L::splat(proof, 31).sub(side.add(side).sub(one).leading_zeros());
-        let too_large = L::splat(proof, MOST_LEVEL as i32).less(level);
-        let level = level.min(L::splat(proof, MOST_LEVEL as i32));
+        let level = L::splat(token, 31).sub(side.add(side).sub(one).leading_zeros());
+        let too_large = L::splat(token, MAX_LEVEL as i32).less(level);
+        let level = level.min(L::splat(token, MAX_LEVEL as i32));
         let side = one.shl_each(level);
-        let (left, right) = ends(proof, columns, wide, side);
-        let (low, high) = ends(proof, rows, high, side);
-        let stride = L::splat(proof, self.stride as i32);
-        let from = level.mul(L::splat(proof, self.level as i32));
+        let (left, right) = ends(token, columns, wide, side);
+        let (low, high) = ends(token, rows, high, side);
+        let stride = L::splat(token, self.stride as i32);
+        let from = level.mul(L::splat(token, self.level as i32));
         let one = from.add(low.mul(stride)).add(left);
         let other = from.add(high.mul(stride)).add(right);
         let least = one
-            .gather_loose(&self.entries)
-            .min_loose(other.gather_loose(&self.entries))
-            .tighten();
-        L::select(too_large, L::splat(proof, 0), least)
+            .gather_dirty_high(&self.entries)
+            .min_dirty_high(other.gather_dirty_high(&self.entries))
+            .mask_high();
+        L::select(too_large, L::splat(token, 0), least)
     }
 }
 
@@ -184,9 +183,14 @@ const fn entries(region: Region) -> usize {
 
 /// Counted from the region's corner and cut off at its ends.
 #[inline(always)]
-fn within<L: Lanes>(proof: L::Proof, (first, last): (L, L), corner: i32, cells: i32) -> (L, L) {
-    let (corner, most) = (L::splat(proof, corner), L::splat(proof, cells - 1));
-    let zero = L::splat(proof, 0);
+fn within<L: Lanes>(
+    token: L::FeatureToken,
+    (first, last): (L, L),
+    corner: i32,
+    cells: i32,
+) -> (L, L) {
+    let (corner, most) = (L::splat(token, corner), L::splat(token, cells - 1));
+    let zero = L::splat(token, 0);
     (
         first.sub(corner).max(zero).min(most),
         last.sub(corner).max(zero).min(most),
@@ -196,11 +200,11 @@ fn within<L: Lanes>(proof: L::Proof, (first, last): (L, L), corner: i32, cells: 
 /// Where the two squares begin along one axis: at both ends of what is longer than a square, and otherwise both in the
 /// same place with the box in their middle.
 #[inline(always)]
-fn ends<L: Lanes>(proof: L::Proof, (first, last): (L, L), length: L, side: L) -> (L, L) {
-    let zero = L::splat(proof, 0);
+fn ends<L: Lanes>(token: L::FeatureToken, (first, last): (L, L), length: L, side: L) -> (L, L) {
+    let zero = L::splat(token, 0);
     let over = side.sub(length).max(zero).shr(1);
     let one = first.sub(over).max(zero);
-    let other = last.sub(side).add(L::splat(proof, 1)).max(one);
+    let other = last.sub(side).add(L::splat(token, 1)).max(one);
     (one, other)
 }
 
@@ -221,24 +225,24 @@ fn pool(smaller: &[u16], larger: &mut [u16], stride: usize, side: usize) {
 }
 
 /// Pooling what a decision can look at, unless that is more than it looks up or too large.
-pub struct Pooling<'a> {
+pub struct BuildMinPyramid<'a> {
     /// What is filled.
-    pub pooled: &'a mut Pooled,
+    pub pyramid: &'a mut MinPyramid,
     /// Whose field.
-    pub problem: &'a Prepared,
+    pub problem: &'a QuantizedProblem,
 }
 
-impl Work for Pooling<'_> {
-    type Outcome = ();
+impl LaneTask for BuildMinPyramid<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, proof: L::Proof) {
-        let Self { pooled, problem } = self;
-        let region = Region::new::<L>(proof, problem);
+    fn run<L: Lanes>(self, token: L::FeatureToken) {
+        let Self { pyramid, problem } = self;
+        let region = Region::new::<L>(token, problem);
         let lookups = problem.len() * problem.header.steps as usize;
-        let is_small = entries(region) <= MOST_ENTRIES;
+        let is_small = entries(region) <= MAX_ENTRIES;
         if is_small && (1..=lookups / PER_CELL).contains(&region.cells()) {
-            pooled.fill(problem, region);
+            pyramid.fill(problem, region);
         }
     }
 }

@@ -2,19 +2,19 @@
 
 use core::ops::Range;
 
-use super::lanes::MOST_LANES;
-use super::looked::PAIR;
-use super::reach::disc_reach;
-use super::spans::GROUPS;
-use crate::local::Prepared;
-use crate::local::inputs::{Header, MovingBody, Turn};
+use super::disc_lookup::PAIR;
+use super::displacement_bounds::GROUPS;
+use super::lanes::MAX_LANES;
+use super::reachable_region::disc_reach;
+use crate::local::QuantizedProblem;
+use crate::local::kernel_inputs::{Header, QuantizedObstacle, VthetaSample};
 use crate::numeric::shift_round;
 
 /// The most samples of a chunk.
-pub const MOST_SAMPLES: usize = 128;
+pub const MAX_SAMPLES: usize = 128;
 
 /// The most rows of a tile.
-pub const MOST_ROWS: usize = 16;
+pub const MAX_ROWS: usize = 16;
 
 /// About how many cells apart the samples of a box may end.
 const BOX_CELLS: f64 = 4.0;
@@ -24,13 +24,13 @@ const TILE_CELLS: f64 = 18.0;
 
 /// Samples of a chunk that end farther apart than so many cells are not sifted: their boxes would be too large to tell
 /// much.
-const MOST_CELLS: f64 = 22.0;
+const MAX_CELLS: f64 = 22.0;
 
 /// Samples of a tile and chunk from which on finer groups of steps pay.
 const DENSE: usize = 512;
 
 /// The most boxes that a chunk is divided into.
-const MOST_BOXES: usize = 2;
+const MAX_BOXES: usize = 2;
 
 /// More than the rounding of two stored distances, or of two positions with their tables and discs, units.
 pub const ROUNDING: f64 = 10.0;
@@ -38,7 +38,7 @@ pub const ROUNDING: f64 = 10.0;
 /// Lists of the problem as columns, filled up to whole vectors by repeating the last entry. Kept from one decision to
 /// the next, so that a decision allocates nothing.
 #[derive(Debug, Default)]
-pub struct Course {
+pub struct SoaInputs {
     /// Coarse speeds.
     pub coarse: Vec<i32>,
     /// Coarse speeds in both halves of each word.
@@ -46,9 +46,9 @@ pub struct Course {
     /// Fine speeds.
     pub fine: Vec<i32>,
     /// Velocity terms.
-    pub term: Vec<i32>,
+    pub velocity_term: Vec<i32>,
     /// What stopping takes.
-    pub needs: Vec<i32>,
+    pub stopping_need: Vec<i32>,
     /// For each moving obstacle and step its centre in units from the field's corner: all x, then all y.
     pub tracks: Vec<i32>,
     /// Speeds filled up.
@@ -56,7 +56,7 @@ pub struct Course {
     /// Steps filled up.
     pub steps: usize,
     /// Whether steps can be looked at in any order: samples are judged by their smallest clearance, and positions are
-    /// small enough for the short way from a product to a cell ([`super::row::Table`]).
+    /// small enough for the short way from a product to a cell ([`super::row::DisplacementTable`]).
     pub in_any_order: bool,
     /// Samples of a chunk, whole vectors.
     pub chunk: usize,
@@ -82,28 +82,32 @@ pub struct Course {
     pub apart: Vec<i32>,
 }
 
-impl Course {
+impl SoaInputs {
     /// Takes over a problem.
-    pub fn fill(&mut self, problem: &Prepared) {
+    pub fn fill(&mut self, problem: &QuantizedProblem) {
         let header = &problem.header;
-        self.stride = problem.speeds.len().next_multiple_of(MOST_LANES);
-        self.steps = (header.steps as usize).next_multiple_of(MOST_LANES);
-        let speeds = &problem.speeds;
+        self.stride = problem.vx_samples.len().next_multiple_of(MAX_LANES);
+        self.steps = (header.steps as usize).next_multiple_of(MAX_LANES);
+        let vx_samples = &problem.vx_samples;
         column(
             &mut self.coarse,
             self.stride,
-            speeds.iter().map(|s| s.coarse),
-        );
-        column(&mut self.fine, self.stride, speeds.iter().map(|s| s.fine));
-        column(
-            &mut self.term,
-            self.stride,
-            speeds.iter().map(|s| s.term as i32),
+            vx_samples.iter().map(|s| s.coarse),
         );
         column(
-            &mut self.needs,
+            &mut self.fine,
             self.stride,
-            speeds.iter().map(|s| s.needs as i32),
+            vx_samples.iter().map(|s| s.fine),
+        );
+        column(
+            &mut self.velocity_term,
+            self.stride,
+            vx_samples.iter().map(|s| s.velocity_term as i32),
+        );
+        column(
+            &mut self.stopping_need,
+            self.stride,
+            vx_samples.iter().map(|s| s.stopping_need as i32),
         );
         let twice = |coarse: &i32| (coarse << 16) | (coarse & 0xFFFF);
         self.coarse_twice.clear();
@@ -115,7 +119,7 @@ impl Course {
                 let steps = 1..=self.steps as i32;
                 steps.map(move |steps| start + shift_round(at + steps.min(last) * step, 8))
             };
-            let MovingBody {
+            let QuantizedObstacle {
                 x,
                 y,
                 step_x,
@@ -145,7 +149,7 @@ impl Course {
     }
 
     /// Divides the samples into tiles: chunks of speeds, and rows, that end about a cell from their middle one.
-    fn divide(&mut self, problem: &Prepared) {
+    fn divide(&mut self, problem: &QuantizedProblem) {
         let header = &problem.header;
         let cell = f64::from(1 << header.cell_bits);
         let steps = f64::from(header.steps);
@@ -155,29 +159,29 @@ impl Course {
         let fastest = f64::from(first.abs().max(last.abs())) * per_coarse;
 
         let spread = f64::from((last - first).abs()) * per_coarse * steps;
-        let samples = (2.0 * cell * f64::from(header.v_count) / spread.max(1.0)) as usize;
-        let most = MOST_SAMPLES.min(self.stride);
-        self.chunk = samples.clamp(1, most).next_multiple_of(MOST_LANES);
+        let samples = (2.0 * cell * f64::from(header.vx_count) / spread.max(1.0)) as usize;
+        let most = MAX_SAMPLES.min(self.stride);
+        self.chunk = samples.clamp(1, most).next_multiple_of(MAX_LANES);
         let away = self.coarse.chunks(self.chunk).map(from_middle).max();
         let away = f64::from(away.unwrap_or_default()) * per_coarse;
 
         let chunk_cells = 2.0 * away * steps / cell;
-        self.is_fine = chunk_cells <= MOST_CELLS;
+        self.is_fine = chunk_cells <= MAX_CELLS;
         self.boxes = ((chunk_cells / BOX_CELLS).ceil() as usize)
-            .clamp(1, MOST_BOXES)
+            .clamp(1, MAX_BOXES)
             .next_power_of_two();
 
         // Headings that turn apart: the way between two rows grows with the square of the steps.
-        let turn = largest_turn(problem);
-        let ends = fastest * turn * steps * steps / 2.0;
-        self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MOST_ROWS);
-        let turn = turn * (self.tile_rows / 2) as f64;
+        let vtheta = largest_turn(problem);
+        let ends = fastest * vtheta * steps * steps / 2.0;
+        self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MAX_ROWS);
+        let vtheta = vtheta * (self.tile_rows / 2) as f64;
 
         let reach = disc_reach(problem);
         self.apart.clear();
         for step in 1..=self.steps {
             let step = step as f64;
-            let between_rows = turn * step * (fastest * step / 2.0 + f64::from(reach));
+            let between_rows = vtheta * step * (fastest * step / 2.0 + f64::from(reach));
             self.apart
                 .push(((away * step + between_rows).ceil() + ROUNDING) as i32);
         }
@@ -238,12 +242,12 @@ fn from_middle(samples: &[i32]) -> i32 {
 }
 
 /// The largest angle by which neighbouring rows turn apart in a step, radians.
-fn largest_turn(problem: &Prepared) -> f64 {
-    let apart = |pair: &[Turn]| {
-        let apart = pair[1].per_step.wrapping_sub(pair[0].per_step) as i32;
+fn largest_turn(problem: &QuantizedProblem) -> f64 {
+    let apart = |pair: &[VthetaSample]| {
+        let apart = pair[1].angle_per_step.wrapping_sub(pair[0].angle_per_step) as i32;
         apart.unsigned_abs()
     };
-    let apart = problem.turns.windows(2).map(apart).max();
+    let apart = problem.vtheta_samples.windows(2).map(apart).max();
     f64::from(apart.unwrap_or_default()) / 2.0_f64.powi(32) * core::f64::consts::TAU
 }
 

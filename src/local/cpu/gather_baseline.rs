@@ -1,22 +1,22 @@
 //! The limit that the engine is measured against: gathers from the distance field and nothing else.
 
-use super::instructions::{Kernel, Work};
-use super::lanes::{Lanes, MOST_LANES};
-use super::{CpuEngine, Instructions};
+use super::instruction_set::Kernel;
+use super::lanes::{LaneTask, Lanes, MAX_LANES};
+use super::{CpuEngine, InstructionSet};
 use crate::local::{ClearanceField, EngineError};
 
 /// Reads the field's entries at many cells, as fast as the instructions can, and nothing else.
 ///
 /// A decision of one disc reads one entry for each sample and step, so the time of this over as many cells is what no
 /// engine can beat that looks at every step.
-pub struct GatherOnly(Kernel);
+pub struct GatherBaseline(Kernel);
 
-impl GatherOnly {
+impl GatherBaseline {
     /// With certain instructions.
     ///
     /// # Errors
     /// When the processor does not have them.
-    pub fn new(instructions: Instructions) -> Result<Self, EngineError> {
+    pub fn new(instructions: InstructionSet) -> Result<Self, EngineError> {
         CpuEngine::kernel_of(instructions).map(Self)
     }
 
@@ -40,28 +40,32 @@ struct Gathering<'a> {
     cells: &'a [i32],
 }
 
-impl Work for Gathering<'_> {
-    type Outcome = i32;
+impl LaneTask for Gathering<'_> {
+    type Output = i32;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, proof: L::Proof) -> i32 {
+    fn run<L: Lanes>(self, token: L::FeatureToken) -> i32 {
         let Self { list, cells } = self;
-        let most = L::splat(proof, i32::from(u16::MAX));
+        let most = L::splat(token, i32::from(u16::MAX));
         // Several at a time: no gather waits for the one before.
         let (mut one, mut two, mut three, mut four) = (most, most, most, most);
-        for cells in cells.chunks_exact(4 * MOST_LANES) {
-            for at in (0..4 * MOST_LANES).step_by(4 * L::COUNT) {
-                one = one.min_loose(L::load(proof, &cells[at..]).gather_loose(list));
-                two = two.min_loose(L::load(proof, &cells[at + L::COUNT..]).gather_loose(list));
-                three =
-                    three.min_loose(L::load(proof, &cells[at + 2 * L::COUNT..]).gather_loose(list));
-                four =
-                    four.min_loose(L::load(proof, &cells[at + 3 * L::COUNT..]).gather_loose(list));
+        for cells in cells.chunks_exact(4 * MAX_LANES) {
+            for at in (0..4 * MAX_LANES).step_by(4 * L::COUNT) {
+                one = one.min_dirty_high(L::load(token, &cells[at..]).gather_dirty_high(list));
+                two = two.min_dirty_high(
+                    L::load(token, &cells[at + L::COUNT..]).gather_dirty_high(list),
+                );
+                three = three.min_dirty_high(
+                    L::load(token, &cells[at + 2 * L::COUNT..]).gather_dirty_high(list),
+                );
+                four = four.min_dirty_high(
+                    L::load(token, &cells[at + 3 * L::COUNT..]).gather_dirty_high(list),
+                );
             }
         }
-        one.min_loose(two)
-            .min_loose(three.min_loose(four))
-            .tighten()
-            .least()
+        one.min_dirty_high(two)
+            .min_dirty_high(three.min_dirty_high(four))
+            .mask_high()
+            .reduce_min()
     }
 }

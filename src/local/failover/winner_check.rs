@@ -1,18 +1,18 @@
 //! The winner of another engine, judged again: one sample, by the scalar code that the shaders are twins of.
 
-use crate::local::contract::{Detail, Evaluation, Reason, SampleRecord, Terms, Totals, Winner};
-use crate::local::{Prepared, rollout, score};
+use crate::local::engine::{Detail, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner};
+use crate::local::{QuantizedProblem, rollout, score};
 
 /// Every term is below this.
 const TERM_BOUND: u32 = 1 << 24;
 
 /// Judges winners. Keeps the memory of the last one.
 #[derive(Default)]
-pub struct Recheck {
+pub struct WinnerCheck {
     table: Vec<i32>,
 }
 
-impl Recheck {
+impl WinnerCheck {
     /// Whether the answer to a problem holds: its counts add up, its totals are possible, and its winner is admissible,
     /// with the terms and the score that it claims.
     ///
@@ -20,7 +20,7 @@ impl Recheck {
     /// What does not hold, for people.
     pub fn check(
         &mut self,
-        problem: &Prepared,
+        problem: &QuantizedProblem,
         answer: &Evaluation,
         detail: Detail,
     ) -> Result<(), String> {
@@ -57,7 +57,7 @@ impl Recheck {
     /// As [`Self::check`], or where there is not one answer for each problem.
     pub fn check_all(
         &mut self,
-        problems: &[Prepared],
+        problems: &[QuantizedProblem],
         answers: &[Evaluation],
         detail: Detail,
     ) -> Result<(), String> {
@@ -70,7 +70,7 @@ impl Recheck {
 
     fn check_winner(
         &mut self,
-        problem: &Prepared,
+        problem: &QuantizedProblem,
         answer: &Evaluation,
         winner: &Winner,
     ) -> Result<(), String> {
@@ -78,9 +78,9 @@ impl Recheck {
         holds(index < problem.len(), || {
             format!("the winner is sample {index} of {}", problem.len())
         })?;
-        let truth = self.judge(problem, index);
+        let truth = self.evaluate_sample(problem, index);
         let claim = SampleRecord {
-            reason: Reason::Ok,
+            status: SampleStatus::Ok,
             terms: winner.terms,
         };
         holds(claim == truth, || {
@@ -93,7 +93,7 @@ impl Recheck {
         })?;
         let within = (0..4).all(|term| {
             let value = truth.terms.to_array()[term];
-            (totals.least[term]..=totals.greatest[term]).contains(&value)
+            (totals.min[term]..=totals.max[term]).contains(&value)
         });
         holds(within, || {
             format!("sample {index} won beyond the totals {totals:?}")
@@ -108,40 +108,40 @@ impl Recheck {
         })
     }
 
-    fn judge(&mut self, problem: &Prepared, index: usize) -> SampleRecord {
+    fn evaluate_sample(&mut self, problem: &QuantizedProblem, index: usize) -> SampleRecord {
         let header = &problem.header;
-        let speeds = problem.speeds.len();
-        let (speed, turn) = (
-            &problem.speeds[index % speeds],
-            &problem.turns[index / speeds],
+        let vx_samples = problem.vx_samples.len();
+        let (vx, vtheta) = (
+            &problem.vx_samples[index % vx_samples],
+            &problem.vtheta_samples[index / vx_samples],
         );
         self.table.resize(rollout::table_words(header), 0);
-        rollout::tabulate(header, turn, &problem.discs, &mut self.table);
-        let (reason, clearance) = rollout::judge(problem, speed, turn, &self.table);
-        let terms = if reason == Reason::Ok {
-            let end = rollout::end_position(header, speed, &self.table);
-            let end_heading = rollout::end_heading(header, turn);
-            score::terms(header, speed, end_heading, end, clearance)
+        rollout::tabulate(header, vtheta, &problem.discs, &mut self.table);
+        let (status, clearance) = rollout::evaluate_sample(problem, vx, vtheta, &self.table);
+        let terms = if status == SampleStatus::Ok {
+            let end = rollout::end_position(header, vx, &self.table);
+            let end_heading = rollout::end_heading(header, vtheta);
+            score::terms(header, vx, end_heading, end, clearance)
         } else {
             Terms::default()
         };
-        SampleRecord { reason, terms }
+        SampleRecord { status, terms }
     }
 }
 
 /// Whether so many samples can have such totals; others could overflow the score.
 fn are_possible(totals: &Totals, admissible: u32) -> bool {
     (0..4).all(|term| {
-        let (least, greatest) = (totals.least[term], totals.greatest[term]);
+        let (min, max) = (totals.min[term], totals.max[term]);
         let others = u64::from(admissible.saturating_sub(1));
-        let (low, high) = (u64::from(least), u64::from(greatest));
-        // One sample has the least and one the greatest, the same only where there is just one.
+        let (low, high) = (u64::from(min), u64::from(max));
+        // One sample has the min and one the max, the same only where there is just one.
         let sums = high + others * low..=low + others * high;
-        let bounded = admissible > 0 && least <= greatest && greatest < TERM_BOUND;
+        let bounded = admissible > 0 && min <= max && max < TERM_BOUND;
         bounded && sums.contains(&totals.sums[term])
     })
 }
 
-fn holds(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
-    if holds { Ok(()) } else { Err(what()) }
+fn holds(holds: bool, message: impl FnOnce() -> String) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(message()) }
 }

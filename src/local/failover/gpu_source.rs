@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
-use super::closing::WAIT_AT_END;
+use super::device_closer::WAIT_AT_END;
 use crate::local::{Engine, EngineError};
 
 /// Opens GPU engines for a [`Failover`](super::Failover). A closure that opens one and returns is a source, too: one
@@ -28,12 +28,12 @@ type Outcome = Result<Box<dyn Engine>, EngineError>;
 
 /// Opens engines on a thread beside the control loop: to find an adapter, compile the shaders and take a first decision
 /// takes longer than a tick has, and a driver that hangs must not hang the robot. One attempt at a time.
-pub struct Beside {
+pub struct BackgroundOpener {
     open: Arc<dyn Fn() -> Outcome + Send + Sync>,
     pending: Option<Receiver<Outcome>>,
 }
 
-impl Beside {
+impl BackgroundOpener {
     /// A source that opens engines in this way.
     #[must_use]
     pub fn new(open: impl Fn() -> Outcome + Send + Sync + 'static) -> Self {
@@ -50,16 +50,16 @@ impl Beside {
             .name("inbye-opening".to_owned())
             // The receiver is gone only when the engine is no longer wanted.
             .spawn(move || done.send(open()))
-            .map_err(|error| EngineError::Threads {
+            .map_err(|error| EngineError::ThreadSpawn {
                 threads: 1,
-                what: error.to_string(),
+                message: error.to_string(),
             })?;
         self.pending = Some(outcome);
         Ok(())
     }
 }
 
-impl GpuSource for Beside {
+impl GpuSource for BackgroundOpener {
     fn poll(&mut self) -> Option<Outcome> {
         let Some(pending) = &self.pending else {
             return self.start().err().map(Err);
@@ -69,7 +69,7 @@ impl GpuSource for Beside {
             Ok(outcome) => outcome,
             Err(TryRecvError::Disconnected) => Err(EngineError::Setup {
                 adapter: "unknown".to_owned(),
-                what: "the thread that opened it panicked".to_owned(),
+                message: "the thread that opened it panicked".to_owned(),
             }),
         };
         self.pending = None;
@@ -77,7 +77,7 @@ impl GpuSource for Beside {
     }
 }
 
-impl Drop for Beside {
+impl Drop for BackgroundOpener {
     fn drop(&mut self) {
         if let Some(pending) = &self.pending {
             let _ = pending.recv_timeout(WAIT_AT_END);

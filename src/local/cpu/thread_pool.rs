@@ -15,13 +15,13 @@ use std::thread::JoinHandle;
 
 use crate::local::EngineError;
 
-type Work<'a> = &'a (dyn Fn() + Sync);
+type LaneTask<'a> = &'a (dyn Fn() + Sync);
 
 /// Turns of an empty loop before a worker sleeps, or a caller that has finished does: some ten microseconds.
-const PATIENCE: u32 = 4000;
+const TIMEOUT: u32 = 4000;
 
 /// Worker threads beside the caller's own.
-pub struct Crew {
+pub struct ThreadPool {
     shared: Arc<Shared>,
     workers: Vec<JoinHandle<()>>,
 }
@@ -38,12 +38,12 @@ struct Shared {
 
 struct Order {
     number: u64,
-    work: Option<Work<'static>>,
+    work: Option<LaneTask<'static>>,
     panicked: bool,
     dismissed: bool,
 }
 
-impl Crew {
+impl ThreadPool {
     /// A crew of this many workers.
     ///
     /// # Errors
@@ -61,31 +61,31 @@ impl Crew {
             wake: Condvar::new(),
             done: Condvar::new(),
         });
-        let mut crew = Self {
+        let mut pool = Self {
             shared,
             workers: Vec::with_capacity(workers),
         };
         for _ in 0..workers {
-            let shared = Arc::clone(&crew.shared);
+            let shared = Arc::clone(&pool.shared);
             let builder = std::thread::Builder::new().name("inbye".to_owned());
             let worker = builder.spawn(move || shared.serve());
-            crew.workers
-                .push(worker.map_err(|error| EngineError::Threads {
+            pool.workers
+                .push(worker.map_err(|error| EngineError::ThreadSpawn {
                     threads: workers + 1,
-                    what: error.to_string(),
+                    message: error.to_string(),
                 })?);
         }
-        Ok(crew)
+        Ok(pool)
     }
 
     /// Calls `work` once in the caller's thread and once in each worker's; returns when all have returned.
     ///
     /// # Panics
     /// When `work` does, in whichever thread, after all have returned.
-    pub fn run(&mut self, work: Work<'_>) {
+    pub fn run(&mut self, work: LaneTask<'_>) {
         // SAFETY: only the lifetime changes. Workers use the reference between the order and their report that they
         // have done with it, and below this waits for all reports, also when `work` panics in this thread.
-        let unbounded = unsafe { core::mem::transmute::<Work<'_>, Work<'static>>(work) };
+        let unbounded = unsafe { core::mem::transmute::<LaneTask<'_>, LaneTask<'static>>(work) };
         self.shared.give(unbounded, self.workers.len() as u64);
         let own = catch_unwind(AssertUnwindSafe(work));
         let panicked = self.shared.wait();
@@ -96,7 +96,7 @@ impl Crew {
     }
 }
 
-impl Drop for Crew {
+impl Drop for ThreadPool {
     fn drop(&mut self) {
         self.shared.lock().dismissed = true;
         self.shared.given.store(u64::MAX, Ordering::Release);
@@ -113,7 +113,7 @@ impl Shared {
         self.order.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn give(&self, work: Work<'static>, workers: u64) {
+    fn give(&self, work: LaneTask<'static>, workers: u64) {
         let mut order = self.lock();
         order.number += 1;
         order.work = Some(work);
@@ -154,7 +154,7 @@ impl Shared {
     }
 
     /// The order after this one; none when the crew is dismissed.
-    fn next(&self, last: u64) -> Option<(u64, Work<'static>)> {
+    fn next(&self, last: u64) -> Option<(u64, LaneTask<'static>)> {
         look_out(|| self.given.load(Ordering::Acquire) != last);
         let mut order = self.lock();
         loop {
@@ -176,7 +176,7 @@ impl Shared {
 
 /// Looks for a while whether something has come true.
 fn look_out(come_true: impl Fn() -> bool) {
-    for _ in 0..PATIENCE {
+    for _ in 0..TIMEOUT {
         if come_true() {
             return;
         }
@@ -191,10 +191,10 @@ mod tests {
 
     #[test]
     fn every_order_is_done_once_by_each_thread() {
-        let mut crew = Crew::new(3).expect("three threads");
+        let mut pool = ThreadPool::new(3).expect("three threads");
         let calls = AtomicUsize::new(0);
         for order in 1..=1000 {
-            crew.run(&|| {
+            pool.run(&|| {
                 calls.fetch_add(1, Ordering::Relaxed);
             });
             assert_eq!(calls.load(Ordering::Relaxed), 4 * order);
@@ -203,11 +203,11 @@ mod tests {
 
     #[test]
     fn a_panic_reaches_the_caller_and_the_crew_works_on() {
-        let mut crew = Crew::new(2).expect("two threads");
+        let mut pool = ThreadPool::new(2).expect("two threads");
         let caller = std::thread::current().id();
         for in_caller in [true, false] {
             let outcome = catch_unwind(AssertUnwindSafe(|| {
-                crew.run(&|| {
+                pool.run(&|| {
                     let here = std::thread::current().id() == caller;
                     assert_ne!(here, in_caller, "as the test wants");
                 });
@@ -215,7 +215,7 @@ mod tests {
             assert!(outcome.is_err());
         }
         let calls = AtomicUsize::new(0);
-        crew.run(&|| {
+        pool.run(&|| {
             calls.fetch_add(1, Ordering::Relaxed);
         });
         assert_eq!(calls.load(Ordering::Relaxed), 3);

@@ -1,4 +1,4 @@
-//! Closing a device that may hang.
+//! DeviceCloser a device that may hang.
 //!
 //! wgpu waits without limit for a queue to be idle when it drops it, and panics where the driver says something
 //! unexpected. Neither may happen to the thread that drives a robot.
@@ -15,9 +15,9 @@ pub const WAIT_AT_END: Duration = Duration::from_secs(2);
 
 /// Devices that are being closed, each in a thread of its own.
 #[derive(Default)]
-pub struct Closing(Vec<Receiver<()>>);
+pub struct DeviceCloser(Vec<Receiver<()>>);
 
-impl Closing {
+impl DeviceCloser {
     /// Closes an engine without waiting for it.
     pub fn close(&mut self, engine: Box<dyn Engine>) {
         self.0
@@ -30,7 +30,7 @@ impl Closing {
         };
         // Where the system gives no thread, the closure is dropped here, and the engine with it.
         if thread::Builder::new()
-            .name("inbye-closing".to_owned())
+            .name("inbye-closer".to_owned())
             .spawn(close)
             .is_ok()
         {
@@ -39,10 +39,10 @@ impl Closing {
     }
 }
 
-impl Drop for Closing {
+impl Drop for DeviceCloser {
     fn drop(&mut self) {
         for closed in &self.0 {
-            // A panic while closing, or no end of it, is what the thread was for.
+            // A panic while closer, or no end of it, is what the thread was for.
             let _ = closed.recv_timeout(WAIT_AT_END);
         }
     }

@@ -1,16 +1,16 @@
 //! What one disc of a row's samples meets at some of the steps.
 
-use super::course::Course;
+use super::displacement_table::DisplacementTable;
 use super::lanes::Lanes;
-use super::table::Table;
-use crate::local::Prepared;
+use super::soa_inputs::SoaInputs;
+use crate::local::QuantizedProblem;
 
 /// Steps that are looked at together: lists of them are filled up to whole pairs.
 pub const PAIR: usize = 2;
 
 /// A disc and where it is looked up. All that a lookup takes is here by value or as a slice of its own, or compilers
 /// read it again for each step.
-pub struct Looked<'a> {
+pub struct DiscLookup<'a> {
     /// Of the table; all of one length.
     x: &'a [i32],
     y: &'a [i32],
@@ -24,11 +24,16 @@ pub struct Looked<'a> {
     units: &'a [u16],
 }
 
-impl<'a> Looked<'a> {
+impl<'a> DiscLookup<'a> {
     /// A disc of the samples with this table.
     #[inline(always)]
-    pub fn new(problem: &'a Prepared, course: &Course, table: &'a Table, disc: usize) -> Self {
-        let steps = course.steps;
+    pub fn new(
+        problem: &'a QuantizedProblem,
+        inputs: &SoaInputs,
+        table: &'a DisplacementTable,
+        disc: usize,
+    ) -> Self {
+        let steps = inputs.steps;
         let first = disc * steps;
         Self {
             x: &table.x_halves[..steps],
@@ -48,17 +53,17 @@ impl<'a> Looked<'a> {
     #[inline(always)]
     pub fn lower_all<L: Lanes>(
         &self,
-        proof: L::Proof,
+        token: L::FeatureToken,
         steps: &[i32],
         coarse: &[i32],
         least: &mut [i32],
     ) {
         let pairs = coarse.len() / (2 * L::COUNT) * (2 * L::COUNT);
         for at in (0..pairs).step_by(2 * L::COUNT) {
-            self.lower::<L, 2>(proof, steps, &coarse[at..], &mut least[at..]);
+            self.lower::<L, 2>(token, steps, &coarse[at..], &mut least[at..]);
         }
         for at in (pairs..coarse.len()).step_by(L::COUNT) {
-            self.lower::<L, 1>(proof, steps, &coarse[at..], &mut least[at..]);
+            self.lower::<L, 1>(token, steps, &coarse[at..], &mut least[at..]);
         }
     }
 
@@ -66,37 +71,37 @@ impl<'a> Looked<'a> {
     #[inline(always)]
     fn lower<L: Lanes, const N: usize>(
         &self,
-        proof: L::Proof,
+        token: L::FeatureToken,
         steps: &[i32],
         coarse: &[i32],
         least: &mut [i32],
     ) {
-        let mut speeds = [L::splat(proof, 0); N];
-        for (vector, speed) in speeds.iter_mut().enumerate() {
-            *speed = L::load(proof, &coarse[vector * L::COUNT..]);
+        let mut vx_samples = [L::splat(token, 0); N];
+        for (vector, vx) in vx_samples.iter_mut().enumerate() {
+            *vx = L::load(token, &coarse[vector * L::COUNT..]);
         }
-        let mut nearest = [L::splat(proof, i32::from(u16::MAX)); N];
+        let mut nearest = [L::splat(token, i32::from(u16::MAX)); N];
         for pair in steps.chunks_exact(PAIR) {
             for &step in pair {
                 let step = step as usize;
-                let x = L::splat(proof, self.x[step]);
-                let y = L::splat(proof, self.y[step]);
-                let across = L::splat(proof, self.across[step]);
-                let along = L::splat(proof, self.along[step]);
-                let cell = L::splat(proof, self.cell[step]);
-                for (speed, nearest) in speeds.iter().zip(&mut nearest) {
-                    let x = speed.mul_halves(x).add(across);
-                    let y = speed.mul_halves(y).add(along);
-                    let cell = L::row_major(proof, x, y, self.bits, self.width).add(cell);
-                    *nearest = nearest.min_loose(cell.gather_loose(self.units));
+                let x = L::splat(token, self.x[step]);
+                let y = L::splat(token, self.y[step]);
+                let across = L::splat(token, self.across[step]);
+                let along = L::splat(token, self.along[step]);
+                let cell = L::splat(token, self.cell[step]);
+                for (vx, nearest) in vx_samples.iter().zip(&mut nearest) {
+                    let x = vx.mul_halves(x).add(across);
+                    let y = vx.mul_halves(y).add(along);
+                    let cell = L::row_major(token, x, y, self.bits, self.width).add(cell);
+                    *nearest = nearest.min_dirty_high(cell.gather_dirty_high(self.units));
                 }
             }
         }
-        let radius = L::splat(proof, self.radius);
+        let radius = L::splat(token, self.radius);
         for (vector, nearest) in nearest.iter().enumerate() {
             let least = &mut least[vector * L::COUNT..];
-            let clearance = nearest.tighten().sub(radius);
-            clearance.min(L::load(proof, least)).store(least);
+            let clearance = nearest.mask_high().sub(radius);
+            clearance.min(L::load(token, least)).store(least);
         }
     }
 }

@@ -1,9 +1,9 @@
 //! The part of the field that a decision can look at.
 
 use super::arithmetic::cos_q20;
-use super::lanes::{Lanes, MOST_LANES};
-use crate::local::Prepared;
-use crate::local::inputs::{BodyDisc, Header, Speed};
+use super::lanes::{Lanes, MAX_LANES};
+use crate::local::QuantizedProblem;
+use crate::local::kernel_inputs::{Header, QuantizedDisc, VxSample};
 use crate::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN, shift_round};
 
 /// More than two rounded cosines can be out of order: each is within 0.63 of the true one. Q20.
@@ -26,11 +26,11 @@ impl Region {
     /// All cells of the field that a disc of any sample is on at any step, and a few more. Empty where that is nowhere
     /// on the field.
     #[inline(always)]
-    pub fn new<L: Lanes>(proof: L::Proof, problem: &Prepared) -> Self {
+    pub fn new<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem) -> Self {
         let header = &problem.header;
         let discs = disc_reach(problem) + 2;
-        let across = moved::<L>(proof, problem, header.heading);
-        let along = moved::<L>(proof, problem, header.heading.wrapping_sub(QUARTER_TURN));
+        let across = moved::<L>(token, problem, header.heading);
+        let along = moved::<L>(token, problem, header.heading.wrapping_sub(QUARTER_TURN));
         let cells = |start: i32, (least, most): (i32, i32), cells: u32| {
             let cell = |moved: i32| start.saturating_add(moved) >> header.cell_bits;
             let first = cell(least - discs).clamp(0, cells as i32);
@@ -53,25 +53,28 @@ impl Region {
 }
 
 /// No disc's centre is farther from the robot's origin, units.
-pub fn disc_reach(problem: &Prepared) -> i32 {
-    let reach = |disc: &BodyDisc| disc.x.abs() + disc.y.abs();
+pub fn disc_reach(problem: &QuantizedProblem) -> i32 {
+    let reach = |disc: &QuantizedDisc| disc.x.abs() + disc.y.abs();
     problem.discs.iter().map(reach).max().unwrap_or_default()
 }
 
 /// The least and the most that any sample moves, to any step, along the axis that the heading is measured from.
 #[inline(always)]
-fn moved<L: Lanes>(proof: L::Proof, problem: &Prepared, heading: u32) -> (i32, i32) {
+fn moved<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem, heading: u32) -> (i32, i32) {
     let header = &problem.header;
-    let (Some(first), Some(last)) = (problem.turns.first(), problem.turns.last()) else {
+    let (Some(first), Some(last)) = (
+        problem.vtheta_samples.first(),
+        problem.vtheta_samples.last(),
+    ) else {
         return (0, 0);
     };
-    // Turn rates rise from the first to the last, and turn less than a full turn apart in a step.
-    let apart = last.per_step.wrapping_sub(first.per_step);
+    // VthetaSample rates rise from the first to the last, and turn less than a full turn apart in a step.
+    let apart = last.angle_per_step.wrapping_sub(first.angle_per_step);
     let (mut least, mut most) = (0, 0);
     let (mut fewest, mut greatest) = (0, 0);
     for begin in (0..header.steps).step_by(L::COUNT) {
         let (least_cosines, most_cosines) =
-            cosines::<L>(proof, begin, heading, (first.per_step, apart));
+            cosines::<L>(token, begin, heading, (first.angle_per_step, apart));
         let left = (header.steps - begin) as usize;
         for (one, other) in least_cosines
             .iter()
@@ -93,11 +96,11 @@ fn moved<L: Lanes>(proof: L::Proof, problem: &Prepared, heading: u32) -> (i32, i
 }
 
 /// The coarse speeds of the slowest sample and the fastest.
-fn slowest_and_fastest(problem: &Prepared) -> [i32; 2] {
-    let coarse = |speed: Option<&Speed>| speed.map_or(0, |speed| speed.coarse);
+fn slowest_and_fastest(problem: &QuantizedProblem) -> [i32; 2] {
+    let coarse = |vx: Option<&VxSample>| vx.map_or(0, |vx| vx.coarse);
     [
-        coarse(problem.speeds.first()),
-        coarse(problem.speeds.last()),
+        coarse(problem.vx_samples.first()),
+        coarse(problem.vx_samples.last()),
     ]
 }
 
@@ -108,29 +111,29 @@ fn displacement(header: &Header, coarse: i32, sum: i32) -> i32 {
     )
 }
 
-/// The least and the greatest cosines of all headings at the steps from `begin`, when the first row turns by `per_step`
+/// The least and the greatest cosines of all headings at the steps from `begin`, when the first row turns by `angle_per_step`
 /// in each and the last by `apart` more.
 #[inline(always)]
 fn cosines<L: Lanes>(
-    proof: L::Proof,
+    token: L::FeatureToken,
     begin: u32,
     heading: u32,
-    (per_step, apart): (u32, u32),
-) -> ([i32; MOST_LANES], [i32; MOST_LANES]) {
-    let (mut from, mut beyond) = ([0; MOST_LANES], [0; MOST_LANES]);
+    (angle_per_step, apart): (u32, u32),
+) -> ([i32; MAX_LANES], [i32; MAX_LANES]) {
+    let (mut from, mut beyond) = ([0; MAX_LANES], [0; MAX_LANES]);
     for (step, (from, beyond)) in (begin..).zip(from.iter_mut().zip(&mut beyond)) {
-        *from = heading.wrapping_add(per_step.wrapping_mul(step)) as i32;
+        *from = heading.wrapping_add(angle_per_step.wrapping_mul(step)) as i32;
         // Nothing is beyond a full turn.
         *beyond = (u64::from(apart) * u64::from(step)).min(u64::from(u32::MAX)) as u32 as i32;
     }
-    let (from, beyond) = (L::load(proof, &from), L::load(proof, &beyond));
-    let one = cos_q20(proof, from);
-    let other = cos_q20(proof, from.add(beyond));
-    let zero = L::splat(proof, 0);
+    let (from, beyond) = (L::load(token, &from), L::load(token, &beyond));
+    let one = cos_q20(token, from);
+    let other = cos_q20(token, from.add(beyond));
+    let zero = L::splat(token, 0);
     let most_passed = beyond.less_unsigned(zero.sub(from));
-    let least_passed = beyond.less_unsigned(L::splat(proof, HALF_TURN as i32).sub(from));
-    let full = L::splat(proof, ONE_Q20);
-    let (mut least, mut most) = ([0; MOST_LANES], [0; MOST_LANES]);
+    let least_passed = beyond.less_unsigned(L::splat(token, HALF_TURN as i32).sub(from));
+    let full = L::splat(token, ONE_Q20);
+    let (mut least, mut most) = ([0; MAX_LANES], [0; MAX_LANES]);
     L::select(least_passed, one.min(other), zero.sub(full)).store(&mut least);
     L::select(most_passed, one.max(other), full).store(&mut most);
     (least, most)

@@ -1,21 +1,20 @@
 //! The best sample of a row, found in loops that compile to vectors.
 
-use super::course::Course;
-use super::instructions::Work;
-use super::lanes::Lanes;
-use super::row::REASON_BITS;
+use super::lanes::{LaneTask, Lanes};
+use super::row::STATUS_SHIFT;
+use super::soa_inputs::SoaInputs;
 use crate::local::score::Normalizer;
 
 /// A normaliser without branches: `(term - offset) * mantissa`, shifted to the right, then to the left.
 #[derive(Clone, Copy, Debug)]
-pub struct Share {
+pub struct TermScale {
     offset: u32,
     mantissa: u32,
     right: u32,
     left: u32,
 }
 
-impl Share {
+impl TermScale {
     /// The same as [`crate::local::score::share`] of a normaliser.
     pub const fn new(normalizer: &Normalizer) -> Self {
         let bits = normalizer.bits;
@@ -40,54 +39,54 @@ impl Share {
 
 /// The score of some terms, the same as [`crate::local::score::score`].
 #[inline(always)]
-pub fn score(shares: &[Share; 4], [heading, clearance, velocity, path]: [i32; 4]) -> i64 {
-    shares[0]
+pub fn score(scales: &[TermScale; 4], [heading, clearance, velocity, path]: [i32; 4]) -> i64 {
+    scales[0]
         .of(heading)
-        .wrapping_add(shares[1].of(clearance))
-        .wrapping_add(shares[2].of(velocity))
-        .wrapping_sub(shares[3].of(path))
+        .wrapping_add(scales[1].of(clearance))
+        .wrapping_add(scales[2].of(velocity))
+        .wrapping_sub(scales[3].of(path))
 }
 
 /// Looking for the best of a row's admissible samples: its score and its place, the first where several have it.
-pub struct BestOfRow<'a> {
+pub struct RowArgmax<'a> {
     /// Where the velocity terms are.
-    pub course: &'a Course,
+    pub inputs: &'a SoaInputs,
     /// The row's columns.
     pub row: &'a [i32],
     /// How many samples it has.
     pub samples: usize,
     /// What makes the score.
-    pub shares: &'a [Share; 4],
+    pub scales: &'a [TermScale; 4],
     /// Samples that score less are of no interest.
     pub least: i64,
 }
 
-impl Work for BestOfRow<'_> {
-    type Outcome = Option<(i64, usize)>;
+impl LaneTask for RowArgmax<'_> {
+    type Output = Option<(i64, usize)>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, _: L::Proof) -> Self::Outcome {
+    fn run<L: Lanes>(self, _: L::FeatureToken) -> Self::Output {
         let Self {
-            course,
+            inputs,
             row,
             samples,
-            shares,
+            scales,
             least,
         } = self;
         let columns = Columns {
             heading: &row[..samples],
-            clearance: &row[course.stride..][..samples],
-            velocity: &course.term[..samples],
-            path: &row[2 * course.stride..][..samples],
+            clearance: &row[inputs.stride..][..samples],
+            velocity: &inputs.velocity_term[..samples],
+            path: &row[2 * inputs.stride..][..samples],
         };
         let mut largest = i64::MIN;
         for index in 0..samples {
-            largest = largest.max(columns.score(index, shares));
+            largest = largest.max(columns.score(index, scales));
         }
         if largest < least || largest == i64::MIN {
             return None;
         }
-        let is_largest = |index: &usize| columns.score(*index, shares) == largest;
+        let is_largest = |index: &usize| columns.score(*index, scales) == largest;
         (0..samples).find(is_largest).map(|index| (largest, index))
     }
 }
@@ -103,11 +102,11 @@ struct Columns<'a> {
 impl Columns<'_> {
     /// The score of a sample; `i64::MIN` where it is not admissible.
     #[inline(always)]
-    fn score(&self, index: usize, shares: &[Share; 4]) -> i64 {
+    fn score(&self, index: usize, scales: &[TermScale; 4]) -> i64 {
         let (heading, clearance) = (self.heading[index], self.clearance[index]);
         let (velocity, path) = (self.velocity[index], self.path[index]);
-        let score = score(shares, [heading, clearance, velocity, path]);
-        let admissible = (heading as u32) >> REASON_BITS == 0;
+        let score = score(scales, [heading, clearance, velocity, path]);
+        let admissible = (heading as u32) >> STATUS_SHIFT == 0;
         if admissible { score } else { i64::MIN }
     }
 }

@@ -1,19 +1,19 @@
 //! Counts and totals of samples, in lanes and merged.
 
 use super::lanes::Lanes;
-use crate::local::contract::{Counts, Totals};
+use crate::local::engine::{Counts, Totals};
 use crate::local::select;
 
 /// What samples add up to.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
+pub struct SampleStats {
     /// How many were judged how.
     pub counts: Counts,
     /// Sums and ranges of the terms of the admissible ones.
     pub totals: Totals,
 }
 
-impl Tally {
+impl SampleStats {
     /// Adds another.
     pub fn merge(&mut self, other: &Self) {
         self.counts.admissible += other.counts.admissible;
@@ -32,13 +32,13 @@ const PATH: usize = 3;
 
 /// A tally being taken: sums in lanes of 32 bits, emptied before they can overflow.
 #[derive(Clone, Copy)]
-pub struct LaneTally<L: Lanes> {
-    proof: L::Proof,
+pub struct LaneStats<L: Lanes> {
+    token: L::FeatureToken,
     counts: Counts,
     emptied: [u64; 4],
     sums: [L; 4],
-    least: [L; 4],
-    greatest: [L; 4],
+    min: [L; 4],
+    max: [L; 4],
     vectors: u32,
     /// Of the row under way the greatest of each term, and of the last, the path's, the least.
     best: [L; 4],
@@ -46,29 +46,29 @@ pub struct LaneTally<L: Lanes> {
     before: u32,
 }
 
-impl<L: Lanes> LaneTally<L> {
+impl<L: Lanes> LaneStats<L> {
     /// An empty one.
     #[inline(always)]
-    pub fn new(proof: L::Proof) -> Self {
-        let zero = L::splat(proof, 0);
+    pub fn new(token: L::FeatureToken) -> Self {
+        let zero = L::splat(token, 0);
         Self {
-            proof,
+            token,
             counts: Counts::default(),
             emptied: [0; 4],
             sums: [zero; 4],
-            least: [L::splat(proof, i32::MAX); 4],
-            greatest: [zero; 4],
+            min: [L::splat(token, i32::MAX); 4],
+            max: [zero; 4],
             vectors: 0,
-            best: Self::nothing(proof),
+            best: Self::nothing(token),
             before: 0,
         }
     }
 
     /// Worse than any term.
     #[inline(always)]
-    fn nothing(proof: L::Proof) -> [L; 4] {
-        let zero = L::splat(proof, 0);
-        [zero, zero, zero, L::splat(proof, i32::MAX)]
+    fn nothing(token: L::FeatureToken) -> [L; 4] {
+        let zero = L::splat(token, 0);
+        [zero, zero, zero, L::splat(token, i32::MAX)]
     }
 
     /// Counts the samples of one vector: bits of those there are, not admissible, collided, and off the field.
@@ -98,13 +98,13 @@ impl<L: Lanes> LaneTally<L> {
             let (sum, best) = (self.sums[term], self.best[term]);
             self.sums[term] = L::select(ok, sum.add(terms[term]), sum);
             if term < PATH {
-                let least = self.least[term];
+                let min = self.min[term];
                 self.best[term] = L::select(ok, best.max(terms[term]), best);
-                self.least[term] = L::select(ok, least.min(terms[term]), least);
+                self.min[term] = L::select(ok, min.min(terms[term]), min);
             } else {
-                let greatest = self.greatest[term];
+                let max = self.max[term];
                 self.best[term] = L::select(ok, best.min(terms[term]), best);
-                self.greatest[term] = L::select(ok, greatest.max(terms[term]), greatest);
+                self.max[term] = L::select(ok, max.max(terms[term]), max);
             }
             term += 1;
         }
@@ -118,16 +118,16 @@ impl<L: Lanes> LaneTally<L> {
         }
         self.before = self.counts.admissible;
         let [heading, clearance, velocity, path] = self.best;
-        self.greatest[0] = self.greatest[0].max(heading);
-        self.greatest[1] = self.greatest[1].max(clearance);
-        self.greatest[2] = self.greatest[2].max(velocity);
-        self.least[PATH] = self.least[PATH].min(path);
-        self.best = Self::nothing(self.proof);
+        self.max[0] = self.max[0].max(heading);
+        self.max[1] = self.max[1].max(clearance);
+        self.max[2] = self.max[2].max(velocity);
+        self.min[PATH] = self.min[PATH].min(path);
+        self.best = Self::nothing(self.token);
         Some([
-            heading.greatest(),
-            clearance.greatest(),
-            velocity.greatest(),
-            path.least(),
+            heading.reduce_max(),
+            clearance.reduce_max(),
+            velocity.reduce_max(),
+            path.reduce_min(),
         ])
     }
 
@@ -135,8 +135,8 @@ impl<L: Lanes> LaneTally<L> {
     fn empty(&mut self) {
         let mut term = 0;
         while term < 4 {
-            self.emptied[term] += self.sums[term].total_unsigned();
-            self.sums[term] = L::splat(self.proof, 0);
+            self.emptied[term] += self.sums[term].reduce_sum_unsigned();
+            self.sums[term] = L::splat(self.token, 0);
             term += 1;
         }
         self.vectors = 0;
@@ -144,9 +144,9 @@ impl<L: Lanes> LaneTally<L> {
 
     /// All of it.
     #[inline(always)]
-    pub fn finish(mut self) -> Tally {
+    pub fn finish(mut self) -> SampleStats {
         if self.counts.admissible == 0 {
-            return Tally {
+            return SampleStats {
                 counts: self.counts,
                 totals: Totals::default(),
             };
@@ -158,11 +158,11 @@ impl<L: Lanes> LaneTally<L> {
         };
         let mut term = 0;
         while term < 4 {
-            totals.least[term] = self.least[term].least() as u32;
-            totals.greatest[term] = self.greatest[term].greatest() as u32;
+            totals.min[term] = self.min[term].reduce_min() as u32;
+            totals.max[term] = self.max[term].reduce_max() as u32;
             term += 1;
         }
-        Tally {
+        SampleStats {
             counts: self.counts,
             totals,
         }

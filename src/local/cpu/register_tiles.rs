@@ -3,13 +3,13 @@
 
 use core::ops::{Range, RangeInclusive};
 
-use super::groups::Groups;
-use super::lanes::{LARGE, Lanes, SMALL};
-use super::pooled::{Boxes, Pooled};
-use super::sieve::Tile;
-use super::spans::GROUPS;
-use super::two_rows::TwoRows;
-use crate::local::inputs::Header;
+use super::displacement_bounds::GROUPS;
+use super::lanes::{LARGE_TILE, Lanes, SMALL_TILE};
+use super::min_pyramid::{Boxes, MinPyramid};
+use super::paired_lookup::PairedLookup;
+use super::step_groups::StepGroups;
+use super::step_pruning::SampleTile;
+use crate::local::kernel_inputs::Header;
 
 /// The bits from a product to a cell with which places in a patch are found ([`Lanes::look_up`]).
 const BITS: RangeInclusive<u32> = 20..=28;
@@ -21,7 +21,7 @@ const fn product_bits(header: &Header) -> u32 {
 
 /// The samples that a list of groups of steps is for.
 #[derive(Clone, Debug)]
-pub struct Listed {
+pub struct SampleList {
     /// Which list.
     pub number: usize,
     /// Of which disc.
@@ -32,12 +32,12 @@ pub struct Listed {
 
 /// Where chunks are, and room for the work.
 #[derive(Debug, Default)]
-pub struct Patches {
+pub struct RegisterTiles {
     can_be: bool,
     /// For each list and group of steps: first columns, last columns, first rows, last rows.
     visited: Vec<[[i32; GROUPS]; 4]>,
     /// Groups that share a patch.
-    run: Groups,
+    run: StepGroups,
     /// How many patches were looked up so far.
     #[cfg(test)]
     pub looked_up: usize,
@@ -71,9 +71,9 @@ fn around(one: [i32; 2], other: [i32; 2]) -> [i32; 2] {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
 
-impl Patches {
+impl RegisterTiles {
     /// Makes room for a tile.
-    pub fn begin(&mut self, tile: &Tile<'_>) {
+    pub fn begin(&mut self, tile: &SampleTile<'_>) {
         let header = &tile.problem.header;
         self.can_be = BITS.contains(&product_bits(header));
         self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
@@ -99,12 +99,12 @@ impl Patches {
     #[inline(always)]
     pub fn lower<L: Lanes>(
         &mut self,
-        proof: L::Proof,
-        (tile, pooled): (&Tile<'_>, &Pooled),
-        list: &Listed,
+        token: L::FeatureToken,
+        (tile, pyramid): (&SampleTile<'_>, &MinPyramid),
+        list: &SampleList,
         groups: &[i32],
         least: &mut [i32],
-        rest: &mut Groups,
+        rest: &mut StepGroups,
     ) {
         rest.clear();
         self.run.clear();
@@ -117,23 +117,23 @@ impl Patches {
             let group = groups.next().copied();
             let here = group.map(|group| (group, self.visited(list.number, group)));
             if let Some((group, here)) = here {
-                if !here.fit(LARGE) {
+                if !here.fit(LARGE_TILE) {
                     rest.push(group);
                     continue;
                 }
-                let both = if self.run.as_slice().is_empty() {
+                let mask_and = if self.run.as_slice().is_empty() {
                     here
                 } else {
                     all.with(here)
                 };
-                if both.fit(LARGE) {
-                    all = both;
+                if mask_and.fit(LARGE_TILE) {
+                    all = mask_and;
                     self.run.push(group);
                     continue;
                 }
             }
             // The next does not fit in with those before, or there is none: called from one place, as it is large.
-            self.finish_run::<L>(proof, (tile, pooled), list, all, least);
+            self.finish_run::<L>(token, (tile, pyramid), list, all, least);
             let Some((group, here)) = here else {
                 return;
             };
@@ -156,9 +156,9 @@ impl Patches {
     #[inline(always)]
     fn finish_run<L: Lanes>(
         &mut self,
-        proof: L::Proof,
-        (tile, pooled): (&Tile<'_>, &Pooled),
-        list: &Listed,
+        token: L::FeatureToken,
+        (tile, pyramid): (&SampleTile<'_>, &MinPyramid),
+        list: &SampleList,
         cells: Cells,
         least: &mut [i32],
     ) {
@@ -169,10 +169,10 @@ impl Patches {
         {
             self.looked_up += 1;
         }
-        if cells.fit(SMALL) {
-            self.look::<L, { SMALL }>(proof, (tile, pooled), list, cells, least);
+        if cells.fit(SMALL_TILE) {
+            self.look::<L, { SMALL_TILE }>(token, (tile, pyramid), list, cells, least);
         } else {
-            self.look::<L, { LARGE }>(proof, (tile, pooled), list, cells, least);
+            self.look::<L, { LARGE_TILE }>(token, (tile, pyramid), list, cells, least);
         }
         self.run.clear();
     }
@@ -181,37 +181,41 @@ impl Patches {
     #[inline(always)]
     fn look<L: Lanes, const SIDE: usize>(
         &mut self,
-        proof: L::Proof,
-        (tile, pooled): (&Tile<'_>, &Pooled),
-        list: &Listed,
+        token: L::FeatureToken,
+        (tile, pyramid): (&SampleTile<'_>, &MinPyramid),
+        list: &SampleList,
         cells: Cells,
         least: &mut [i32],
     ) {
-        let Tile {
-            problem, course, ..
+        let SampleTile {
+            problem, inputs, ..
         } = *tile;
         let header = &problem.header;
-        let square = pooled.square(cells.columns[0], cells.rows[0]);
-        let patch = L::patch::<SIDE>(proof, &square);
+        let square = pyramid.square(cells.columns[0], cells.rows[0]);
+        let register_tile = L::register_tile::<SIDE>(token, &square);
         let bits = product_bits(header);
-        let radius = L::splat(proof, problem.discs[list.disc].radius);
+        let radius = L::splat(token, problem.discs[list.disc].radius);
         let Range { start, end } = list.samples;
         for row in (0..tile.tables.len()).step_by(2) {
             let last = (row + 1).min(tile.tables.len() - 1);
-            let two = TwoRows::new(course, &tile.tables[row], &tile.tables[last], list.disc);
-            let (row, last) = (row * course.stride, last * course.stride);
+            let two = PairedLookup::new(inputs, &tile.tables[row], &tile.tables[last], list.disc);
+            let (row, last) = (row * inputs.stride, last * inputs.stride);
             for at in (start..end).step_by(L::COUNT) {
-                let speed = L::load(proof, &course.coarse_twice[at..]);
-                let groups = (self.run.as_slice(), course);
-                let both = two.nearest::<L, SIDE>(proof, &patch, groups, speed, bits);
-                lower(proof, both.tighten().sub(radius), &mut least[row + at..]);
-                lower(proof, both.shr(16).sub(radius), &mut least[last + at..]);
+                let vx = L::load(token, &inputs.coarse_twice[at..]);
+                let groups = (self.run.as_slice(), inputs);
+                let mask_and = two.nearest::<L, SIDE>(token, &register_tile, groups, vx, bits);
+                lower(
+                    token,
+                    mask_and.mask_high().sub(radius),
+                    &mut least[row + at..],
+                );
+                lower(token, mask_and.shr(16).sub(radius), &mut least[last + at..]);
             }
         }
     }
 }
 
 #[inline(always)]
-fn lower<L: Lanes>(proof: L::Proof, clearance: L, least: &mut [i32]) {
-    clearance.min(L::load(proof, least)).store(least);
+fn lower<L: Lanes>(token: L::FeatureToken, clearance: L, least: &mut [i32]) {
+    clearance.min(L::load(token, least)).store(least);
 }

@@ -8,7 +8,7 @@ use core::f64::consts::TAU;
 
 use multiversion::multiversion;
 
-use super::inputs::{BodyDisc, Header, MovingBody, Speed, Turn};
+use super::kernel_inputs::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
 use super::ranges::{
     MAX_CLEARANCE_UNITS, MAX_OFFSET_UNITS, MAX_REACH_UNITS, MAX_STEP_UNITS, at_most, check_numbers,
 };
@@ -23,22 +23,22 @@ const MAX_COARSE_SPEED: f64 = 32_000.0;
 
 /// A problem as integers: what engines evaluate.
 #[derive(Clone, Debug)]
-pub struct Prepared {
+pub struct QuantizedProblem {
     /// The numbers that are not lists.
     pub header: Header,
     /// Forward speeds, in order.
-    pub speeds: Vec<Speed>,
-    /// Turn rates, in order.
-    pub turns: Vec<Turn>,
+    pub vx_samples: Vec<VxSample>,
+    /// VthetaSample rates, in order.
+    pub vtheta_samples: Vec<VthetaSample>,
     /// Discs of the footprint.
-    pub discs: Vec<BodyDisc>,
+    pub discs: Vec<QuantizedDisc>,
     /// Moving obstacles that can come near enough to matter.
-    pub obstacles: Vec<MovingBody>,
+    pub obstacles: Vec<QuantizedObstacle>,
     /// Static obstacles.
     pub field: Arc<ClearanceField>,
 }
 
-impl Prepared {
+impl QuantizedProblem {
     /// The integers of a problem.
     ///
     /// # Errors
@@ -46,13 +46,13 @@ impl Prepared {
     pub fn new(problem: &Problem) -> Result<Self, ProblemError> {
         let empty = Self {
             header: Header::default(),
-            speeds: Vec::new(),
-            turns: Vec::new(),
+            vx_samples: Vec::new(),
+            vtheta_samples: Vec::new(),
             discs: Vec::new(),
             obstacles: Vec::new(),
             field: Arc::clone(&problem.field),
         };
-        empty.refilled(problem)
+        empty.requantized(problem)
     }
 
     /// As [`Self::new`], in the memory of one no longer needed: nothing is allocated where its lists have room.
@@ -61,11 +61,11 @@ impl Prepared {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn refilled(mut self, problem: &Problem) -> Result<Self, ProblemError> {
+    pub fn requantized(mut self, problem: &Problem) -> Result<Self, ProblemError> {
         check_numbers(problem)?;
         let unit_m = problem.field.unit_m();
         let steps = f64::from(problem.steps);
-        let step_units = problem.window.linear.largest() * problem.step_s / unit_m;
+        let step_units = problem.window.vx.max_abs() * problem.step_s / unit_m;
         let reach_units = step_units * steps;
         at_most("distance in one step", step_units, MAX_STEP_UNITS, unit_m)?;
         at_most(
@@ -106,8 +106,8 @@ impl Prepared {
         let fine_scale = scale_to_fit(step_units * FINE_PER_UNIT, 2.0_f64.powi(30), 40);
         let fine = |units: f64| round_i32(units * FINE_PER_UNIT);
         self.header = Header {
-            v_count: problem.window.linear.count,
-            omega_count: problem.window.angular.count,
+            vx_count: problem.window.vx.count,
+            vtheta_count: problem.window.vtheta.count,
             steps: problem.steps,
             disc_count: problem.footprint.discs().len() as u32,
             obstacle_count: 0,
@@ -132,8 +132,8 @@ impl Prepared {
             padding: 0,
             weights: weights(problem),
         };
-        fill_speeds(&mut self.speeds, problem, coarse_scale, fine_scale);
-        fill_turns(&mut self.turns, problem);
+        fill_speeds(&mut self.vx_samples, problem, coarse_scale, fine_scale);
+        fill_turns(&mut self.vtheta_samples, problem);
         fill_discs(&mut self.discs, problem)?;
         fill_obstacles(&mut self.obstacles, problem, reach_units)?;
         self.header.obstacle_count = self.obstacles.len() as u32;
@@ -146,10 +146,10 @@ impl Prepared {
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.speeds.len() * self.turns.len()
+        self.vx_samples.len() * self.vtheta_samples.len()
     }
 
-    /// Whether there is no sample. Never true of a prepared problem.
+    /// Whether there is no sample. Never true of a quantized problem.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -158,45 +158,50 @@ impl Prepared {
 
 /// With instructions that round, where the processor has them: it is called for each decision.
 #[multiversion(targets("x86_64+avx2"))]
-fn fill_speeds(speeds: &mut Vec<Speed>, problem: &Problem, coarse_scale: u32, fine_scale: u32) {
+fn fill_speeds(
+    vx_samples: &mut Vec<VxSample>,
+    problem: &Problem,
+    coarse_scale: u32,
+    fine_scale: u32,
+) {
     let units_per_step = problem.step_s / problem.field.unit_m();
     let (coarse, fine) = (
         2.0_f64.powi(coarse_scale as i32),
         2.0_f64.powi(fine_scale as i32),
     );
-    let axis = &problem.window.linear;
-    speeds.clear();
-    speeds.resize(axis.count as usize, Speed::default());
+    let axis = &problem.window.vx;
+    vx_samples.clear();
+    vx_samples.resize(axis.count as usize, VxSample::default());
     // A closure would not be compiled for these instructions.
-    for (index, entry) in (0..axis.count).zip(speeds) {
-        let speed = axis.value(index);
-        *entry = Speed {
-            coarse: round_i32(speed * units_per_step * coarse),
-            fine: round_i32(speed * units_per_step * FINE_PER_UNIT * fine),
-            term: velocity_term(speed),
-            needs: stopping_need(problem, speed, problem.braking_x),
+    for (index, entry) in (0..axis.count).zip(vx_samples) {
+        let vx = axis.value(index);
+        *entry = VxSample {
+            coarse: round_i32(vx * units_per_step * coarse),
+            fine: round_i32(vx * units_per_step * FINE_PER_UNIT * fine),
+            velocity_term: velocity_term(vx),
+            stopping_need: stopping_need(problem, vx, problem.braking_x),
         };
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn fill_turns(turns: &mut Vec<Turn>, problem: &Problem) {
-    let axis = &problem.window.angular;
-    turns.clear();
-    turns.resize(axis.count as usize, Turn::default());
-    for (index, entry) in (0..axis.count).zip(turns) {
+fn fill_turns(vtheta_samples: &mut Vec<VthetaSample>, problem: &Problem) {
+    let axis = &problem.window.vtheta;
+    vtheta_samples.clear();
+    vtheta_samples.resize(axis.count as usize, VthetaSample::default());
+    for (index, entry) in (0..axis.count).zip(vtheta_samples) {
         let rate = axis.value(index);
-        *entry = Turn {
-            per_step: binary_angle(rate * problem.step_s),
-            needs: stopping_need(problem, rate, problem.braking_theta),
+        *entry = VthetaSample {
+            angle_per_step: binary_angle(rate * problem.step_s),
+            stopping_need: stopping_need(problem, rate, problem.braking_theta),
         };
     }
 }
 
-/// Speed in 2^-20 m/s; reverse earns nothing.
+/// VxSample in 2^-20 m/s; reverse earns nothing.
 #[inline]
-fn velocity_term(speed: f64) -> u32 {
-    (speed.max(0.0) * 2.0_f64.powi(20)).round() as u32
+fn velocity_term(vx: f64) -> u32 {
+    (vx.max(0.0) * 2.0_f64.powi(20)).round() as u32
 }
 
 /// Eq. 30 solved for what the sample must have: `rate^2 <= 2 dist a` is `dist >= rate^2 / (2 a)`; with the arc
@@ -210,7 +215,7 @@ fn stopping_need(problem: &Problem, rate: f64, braking: f64) -> u32 {
     need.ceil().min(2.0_f64.powi(30)) as u32
 }
 
-fn fill_discs(discs: &mut Vec<BodyDisc>, problem: &Problem) -> Result<(), ProblemError> {
+fn fill_discs(discs: &mut Vec<QuantizedDisc>, problem: &Problem) -> Result<(), ProblemError> {
     let unit_m = problem.field.unit_m();
     discs.clear();
     discs.reserve(problem.footprint.discs().len());
@@ -228,7 +233,7 @@ fn fill_discs(discs: &mut Vec<BodyDisc>, problem: &Problem) -> Result<(), Proble
             MAX_CLEARANCE_UNITS,
             unit_m,
         )?;
-        discs.push(BodyDisc {
+        discs.push(QuantizedDisc {
             x: round_i32(disc.x / unit_m),
             y: round_i32(disc.y / unit_m),
             radius: round_i32(disc.radius / unit_m),
@@ -239,7 +244,7 @@ fn fill_discs(discs: &mut Vec<BodyDisc>, problem: &Problem) -> Result<(), Proble
 
 /// Moving obstacles that could come within the clearance cap of the robot; the others change no bit of the answer.
 fn fill_obstacles(
-    bodies: &mut Vec<MovingBody>,
+    bodies: &mut Vec<QuantizedObstacle>,
     problem: &Problem,
     reach_units: f64,
 ) -> Result<(), ProblemError> {
@@ -275,7 +280,7 @@ fn fill_obstacles(
         let moved = (center.norm() + velocity.norm() * time_s) / unit_m;
         at_most("way of a moving obstacle", moved, 2.0_f64.powi(22), unit_m)?;
         let in_256ths = |metres: f64| round_i32(metres / unit_m * 256.0);
-        bodies.push(MovingBody {
+        bodies.push(QuantizedObstacle {
             x: in_256ths(center.x),
             y: in_256ths(center.y),
             step_x: in_256ths(velocity.x * problem.step_s),
@@ -323,8 +328,8 @@ fn scale_to_fit(largest: f64, limit: f64, most: u32) -> u32 {
 /// An angle in radians as a binary angle.
 #[inline]
 fn binary_angle(radians: f64) -> u32 {
-    let turns = radians / TAU;
-    let within_a_turn = turns - turns.floor();
+    let vtheta_samples = radians / TAU;
+    let within_a_turn = vtheta_samples - vtheta_samples.floor();
     (within_a_turn * 2.0_f64.powi(32)).round() as u64 as u32
 }
 

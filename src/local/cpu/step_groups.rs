@@ -1,25 +1,25 @@
 //! Lists of groups of steps, without memory of their own.
 
-use super::lanes::{Lanes, MOST_LANES};
-use super::spans::GROUPS;
+use super::displacement_bounds::GROUPS;
+use super::lanes::{Lanes, MAX_LANES};
 
 /// Some groups of steps. There is room for a vector behind the last.
 #[derive(Clone, Debug)]
-pub struct Groups {
-    list: [i32; GROUPS + MOST_LANES],
+pub struct StepGroups {
+    list: [i32; GROUPS + MAX_LANES],
     count: usize,
 }
 
-impl Default for Groups {
+impl Default for StepGroups {
     fn default() -> Self {
         Self {
-            list: [0; GROUPS + MOST_LANES],
+            list: [0; GROUPS + MAX_LANES],
             count: 0,
         }
     }
 }
 
-impl Groups {
+impl StepGroups {
     /// Forgets all.
     #[inline(always)]
     pub const fn clear(&mut self) {

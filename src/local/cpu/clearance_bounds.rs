@@ -1,0 +1,133 @@
+//! What no clearance is below: for neighbouring samples of a tile, group of steps by group of steps.
+
+use super::displacement_bounds::{DisplacementBounds, GROUPS};
+use super::displacement_table::lane_numbers;
+use super::lanes::Lanes;
+use super::min_pyramid::{Boxes, MinPyramid};
+use super::register_tiles::RegisterTiles;
+use super::soa_inputs::SoaInputs;
+use super::step_groups::StepGroups;
+use super::step_pruning::SampleTile;
+
+/// The bounds of one tile.
+#[derive(Debug, Default)]
+pub struct ClearanceBounds {
+    /// For each box of samples of each list ([`SampleTile::lists`]).
+    lower: Vec<[i32; GROUPS]>,
+}
+
+impl ClearanceBounds {
+    /// Finds them, by the cells that the samples visit; says to `register_tiles` which cells those are.
+    #[inline(always)]
+    pub fn fill<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        tile: &SampleTile<'_>,
+        (displacements, pyramid): (&DisplacementBounds, &MinPyramid),
+        register_tiles: &mut RegisterTiles,
+    ) {
+        let SampleTile {
+            problem, inputs, ..
+        } = *tile;
+        self.lower.resize(tile.lists() * inputs.boxes, [0; GROUPS]);
+        if L::HAS_REGISTER_LOOKUP {
+            register_tiles.begin(tile);
+        }
+        let mut lists = self.lower.chunks_exact_mut(inputs.boxes).enumerate();
+        for coarse in inputs.coarse.chunks(inputs.chunk) {
+            for ((disc, body), (list, lower)) in problem.discs.iter().enumerate().zip(&mut lists) {
+                let radius = L::splat(token, body.radius);
+                for at in (0..inputs.groups).step_by(L::COUNT) {
+                    let missing = L::load(token, &inputs.missing[at..]);
+                    let mut visited = Boxes::<L>::nowhere(token);
+                    for (number, lower) in lower.iter_mut().enumerate() {
+                        let samples = in_box(coarse, inputs.boxes, number);
+                        let vx_samples = [samples[0], samples[samples.len() - 1]];
+                        let boxes =
+                            displacements.boxes::<L>(token, &problem.header, vx_samples, disc, at);
+                        let least = pyramid.least(token, &boxes).sub(radius);
+                        least.max(missing).store(&mut lower[at..]);
+                        visited = visited.with(boxes);
+                    }
+                    if L::HAS_REGISTER_LOOKUP {
+                        register_tiles.note(list, at, visited);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Lists for each box of a list the group that promises it the smallest clearance. They are not told again.
+    #[inline(always)]
+    pub fn take_smallest<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        inputs: &SoaInputs,
+        list: usize,
+        groups: &mut StepGroups,
+    ) {
+        let boxes = &mut self.lower[list * inputs.boxes..][..inputs.boxes];
+        groups.clear();
+        let mut taken = 0_u32;
+        for lower in &*boxes {
+            let (mut group, mut bound) = (0, i32::MAX);
+            for at in (0..inputs.groups).step_by(L::COUNT) {
+                let lower = L::load(token, &lower[at..]);
+                let least = lower.reduce_min();
+                if least < bound {
+                    let here = L::bitmask(lower.equal(L::splat(token, least)));
+                    (group, bound) = (at + here.trailing_zeros() as usize, least);
+                }
+            }
+            taken |= 1 << group;
+        }
+        while taken != 0 {
+            let group = taken.trailing_zeros() as usize;
+            for lower in &mut *boxes {
+                lower[group] = i32::MAX;
+            }
+            groups.push(group as i32);
+            taken &= taken - 1;
+        }
+    }
+
+    /// Lists the groups in which a clearance can be below what matters to the samples of a list.
+    #[inline(always)]
+    pub fn below<L: Lanes>(
+        &self,
+        token: L::FeatureToken,
+        inputs: &SoaInputs,
+        list: usize,
+        matters: &[i32],
+        groups: &mut StepGroups,
+    ) {
+        let boxes = &self.lower[list * inputs.boxes..][..inputs.boxes];
+        groups.clear();
+        for at in (0..inputs.groups).step_by(L::COUNT) {
+            let mut picked = L::mask_none(token);
+            for (number, lower) in boxes.iter().enumerate() {
+                let most = greatest(in_box(matters, inputs.boxes, number));
+                let lower = L::load(token, &lower[at..]);
+                picked = L::mask_or(picked, lower.less(L::splat(token, most)));
+            }
+            let numbers = lane_numbers::<L>(token).add(L::splat(token, at as i32));
+            groups.add::<L>(picked, numbers);
+        }
+    }
+}
+
+#[inline(always)]
+fn greatest(list: &[i32]) -> i32 {
+    let mut greatest = i32::MIN;
+    for &one in list {
+        greatest = greatest.max(one);
+    }
+    greatest
+}
+
+/// The samples of one of the boxes that a chunk is divided into.
+#[inline(always)]
+fn in_box(samples: &[i32], boxes: usize, number: usize) -> &[i32] {
+    let size = samples.len() / boxes;
+    &samples[number * size..][..size]
+}

@@ -1,0 +1,180 @@
+//! Between what bounds the entries of some tables lie, group of steps by group of steps.
+
+use super::arithmetic::shift_round;
+use super::displacement_table::DisplacementTable;
+use super::lanes::{Lanes, MAX_LANES};
+use super::min_pyramid::Boxes;
+use super::soa_inputs::SoaInputs;
+use crate::local::kernel_inputs::{Header, QuantizedDisc};
+
+/// At most so many groups of steps, whole vectors.
+pub const GROUPS: usize = 2 * MAX_LANES;
+
+/// Groups, and a vector written behind them.
+const ROOM: usize = GROUPS + MAX_LANES;
+
+/// The least and the greatest entries of a tile's tables. Groups beyond the last are as the last.
+#[derive(Debug, Default)]
+pub struct DisplacementBounds {
+    /// For x, y and each disc's x and y.
+    columns: Vec<ColumnBounds>,
+    /// Of one column by step, and room behind.
+    least: Vec<i32>,
+    most: Vec<i32>,
+}
+
+/// Of one column of the tables.
+#[derive(Clone, Copy, Debug)]
+struct ColumnBounds {
+    least: [i32; ROOM],
+    most: [i32; ROOM],
+}
+
+impl Default for ColumnBounds {
+    fn default() -> Self {
+        Self {
+            least: [0; ROOM],
+            most: [0; ROOM],
+        }
+    }
+}
+
+impl DisplacementBounds {
+    /// Looks through the tables.
+    #[inline(always)]
+    pub fn fill<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        inputs: &SoaInputs,
+        discs: &[QuantizedDisc],
+        tables: &[DisplacementTable],
+    ) {
+        for list in [&mut self.least, &mut self.most] {
+            list.resize(inputs.steps + inputs.group as usize, 0);
+        }
+        self.columns
+            .resize(2 + 2 * discs.len(), ColumnBounds::default());
+        for number in 0..self.columns.len() {
+            if number >= 2 && discs[number / 2 - 1].is_central() {
+                let place = column(&tables[0], inputs, number)[0];
+                self.columns[number].least.fill(place);
+                self.columns[number].most.fill(place);
+                continue;
+            }
+            self.merge::<L>(token, inputs, number, tables);
+            self.group::<L>(token, inputs, number);
+        }
+    }
+
+    /// The boxes of cells that a disc is in with speeds between these two, for the groups from `at`.
+    #[inline(always)]
+    pub fn boxes<L: Lanes>(
+        &self,
+        token: L::FeatureToken,
+        header: &Header,
+        vx_samples: [i32; 2],
+        disc: usize,
+        at: usize,
+    ) -> Boxes<L> {
+        let [x, y] = [&self.columns[0], &self.columns[1]];
+        let [disc_x, disc_y] = [&self.columns[2 + 2 * disc], &self.columns[3 + 2 * disc]];
+        Boxes {
+            columns: cells::<L>(token, header, vx_samples, (x, disc_x), at),
+            rows: cells::<L>(token, header, vx_samples, (y, disc_y), at),
+        }
+    }
+
+    /// The least and the greatest of all tables, step by step.
+    #[inline(always)]
+    fn merge<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        inputs: &SoaInputs,
+        number: usize,
+        tables: &[DisplacementTable],
+    ) {
+        for at in (0..inputs.steps).step_by(L::COUNT) {
+            let mut least = L::splat(token, i32::MAX);
+            let mut most = L::splat(token, i32::MIN);
+            for table in tables {
+                let entries = L::load(token, &column(table, inputs, number)[at..]);
+                least = least.min(entries);
+                most = most.max(entries);
+            }
+            least.store(&mut self.least[at..]);
+            most.store(&mut self.most[at..]);
+        }
+        // The last group may be longer than what is left.
+        for list in [&mut self.least, &mut self.most] {
+            let last = list[inputs.steps - 1];
+            list[inputs.steps..].fill(last);
+        }
+    }
+
+    /// The least and the greatest of all steps of each group.
+    #[inline(always)]
+    fn group<L: Lanes>(&mut self, token: L::FeatureToken, inputs: &SoaInputs, number: usize) {
+        let bounds = &mut self.columns[number];
+        let mut groups = 0;
+        for at in (0..inputs.steps).step_by(L::COUNT) {
+            let mut least = L::load(token, &self.least[at..]);
+            let mut most = L::load(token, &self.most[at..]);
+            for later in 1..inputs.group as usize {
+                least = least.min(L::load(token, &self.least[at + later..]));
+                most = most.max(L::load(token, &self.most[at + later..]));
+            }
+            let begins = L::load(token, &inputs.begins[at..]).equal(L::splat(token, 1));
+            L::compress(begins, least, &mut bounds.least[groups..]);
+            groups += L::compress(begins, most, &mut bounds.most[groups..]);
+        }
+        for group in groups..GROUPS {
+            bounds.least[group] = bounds.least[groups - 1];
+            bounds.most[group] = bounds.most[groups - 1];
+        }
+    }
+}
+
+/// Column `number` of a table.
+#[inline(always)]
+fn column<'a>(table: &'a DisplacementTable, inputs: &SoaInputs, number: usize) -> &'a [i32] {
+    let disc = (number / 2).saturating_sub(1) * inputs.steps;
+    match number {
+        0 => &table.x,
+        1 => &table.y,
+        even if even % 2 == 0 => &table.disc_x[disc..],
+        _ => &table.disc_y[disc..],
+    }
+}
+
+/// The first and the last columns, or rows, for displacements in the first span from places in the second.
+#[inline(always)]
+fn cells<L: Lanes>(
+    token: L::FeatureToken,
+    header: &Header,
+    vx_samples: [i32; 2],
+    (moved, standing): (&ColumnBounds, &ColumnBounds),
+    at: usize,
+) -> (L, L) {
+    let (slowest, fastest) = (
+        L::splat(token, vx_samples[0]),
+        L::splat(token, vx_samples[1]),
+    );
+    let least = L::load(token, &moved.least[at..]);
+    let most = L::load(token, &moved.most[at..]);
+    let [one, two] = [slowest.mul(least), fastest.mul(least)];
+    let [three, four] = [slowest.mul(most), fastest.mul(most)];
+    let first = one.min(two).min(three.min(four));
+    let last = one.max(two).max(three.max(four));
+    (
+        cell::<L>(token, header, first, &standing.least[at..]),
+        cell::<L>(token, header, last, &standing.most[at..]),
+    )
+}
+
+/// The column or row for a product of a coarse speed and a displacement.
+#[inline(always)]
+fn cell<L: Lanes>(token: L::FeatureToken, header: &Header, product: L, standing: &[i32]) -> L {
+    shift_round(token, product, header.coarse_bits)
+        .add(L::load(token, standing))
+        .sar(header.cell_bits)
+}

@@ -1,0 +1,142 @@
+//! Trajectories that may leave the field, or stop within the arc left: every step in order, as `rollout.rs` does.
+
+use super::arithmetic::shift_round;
+use super::displacement_table::DisplacementTable;
+use super::lanes::Lanes;
+use super::row::LaneOutcome;
+use super::soa_inputs::SoaInputs;
+use crate::local::QuantizedProblem;
+
+/// What the samples of one vector meet.
+#[inline(always)]
+pub fn evaluate<L: Lanes>(
+    token: L::FeatureToken,
+    problem: &QuantizedProblem,
+    inputs: &SoaInputs,
+    table: &DisplacementTable,
+    first: usize,
+) -> LaneOutcome<L> {
+    let header = &problem.header;
+    let by_arc = header.stop_by_arc == 1;
+    let zero = L::splat(token, 0);
+    let coarse = L::load(token, &inputs.coarse[first..]);
+    let cap = L::splat(token, header.max_clearance as i32);
+    let (mut least, mut free) = (cap, zero);
+    let (mut collision, mut outside) = (L::mask_none(token), L::mask_none(token));
+    let mut active = zero.equal(zero);
+    for step in 0..header.steps as usize {
+        let moved_x = moved(token, coarse, table.x[step], header.coarse_bits);
+        let moved_y = moved(token, coarse, table.y[step], header.coarse_bits);
+        let (mut clearance, mut out) = (cap, L::mask_none(token));
+        for (number, disc) in problem.discs.iter().enumerate() {
+            let at = number * inputs.steps + step;
+            let x = moved_x.add(L::splat(token, table.disc_x[at]));
+            let y = moved_y.add(L::splat(token, table.disc_y[at]));
+            let (distance, off) = distance_or_off(token, problem, x, y);
+            let here = clearance.min(distance.sub(L::splat(token, disc.radius)));
+            clearance = L::select(off, clearance, here);
+            if header.outside_is_free == 0 {
+                out = L::mask_or(out, off);
+            }
+            for (number, body) in problem.obstacles.iter().enumerate() {
+                let (track_x, track_y) = inputs.track(number);
+                let squared = squared_distance(token, x, y, track_x[step], track_y[step]);
+                clearance = nearer(token, clearance, squared, disc.radius + body.radius);
+            }
+        }
+        let hit = L::mask_and_not(active, zero.less(clearance));
+        collision = L::mask_or(collision, hit);
+        active = L::mask_and_not(active, hit);
+        let left = L::mask_and(out, active);
+        outside = L::mask_or(outside, left);
+        if by_arc {
+            active = L::mask_and_not(active, left);
+        }
+        if L::bitmask(active) == 0 {
+            break;
+        }
+        least = L::select(active, least.min(clearance), least);
+        free = L::select(active, free.add(L::splat(token, 1)), free);
+    }
+    if !by_arc {
+        return LaneOutcome {
+            collision,
+            outside,
+            clearance: least,
+            has: least,
+        };
+    }
+    // What ends a trajectory decides only where no step was free.
+    let started = zero.less(free);
+    LaneOutcome {
+        collision: L::mask_and_not(collision, started),
+        outside: L::mask_and_not(outside, started),
+        clearance: least,
+        has: free,
+    }
+}
+
+/// Displacement in units.
+#[inline(always)]
+pub fn moved<L: Lanes>(token: L::FeatureToken, coarse: L, table: i32, bits: u32) -> L {
+    shift_round(token, coarse.mul(L::splat(token, table)), bits)
+}
+
+/// Distance to the nearest static obstacle, and where the position is off the field; there the distance means nothing.
+#[inline(always)]
+fn distance_or_off<L: Lanes>(
+    token: L::FeatureToken,
+    problem: &QuantizedProblem,
+    x: L,
+    y: L,
+) -> (L, L::Mask) {
+    let header = &problem.header;
+    let (width, height) = (
+        L::splat(token, header.width as i32),
+        L::splat(token, header.height as i32),
+    );
+    let (column, row) = (x.sar(header.cell_bits), y.sar(header.cell_bits));
+    let on = L::mask_and(column.less_unsigned(width), row.less_unsigned(height));
+    let distance = row
+        .mul(width)
+        .add(column)
+        .gather(problem.field.padded_units());
+    let zero = L::splat(token, 0);
+    (distance, L::mask_and_not(zero.equal(zero), on))
+}
+
+/// Squared distance to a point, each coordinate bounded as in `rollout.rs`.
+#[inline(always)]
+pub fn squared_distance<L: Lanes>(token: L::FeatureToken, x: L, y: L, to_x: i32, to_y: i32) -> L {
+    let across = bounded(token, x.sub(L::splat(token, to_x)));
+    let along = bounded(token, y.sub(L::splat(token, to_y)));
+    across.mul(across).add(along.mul(along))
+}
+
+/// Within what can be squared and added in 32 bits.
+#[inline(always)]
+pub fn bounded<L: Lanes>(token: L::FeatureToken, value: L) -> L {
+    value
+        .min(L::splat(token, MAX_OFFSET))
+        .max(L::splat(token, -MAX_OFFSET))
+}
+
+/// Two squares of this still fit in 32 bits.
+pub const MAX_OFFSET: i32 = 46_340;
+
+/// The clearance, or that to a body at this squared distance where it is smaller.
+#[inline(always)]
+pub fn nearer<L: Lanes>(token: L::FeatureToken, clearance: L, squared: L, radii: i32) -> L {
+    let radii = L::splat(token, radii);
+    let reach = clearance.add(radii);
+    let near = L::mask_and(
+        L::splat(token, 0).less(reach),
+        squared.less_unsigned(reach.mul(reach)),
+    );
+    // The root is taken only where it can matter, which is seldom.
+    if L::bitmask(near) == 0 {
+        clearance
+    } else {
+        L::select(near, squared.isqrt().sub(radii), clearance)
+    }
+}

@@ -1,0 +1,295 @@
+//! A share of the turn rates, and what became of their samples.
+
+use core::ops::Range;
+
+use super::displacement_table::DisplacementTable;
+use super::instruction_set::Kernel;
+use super::lanes::{LaneTask, Lanes};
+use super::min_pyramid::MinPyramid;
+use super::row::{COLUMNS, EndPositions, STATUS_SHIFT, evaluate_row};
+use super::row_argmax::{RowArgmax, TermScale, score};
+use super::sample_stats::{LaneStats, SampleStats};
+use super::scalar;
+use super::soa_inputs::{MAX_ROWS, SoaInputs};
+#[cfg(test)]
+use super::step_groups::StepGroups;
+use super::step_pruning::{SampleTile, StepPruning};
+use crate::local::engine::{SampleRecord, SampleStatus, Terms};
+use crate::local::select::{Candidate, NO_CANDIDATE, better};
+use crate::local::{QuantizedProblem, Totals};
+
+/// Room for the lanes' work.
+#[derive(Debug, Default)]
+struct Scratch {
+    /// Tables of a tile's rows.
+    tables: [DisplacementTable; MAX_ROWS],
+    pruning: StepPruning,
+    ends: EndPositions,
+}
+
+/// What choosing a sample takes.
+pub struct ArgmaxInputs<'a> {
+    pub kernel: Kernel,
+    pub problem: &'a QuantizedProblem,
+    pub inputs: &'a SoaInputs,
+    pub scales: [TermScale; 4],
+}
+
+/// A share of the rows. Its memory is kept from one decision to the next.
+#[derive(Debug, Default)]
+pub struct RowShard {
+    rows: Range<usize>,
+    /// For each row its columns.
+    samples: Vec<i32>,
+    /// For each row the best value of each term, where it has an admissible sample.
+    best_terms: Vec<Option<[i32; 4]>>,
+    /// Of all rows.
+    total: SampleStats,
+    /// Of rows that have admissible samples.
+    bounds: Vec<Candidate>,
+    best: Candidate,
+    /// Of the scalar kernel.
+    table: Vec<i32>,
+    /// Of the others.
+    scratch: Scratch,
+}
+
+impl RowShard {
+    /// Judges the samples of these rows.
+    pub fn evaluate(
+        &mut self,
+        kernel: Kernel,
+        problem: &QuantizedProblem,
+        inputs: &SoaInputs,
+        pyramid: &MinPyramid,
+        rows: Range<usize>,
+    ) {
+        let words = COLUMNS * inputs.stride;
+        self.samples.resize(words * rows.len(), 0);
+        self.best_terms.clear();
+        self.total = SampleStats::default();
+        self.rows = rows;
+        if matches!(kernel, Kernel::Scalar) {
+            self.evaluate_scalar(problem, inputs);
+        } else {
+            kernel.run(EvaluateRows {
+                shard: self,
+                problem,
+                inputs,
+                pyramid,
+            });
+        }
+    }
+
+    fn evaluate_scalar(&mut self, problem: &QuantizedProblem, inputs: &SoaInputs) {
+        let vtheta_samples = &problem.vtheta_samples[self.rows.clone()];
+        let rows = self.samples.chunks_exact_mut(COLUMNS * inputs.stride);
+        for (vtheta, row) in vtheta_samples.iter().zip(rows) {
+            let stats = scalar::evaluate_row(problem, inputs, vtheta, &mut self.table, row);
+            let has_admissible = stats.counts.admissible > 0;
+            self.best_terms
+                .push(has_admissible.then(|| best_terms(&stats.totals)));
+            self.total.merge(&stats);
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_lanes<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        problem: &QuantizedProblem,
+        inputs: &SoaInputs,
+        pyramid: &MinPyramid,
+    ) {
+        let vtheta_samples = &problem.vtheta_samples[self.rows.clone()];
+        let words = COLUMNS * inputs.stride;
+        let Scratch {
+            tables,
+            pruning,
+            ends,
+        } = &mut self.scratch;
+        let tiles = self.samples.chunks_mut(inputs.tile_rows * words);
+        // For the largest tile: the next decision's may have more rows than this one's.
+        for table in tables.iter_mut().take(vtheta_samples.len()) {
+            table.make_room::<L>(inputs, problem.discs.len());
+        }
+        for table in tables
+            .iter_mut()
+            .take(inputs.tile_rows.min(vtheta_samples.len()))
+        {
+            table.begin::<L>(token, problem, inputs);
+        }
+        for (vtheta_samples, rows) in vtheta_samples.chunks(inputs.tile_rows).zip(tiles) {
+            let tables = &mut tables[..vtheta_samples.len()];
+            for (table, vtheta) in tables.iter_mut().zip(vtheta_samples) {
+                table.fill::<L>(token, problem, inputs, vtheta);
+            }
+            if inputs.in_any_order {
+                let tile = SampleTile {
+                    problem,
+                    inputs,
+                    vtheta_samples,
+                    tables,
+                };
+                pruning.prune::<L>(token, &tile, pyramid);
+            }
+            let mut stats = LaneStats::<L>::new(token);
+            let rows = rows.chunks_exact_mut(words).enumerate();
+            for ((vtheta, table), (number, row)) in vtheta_samples.iter().zip(&*tables).zip(rows) {
+                let table = (number, table);
+                let room = (&mut *ends, row, &mut stats);
+                let best = evaluate_row::<L>(token, problem, inputs, vtheta, table, pruning, room);
+                self.best_terms.push(best);
+            }
+            self.total.merge(&stats.finish());
+        }
+    }
+
+    /// The groups of steps that its last tile was looked at, list by list.
+    #[cfg(test)]
+    pub fn picked(&self) -> &[StepGroups] {
+        self.scratch.pruning.picked()
+    }
+
+    /// How many patches were looked up so far.
+    #[cfg(test)]
+    pub const fn looked_up(&self) -> usize {
+        self.scratch.pruning.looked_up()
+    }
+
+    /// What all its samples add up to.
+    pub const fn total(&self) -> &SampleStats {
+        &self.total
+    }
+
+    /// Finds the most that a sample of each row could score, with the index of the row's first; rows without an admissible
+    /// sample left out. The best of them.
+    ///
+    /// No sample of a row scores more than one with the row's best value of each term would.
+    pub fn find_bounds(&mut self, argmax: &ArgmaxInputs<'_>) -> Candidate {
+        let vx_samples = argmax.problem.vx_samples.len();
+        let mut best = NO_CANDIDATE;
+        self.bounds.clear();
+        // Room for all rows: how many have an admissible sample changes from one decision to the next.
+        self.bounds.reserve(self.rows.len());
+        for (row, terms) in self.rows.clone().zip(&self.best_terms) {
+            if let Some(terms) = *terms {
+                let most = score(&argmax.scales, terms);
+                let bound = (most, (row * vx_samples) as u32);
+                self.bounds.push(bound);
+                best = better(best, bound);
+            }
+        }
+        best
+    }
+
+    /// Looks for its best sample among the rows that could beat a candidate, by the bounds that were found.
+    pub fn choose(&mut self, argmax: &ArgmaxInputs<'_>, candidate: Candidate) {
+        let vx_samples = argmax.problem.vx_samples.len();
+        self.best = candidate;
+        for &bound in &self.bounds {
+            if better(self.best, bound) == bound {
+                self.best = self.best_of_row(argmax, bound.1 as usize / vx_samples, self.best);
+            }
+        }
+    }
+
+    /// What `choose` found, or the candidate that it was given.
+    pub const fn best(&self) -> Candidate {
+        self.best
+    }
+
+    /// The better of a candidate and the best sample of one of its rows.
+    pub fn best_of_row(
+        &self,
+        argmax: &ArgmaxInputs<'_>,
+        row: usize,
+        candidate: Candidate,
+    ) -> Candidate {
+        let vx_samples = argmax.problem.vx_samples.len();
+        let best = argmax.kernel.run(RowArgmax {
+            inputs: argmax.inputs,
+            row: self.row(argmax.inputs, row),
+            samples: vx_samples,
+            scales: &argmax.scales,
+            least: candidate.0,
+        });
+        best.map_or(candidate, |(score, index)| {
+            better(candidate, (score, (row * vx_samples + index) as u32))
+        })
+    }
+
+    fn row(&self, inputs: &SoaInputs, row: usize) -> &[i32] {
+        let words = COLUMNS * inputs.stride;
+        &self.samples[(row - self.rows.start) * words..][..words]
+    }
+
+    /// The rows it has.
+    pub const fn rows(&self) -> &Range<usize> {
+        &self.rows
+    }
+
+    /// A sample of one of its rows.
+    pub fn sample(
+        &self,
+        problem: &QuantizedProblem,
+        inputs: &SoaInputs,
+        row: usize,
+        index: usize,
+    ) -> SampleRecord {
+        let row = self.row(inputs, row);
+        record(problem, inputs, row, index)
+    }
+}
+
+/// EvaluateRows a part in lanes.
+struct EvaluateRows<'a> {
+    shard: &'a mut RowShard,
+    problem: &'a QuantizedProblem,
+    inputs: &'a SoaInputs,
+    pyramid: &'a MinPyramid,
+}
+
+impl LaneTask for EvaluateRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, token: L::FeatureToken) {
+        self.shard
+            .evaluate_lanes::<L>(token, self.problem, self.inputs, self.pyramid);
+    }
+}
+
+/// The best value of each term.
+const fn best_terms(totals: &Totals) -> [i32; 4] {
+    let [heading, clearance, velocity, _] = totals.max;
+    [
+        heading as i32,
+        clearance as i32,
+        velocity as i32,
+        totals.min[3] as i32,
+    ]
+}
+
+fn record(
+    problem: &QuantizedProblem,
+    inputs: &SoaInputs,
+    row: &[i32],
+    index: usize,
+) -> SampleRecord {
+    let word = row[index] as u32;
+    let status = SampleStatus::from_u32(word >> STATUS_SHIFT);
+    if status != SampleStatus::Ok {
+        return SampleRecord {
+            status,
+            terms: Terms::default(),
+        };
+    }
+    let terms = Terms {
+        heading: word,
+        clearance: row[inputs.stride + index] as u32,
+        velocity: problem.vx_samples[index].velocity_term,
+        path: row[2 * inputs.stride + index] as u32,
+    };
+    SampleRecord { status, terms }
+}

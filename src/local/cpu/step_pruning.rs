@@ -1,0 +1,264 @@
+//! Which steps can matter to a tile of neighbouring samples, a few speeds of a few turn rates; the others change no bit
+//! and are left out.
+//!
+//! A position's column and row rise or fall with the speed, rounded as they are. So all cells that neighbouring samples
+//! visit in a group of steps lie in the box between the least and the greatest of their displacements, and no clearance
+//! there is below the smallest entry in that box. Where each of the samples has met something nearer already, the group
+//! cannot matter.
+//!
+//! This is for trajectories that cannot leave the field and that are judged by their smallest clearance: there the
+//! order of the steps does not matter.
+
+use super::clearance_bounds::ClearanceBounds;
+use super::disc_lookup::{DiscLookup, PAIR};
+use super::displacement_bounds::DisplacementBounds;
+use super::displacement_table::{DisplacementTable, stays_inside};
+use super::lanes::Lanes;
+use super::min_pyramid::MinPyramid;
+use super::moving_obstacles::{Chunk, MovingObstacles};
+use super::register_tiles::{RegisterTiles, SampleList};
+use super::soa_inputs::{MAX_ROWS, SoaInputs};
+use super::step_groups::StepGroups;
+use crate::local::QuantizedProblem;
+use crate::local::kernel_inputs::VthetaSample;
+
+/// The work on one tile, and room for it.
+#[derive(Debug, Default)]
+pub struct StepPruning {
+    displacements: DisplacementBounds,
+    bounds: ClearanceBounds,
+    /// For each list the groups of steps to look at.
+    picks: Vec<StepGroups>,
+    /// What a clearance must be below to matter to any row's sample of a speed.
+    matters: Vec<i32>,
+    /// For each row the smallest clearances of its samples.
+    least: Vec<i32>,
+    register_tiles: RegisterTiles,
+    /// Groups that are looked up in the field itself, and their steps.
+    rest: StepGroups,
+    steps: Vec<i32>,
+    moving: MovingObstacles,
+}
+
+/// Neighbouring rows of a problem.
+pub struct SampleTile<'a> {
+    pub problem: &'a QuantizedProblem,
+    pub inputs: &'a SoaInputs,
+    /// One for each row.
+    pub vtheta_samples: &'a [VthetaSample],
+    /// One for each row.
+    pub tables: &'a [DisplacementTable],
+}
+
+impl SampleTile<'_> {
+    /// Steps are listed for each disc of each chunk.
+    #[inline(always)]
+    pub fn lists(&self) -> usize {
+        self.inputs.stride.div_ceil(self.inputs.chunk) * self.problem.discs.len()
+    }
+
+    /// The samples of a list.
+    #[inline(always)]
+    fn list_samples(&self, number: usize) -> SampleList {
+        let discs = self.problem.discs.len();
+        let first = number / discs * self.inputs.chunk;
+        SampleList {
+            number,
+            disc: number % discs,
+            samples: first..(first + self.inputs.chunk).min(self.inputs.stride),
+        }
+    }
+}
+
+impl StepPruning {
+    /// Finds the smallest clearance of each sample of a tile's rows that stay on the field: not above zero where it
+    /// collides, and of one that cannot stop either way some clearance with which it could not. What other rows get
+    /// means nothing.
+    #[inline(always)]
+    pub fn prune<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        tile: &SampleTile<'_>,
+        pyramid: &MinPyramid,
+    ) {
+        let SampleTile {
+            problem, inputs, ..
+        } = *tile;
+        // Room for the largest tile, and for all steps: not every decision needs them.
+        self.steps.clear();
+        self.steps.reserve(inputs.steps + PAIR);
+        self.least.clear();
+        self.least.reserve(inputs.stride * MAX_ROWS);
+        let cap = problem.header.max_clearance as i32;
+        self.least.resize(inputs.stride * tile.tables.len(), cap);
+        let mut all_inside = true;
+        for table in tile.tables {
+            all_inside &= stays_inside::<L>(token, problem, inputs, table);
+        }
+        if !pyramid.is_empty() && all_inside {
+            self.displacements
+                .fill::<L>(token, inputs, &problem.discs, tile.tables);
+            let of_boxes = (&self.displacements, pyramid);
+            self.bounds
+                .fill::<L>(token, tile, of_boxes, &mut self.register_tiles);
+            // In a loop, as what looks at the picks is large: in one copy it stays near the processor.
+            for round in 0..2 {
+                if round == 0 {
+                    self.pick_first::<L>(token, tile);
+                } else {
+                    self.weigh::<L>(token, tile);
+                    self.pick::<L>(token, tile);
+                }
+                self.meet_picks::<L>(token, tile, pyramid);
+            }
+        } else {
+            self.meet_all::<L>(token, tile);
+        }
+        if problem.obstacles.is_empty() {
+            return;
+        }
+        for first in (0..inputs.stride).step_by(inputs.chunk) {
+            let chunk = Chunk {
+                tables: tile.tables,
+                first,
+                end: (first + inputs.chunk).min(inputs.stride),
+            };
+            self.moving
+                .lower::<L>(token, problem, inputs, &chunk, &mut self.least);
+        }
+    }
+
+    /// The groups of steps that the last tile was looked at, list by list, after those that came first.
+    #[cfg(test)]
+    pub fn picked(&self) -> &[StepGroups] {
+        &self.picks
+    }
+
+    /// How many patches were looked up so far.
+    #[cfg(test)]
+    pub const fn looked_up(&self) -> usize {
+        self.register_tiles.looked_up
+    }
+
+    /// The smallest clearances of one row of the tile.
+    #[inline(always)]
+    pub fn clearances(&self, inputs: &SoaInputs, row: usize) -> &[i32] {
+        &self.least[row * inputs.stride..][..inputs.stride]
+    }
+
+    /// Looks at every step.
+    #[inline(always)]
+    fn meet_all<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+        let SampleTile {
+            problem, inputs, ..
+        } = *tile;
+        let rows = self.least.chunks_exact_mut(inputs.stride);
+        for (table, least) in tile.tables.iter().zip(rows) {
+            for disc in 0..problem.discs.len() {
+                let lookup = DiscLookup::new(problem, inputs, table, disc);
+                lookup.lower_all::<L>(token, &inputs.every_step, &inputs.coarse_twice, least);
+            }
+        }
+    }
+
+    /// Picks for each list the groups that promise its boxes the smallest clearances.
+    #[inline(always)]
+    fn pick_first<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+        self.picks.resize_with(tile.lists(), StepGroups::default);
+        for (list, picks) in self.picks.iter_mut().enumerate() {
+            self.bounds
+                .take_smallest::<L>(token, tile.inputs, list, picks);
+        }
+    }
+
+    /// Finds what a clearance must be below to matter, by those found so far.
+    #[inline(always)]
+    fn weigh<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+        let inputs = tile.inputs;
+        let zero = L::splat(token, 0);
+        let one = L::splat(token, 1);
+        let nothing = L::splat(token, i32::MIN);
+        self.matters.resize(inputs.stride, 0);
+        for at in (0..inputs.stride).step_by(L::COUNT) {
+            let stopping_need = L::load(token, &inputs.stopping_need[at..]);
+            let mut most = nothing;
+            for (row, vtheta) in tile.vtheta_samples.iter().enumerate() {
+                let least = L::load(token, &self.least[row * inputs.stride + at..]);
+                let stopping_need = stopping_need.max(L::splat(token, vtheta.stopping_need as i32));
+                // One that cannot stop can still collide; one that collides can do nothing else.
+                let matters = L::select(least.less(stopping_need), one, least);
+                let matters = L::select(zero.less(least), matters, nothing);
+                most = most.max(matters);
+            }
+            most.store(&mut self.matters[at..]);
+        }
+    }
+
+    /// Picks the groups of steps that can matter.
+    #[inline(always)]
+    fn pick<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+        for (number, picks) in self.picks.iter_mut().enumerate() {
+            let matters = &self.matters[tile.list_samples(number).samples];
+            self.bounds
+                .below::<L>(token, tile.inputs, number, matters, picks);
+        }
+    }
+
+    /// Looks at what was picked.
+    #[inline(always)]
+    fn meet_picks<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        tile: &SampleTile<'_>,
+        pyramid: &MinPyramid,
+    ) {
+        let SampleTile {
+            problem, inputs, ..
+        } = *tile;
+        for (number, picks) in self.picks.iter().enumerate() {
+            let list_samples = tile.list_samples(number);
+            let mut groups = picks.as_slice();
+            if L::HAS_REGISTER_LOOKUP && self.register_tiles.can_be() {
+                let (least, rest) = (&mut self.least, &mut self.rest);
+                self.register_tiles.lower::<L>(
+                    token,
+                    (tile, pyramid),
+                    &list_samples,
+                    groups,
+                    least,
+                    rest,
+                );
+                groups = self.rest.as_slice();
+            }
+            if groups.is_empty() {
+                continue;
+            }
+            steps_of(inputs, groups, &mut self.steps);
+            let SampleList { disc, samples, .. } = list_samples;
+            let coarse = &inputs.coarse_twice[samples.clone()];
+            // Row after row for the same list: its length is then foreseen.
+            let rows = self.least.chunks_exact_mut(inputs.stride);
+            for (table, least) in tile.tables.iter().zip(rows) {
+                let lookup = DiscLookup::new(problem, inputs, table, disc);
+                lookup.lower_all::<L>(token, &self.steps, coarse, &mut least[samples.clone()]);
+            }
+        }
+    }
+}
+
+/// Lists the steps of these groups, the last one twice where they are not whole pairs.
+#[inline(always)]
+pub fn steps_of(inputs: &SoaInputs, groups: &[i32], steps: &mut Vec<i32>) {
+    steps.clear();
+    steps.reserve(inputs.steps + PAIR);
+    for &group in groups {
+        for step in inputs.steps_of(group) {
+            steps.push(step as i32);
+        }
+    }
+    if let Some(&last) = steps.last()
+        && !steps.len().is_multiple_of(PAIR)
+    {
+        steps.push(last);
+    }
+}
