@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 use core::slice;
 
-use inbye::base::arduino::{Answer, read_answer};
+use inbye::base::arduino::{Answer, parse_answer};
 use inbye::base::roboclaw::{Reply, Request};
 use inbye::base::{Faults, ld19, native, wheeltec};
 use inbye::geometry::Twist;
@@ -135,12 +135,12 @@ pub fn ld19(data: &[u8]) {
         upside_down: bytes.byte() & 1 != 0,
         ..ld19::LidarSettings::default()
     };
-    let mut revolutions = ld19::Revolutions::new(settings);
+    let mut revolutions = ld19::RevolutionAssembler::new(settings);
     let mut now_s = 0.0;
     while !bytes.0.is_empty() {
         now_s += f64::from(bytes.byte()) / 1e3;
         let packet = any_ld19_packet(&mut bytes);
-        if let Some(sweep) = revolutions.take(&packet, now_s) {
+        if let Some(sweep) = revolutions.push(&packet, now_s) {
             assert!(sweep.is_valid() && sweep.beams.len() <= 4096);
             assert!(sweep.beams.is_sorted_by_key(|beam| beam.time_s));
             let within = |range: f64| range.is_nan() || (0.0..=sweep.range_max).contains(&range);
@@ -160,9 +160,9 @@ pub fn roboclaw(data: &[u8]) {
 /// Lines of a `ROSArduinoBridge`.
 pub fn arduino(data: &[u8]) {
     for line in data.split(|byte| *byte == b'\n') {
-        match read_answer(line) {
+        match parse_answer(line) {
             None => {}
-            Some(Answer::Done) => assert_eq!(line, b"OK"),
+            Some(Answer::Ok) => assert_eq!(line, b"OK"),
             Some(Answer::Counts([first, second])) => {
                 let written = format!("{} {}", first as i32, second as i32);
                 assert_eq!(line, written.as_bytes());
@@ -270,7 +270,7 @@ fn answers(stream: &[u8], address: u8) {
             }
             let data: [u8; 5] = Bytes(stream).array();
             let data = &data[..length - 2];
-            let answer = request.answer(address, data.to_vec());
+            let answer = request.encode_reply(address, data.to_vec());
             assert_eq!(answer.len(), length);
             let reply = request.reply(address, &answer).expect("undamaged");
             let number = match reply {
@@ -278,7 +278,7 @@ fn answers(stream: &[u8], address: u8) {
                 Reply::Encoder(number) | Reply::Status(number) => number,
                 Reply::Speed(number) => number as u32,
                 Reply::Battery(number) => number.into(),
-                Reply::Done => panic!("{request:?} is a question"),
+                Reply::Ack => panic!("{request:?} is a question"),
             };
             let digits = &data[..data.len().min(4)];
             let expected = digits

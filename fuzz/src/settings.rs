@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use inbye::base::{BaseConfig, PlannedTrouble, Protocol, Trouble};
+use inbye::base::{BaseConfig, InjectedFault, Protocol, ScheduledFault};
 use inbye::experiment::barn::barn_config;
 use inbye::experiment::sweep::SweepPlan;
 use inbye::geometry::{Point, Pose};
@@ -160,23 +160,23 @@ pub fn words(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    match text.parse::<PlannedTrouble>() {
+    match text.parse::<ScheduledFault>() {
         Err(error) => one_line(&error),
         Ok(planned) => {
-            let PlannedTrouble {
-                trouble,
+            let ScheduledFault {
+                fault,
                 from_s,
                 to_s,
             } = planned;
-            assert!(Trouble::ALL.contains(&trouble));
+            assert!(InjectedFault::ALL.contains(&fault));
             assert!(
                 from_s.is_finite() && from_s >= 0.0 && to_s > from_s,
                 "{planned:?}"
             );
             let written = if to_s.is_finite() {
-                format!("{trouble}@{from_s}..{to_s}")
+                format!("{fault}@{from_s}..{to_s}")
             } else {
-                format!("{trouble}@{from_s}")
+                format!("{fault}@{from_s}")
             };
             assert_eq!(written.parse(), Ok(planned), "{written}");
         }

@@ -3,11 +3,13 @@
 
 use core::fmt::Debug;
 
-use inbye::base::arduino::{ArduinoPeer, ArduinoSession};
-use inbye::base::native::{self, NativePeer, NativeSession};
-use inbye::base::roboclaw::{Request, RoboClawPeer, RoboClawSession};
-use inbye::base::wheeltec::{self, WheeltecPeer, WheeltecSession};
-use inbye::base::{BaseError, BaseSettings, Counters, Faults, Machine, Peer, Session};
+use inbye::base::arduino::{ArduinoDevice, ArduinoSession};
+use inbye::base::native::{self, NativeDevice, NativeSession};
+use inbye::base::roboclaw::{Request, RoboClawDevice, RoboClawSession};
+use inbye::base::wheeltec::{self, WheeltecDevice, WheeltecSession};
+use inbye::base::{
+    BaseError, BaseSettings, DeviceProtocol, Faults, MachineState, Session, SessionCounters,
+};
 use inbye::geometry::Twist;
 use inbye::robot::{PerTrack, TrackSpeeds};
 
@@ -40,7 +42,7 @@ pub fn native(data: &[u8]) {
     let (settings, story) = opened(data);
     tell(
         NativeSession::new(settings),
-        NativePeer::new(settings),
+        NativeDevice::new(settings),
         NativeEar,
         settings,
         story,
@@ -52,7 +54,7 @@ pub fn wheeltec(data: &[u8]) {
     let (settings, story) = opened(data);
     tell(
         WheeltecSession::new(settings),
-        WheeltecPeer::new(&settings),
+        WheeltecDevice::new(&settings),
         WheeltecEar,
         settings,
         story,
@@ -64,7 +66,7 @@ pub fn roboclaw(data: &[u8]) {
     let (settings, story) = opened(data);
     tell(
         RoboClawSession::new(settings),
-        RoboClawPeer::new(settings),
+        RoboClawDevice::new(settings),
         RoboClawEar(None),
         settings,
         story,
@@ -76,7 +78,7 @@ pub fn arduino(data: &[u8]) {
     let (settings, story) = opened(data);
     tell(
         ArduinoSession::new(settings),
-        ArduinoPeer::new(settings),
+        ArduinoDevice::new(settings),
         ArduinoEar,
         settings,
         story,
@@ -99,19 +101,25 @@ pub fn short(settings: BaseSettings) {
     let story = [command, &rounds(0), command, &rounds(16)].concat();
     let bytes = || Bytes(&story);
     let (s, b) = (settings, bytes);
-    tell(NativeSession::new(s), NativePeer::new(s), NativeEar, s, b());
+    tell(
+        NativeSession::new(s),
+        NativeDevice::new(s),
+        NativeEar,
+        s,
+        b(),
+    );
     tell(
         WheeltecSession::new(s),
-        WheeltecPeer::new(&s),
+        WheeltecDevice::new(&s),
         WheeltecEar,
         s,
         b(),
     );
     let ear = RoboClawEar(None);
-    tell(RoboClawSession::new(s), RoboClawPeer::new(s), ear, s, b());
+    tell(RoboClawSession::new(s), RoboClawDevice::new(s), ear, s, b());
     tell(
         ArduinoSession::new(s),
-        ArduinoPeer::new(s),
+        ArduinoDevice::new(s),
         ArduinoEar,
         s,
         b(),
@@ -149,12 +157,12 @@ struct Scene<S, P, E> {
     now_s: f64,
     to_base: Vec<u8>,
     to_host: Vec<u8>,
-    counters: Counters,
+    counters: SessionCounters,
     /// What the base said last of itself, without having been asked.
     said: Vec<u8>,
 }
 
-fn tell<S: Session + Debug, P: Peer + Debug, E: Ear>(
+fn tell<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear>(
     session: Result<S, BaseError>,
     peer: Result<P, BaseError>,
     ear: E,
@@ -169,7 +177,7 @@ fn tell<S: Session + Debug, P: Peer + Debug, E: Ear>(
         now_s: 0.0,
         to_base: Vec::new(),
         to_host: Vec::new(),
-        counters: Counters::default(),
+        counters: SessionCounters::default(),
         said: Vec::new(),
     };
     while !story.0.is_empty() {
@@ -179,7 +187,7 @@ fn tell<S: Session + Debug, P: Peer + Debug, E: Ear>(
     scene.end();
 }
 
-impl<S: Session + Debug, P: Peer + Debug, E: Ear> Scene<S, P, E> {
+impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
     /// One event of the story.
     fn happens(&mut self, story: &mut Bytes) {
         match story.byte() % 14 {
@@ -256,8 +264,8 @@ impl<S: Session + Debug, P: Peer + Debug, E: Ear> Scene<S, P, E> {
     /// The base has its turn, in a state that the story tells.
     fn turn(&mut self, story: &mut Bytes) {
         let flags = story.byte();
-        let machine = Machine {
-            ticks: PerTrack::new(story.u16().into(), story.u32()),
+        let machine = MachineState {
+            encoder_counts: PerTrack::new(story.u16().into(), story.u32()),
             speeds: TrackSpeeds {
                 left: story.plain(),
                 right: story.plain(),
@@ -278,9 +286,9 @@ impl<S: Session + Debug, P: Peer + Debug, E: Ear> Scene<S, P, E> {
 
     /// What must hold at any time.
     fn check(&mut self) {
-        if let Some(heard) = self.session.newest() {
+        if let Some(heard) = self.session.latest() {
             let feedback = &heard.feedback;
-            assert!(heard.at_s <= self.now_s, "{heard:?}");
+            assert!(heard.received_s <= self.now_s, "{heard:?}");
             assert!(feedback.twist.is_finite(), "{heard:?}");
             for number in [feedback.battery_v, feedback.yaw_rate]
                 .into_iter()
@@ -292,9 +300,9 @@ impl<S: Session + Debug, P: Peer + Debug, E: Ear> Scene<S, P, E> {
         let (before, now) = (self.counters, self.session.counters());
         for (before, now) in [
             (before.dropped_bytes, now.dropped_bytes),
-            (before.repeated, now.repeated),
+            (before.retries, now.retries),
             (before.unanswered, now.unanswered),
-            (before.refused_readings, now.refused_readings),
+            (before.rejected_readings, now.rejected_readings),
         ] {
             assert!(before <= now, "a counter ran backwards");
         }
@@ -399,7 +407,7 @@ impl Ear for RoboClawEar {
                 let length = request.reply_length(settings.roboclaw.status_bytes);
                 let data: [u8; 5] = bytes.array();
                 let address = settings.roboclaw.address;
-                request.answer(address, data[..length - 2].to_vec())
+                request.encode_reply(address, data[..length - 2].to_vec())
             }
         }
     }

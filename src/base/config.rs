@@ -1,51 +1,51 @@
-//! Every setting of a base and of its keeper, with a documented default for each. The file format is TOML.
+//! All settings of a base, its supervisor and its lidar, each with a documented default. The file format is TOML.
 
 use serde::{Deserialize, Serialize};
 
 use super::arduino::ArduinoSettings;
 use super::ld19::LidarSettings;
 use super::roboclaw::RoboClawSettings;
-use super::{BaseError, BaseSettings, KeeperSettings, PlausibilitySettings};
+use super::{BaseError, BaseSettings, FaultDetectorSettings, SupervisorSettings};
 use crate::documented::{Described, Keys, commented_toml, described, documented};
 use crate::robot::TrackLimits;
 
 documented! {
-    /// What a driver must know of a base, and how the base is kept.
+    /// Settings of a base, its supervisor and its lidar.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct BaseConfig {
-        /// What the driver must know of the base.
+        /// Tracks, wiring and protocol of the base.
         pub base: BaseSettings,
-        /// How it is kept.
-        pub keeper: KeeperSettings,
-        /// A lidar on it, of `drive --lidar`.
+        /// Command rate, timeouts and fault detection.
+        pub supervisor: SupervisorSettings,
+        /// Mounting and timeout of an LD19 lidar on the base, for `drive --lidar`.
         pub lidar: LidarSettings,
     }
 }
 
-/// Its tables, by their paths.
+/// The tables by path.
 const TABLES: [(&str, Keys); 8] = [
     ("", BaseConfig::KEYS),
     ("base", BaseSettings::KEYS),
     ("base.tracks", TrackLimits::KEYS),
     ("base.roboclaw", RoboClawSettings::KEYS),
     ("base.arduino", ArduinoSettings::KEYS),
-    ("keeper", KeeperSettings::KEYS),
-    ("keeper.plausibility", PlausibilitySettings::KEYS),
+    ("supervisor", SupervisorSettings::KEYS),
+    ("supervisor.fault_detector", FaultDetectorSettings::KEYS),
     ("lidar", LidarSettings::KEYS),
 ];
 
-/// What its text begins with.
-const HEADING: &str = "Settings of `--base-config` with their defaults: leave out what is to stay as it is. SI units.";
+/// The first line of the documented TOML.
+const HEADING: &str = "Settings of `--base-config` with their defaults: leave out every key that keeps its default. SI units.";
 
 impl BaseConfig {
-    /// As TOML: every key with its default, and in a comment what it does. Read again it is the default.
+    /// Returns TOML with every key, its default and a comment. Parsing it gives the default configuration.
     #[must_use]
     pub fn documented() -> String {
         commented_toml(HEADING, &TABLES, &defaults())
     }
 
-    /// Every key with its default and what it does.
+    /// Returns every key with its default and description.
     #[must_use]
     pub fn keys() -> Vec<Described> {
         described(&TABLES, &defaults())
@@ -54,16 +54,16 @@ impl BaseConfig {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BaseError::BadConfig`] names the table and the first of its numbers that is out of range.
+    /// [`BaseError::BadConfig`] names the table and its first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
-        check("base", self.base.validate())?;
-        check("keeper", self.keeper.validate())?;
-        check("lidar", self.lidar.validate())
+        in_table("base", self.base.validate())?;
+        in_table("supervisor", self.supervisor.validate())?;
+        in_table("lidar", self.lidar.validate())
     }
 }
 
-fn check(table: &'static str, checked: Result<(), BaseError>) -> Result<(), BaseError> {
-    checked.map_err(|error| BaseError::BadConfig {
+fn in_table(table: &'static str, result: Result<(), BaseError>) -> Result<(), BaseError> {
+    result.map_err(|error| BaseError::BadConfig {
         table,
         reason: error.to_string(),
     })

@@ -1,13 +1,14 @@
-//! Why a base cannot be commanded or heard.
+//! Errors of bases and lidars.
 
 use thiserror::Error;
 
 use crate::robot::RobotError;
 
-/// What went wrong on the way to or from a base.
+/// Why a base or a lidar cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum BaseError {
-    /// Limits that no robot can have.
+    /// Track limits out of range.
     #[error(transparent)]
     Robot(#[from] RobotError),
     /// A setting out of range.
@@ -15,12 +16,12 @@ pub enum BaseError {
     BadSetting {
         /// Name as in the configuration.
         name: &'static str,
-        /// As given.
+        /// The given value.
         value: f64,
-        /// What would be accepted.
+        /// The accepted range.
         expected: &'static str,
     },
-    /// A table of a configuration that no base can have.
+    /// A table of a configuration with an invalid setting.
     #[error("[{table}] {reason}")]
     BadConfig {
         /// Name of the table.
@@ -28,54 +29,54 @@ pub enum BaseError {
         /// What is wrong in it.
         reason: String,
     },
-    /// A command that no base can follow. Nothing was sent.
+    /// A command that is NaN or infinite. Nothing was sent.
     #[error(
         "the command is linear {linear} m/s, angular {angular} rad/s: both must be finite; nothing was sent"
     )]
     NotFinite {
-        /// As given, m/s.
+        /// The given speed, m/s.
         linear: f64,
-        /// As given, rad/s.
+        /// The given turn rate, rad/s.
         angular: f64,
     },
     /// A port that could not be opened.
     #[error(
-        "{port}: cannot be opened ({reason}): check the name, the cable and your right to use it"
+        "{port}: cannot be opened ({reason}): check the name, the cable and your permission to use it"
     )]
     CannotOpen {
         /// Name of the port.
         port: String,
-        /// In the system's words.
+        /// Message of the operating system.
         reason: String,
     },
-    /// The other end is gone: a cable pulled out, a converter unplugged, a peer closed. Open the port anew.
-    #[error("{port}: the other end is gone: plug it in and open the port again")]
-    Unplugged {
+    /// The device is gone: its cable or adapter was unplugged, or the other end closed. Open the port again.
+    #[error("{port}: the device is disconnected: plug it in and open the port again")]
+    Disconnected {
         /// Name of the port.
         port: String,
     },
-    /// The other end did not do its part in time.
-    #[error("{port}: timed out after {bound_ms} ms {waiting_for}: is the base switched on?")]
+    /// The base did not respond in time.
+    #[error("{port}: timed out after {timeout_ms} ms {waiting_for}: is the base switched on?")]
     TimedOut {
         /// Name of the port.
         port: String,
-        /// What was waited for.
+        /// The operation that timed out.
         waiting_for: &'static str,
-        /// How long, milliseconds.
-        bound_ms: u128,
+        /// The limit, milliseconds.
+        timeout_ms: u128,
     },
-    /// No complete feedback frame since the port was opened, and not yet too late for one. Ask again.
-    #[error("{port}: no complete feedback frame has come yet: ask again at the next tick")]
+    /// No complete feedback frame since the port was opened, and the timeout has not passed. Ask again.
+    #[error("{port}: no complete feedback frame has arrived yet: ask again at the next tick")]
     NoFeedbackYet {
         /// Name of the port.
         port: String,
     },
-    /// The system refused to read or write.
+    /// The operating system failed to read or write.
     #[error("{port}: {reason}: close the port and open it again")]
     Port {
         /// Name of the port.
         port: String,
-        /// In the system's words.
+        /// Message of the operating system.
         reason: String,
     },
 }

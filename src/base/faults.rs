@@ -1,8 +1,8 @@
-//! What a base reports to be wrong with itself.
+//! The set of faults that a base reports.
 
 use core::fmt;
 
-/// The names of the bits, in words.
+/// Descriptions of the bits.
 const NAMES: [(Faults, &str); 9] = [
     (Faults::MOTOR_LEFT, "driver of the left motor"),
     (Faults::MOTOR_RIGHT, "driver of the right motor"),
@@ -11,16 +11,16 @@ const NAMES: [(Faults, &str); 9] = [
     (Faults::SUPPLY, "supply voltage"),
     (Faults::ENCODER, "encoder"),
     (Faults::STALLED, "stalled track"),
-    (Faults::WATCHDOG, "stopped for want of commands"),
+    (Faults::WATCHDOG, "stopped by its watchdog"),
     (Faults::OTHER, "another fault"),
 ];
 
-/// A set of faults, one bit each: the bits of our own frame on the wire.
+/// A set of faults, one bit each: the bits of the native report frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Faults(u16);
 
 impl Faults {
-    /// Nothing is wrong.
+    /// No fault.
     pub const NONE: Self = Self(0);
     /// The left motor's driver.
     pub const MOTOR_LEFT: Self = Self(1);
@@ -30,25 +30,25 @@ impl Faults {
     pub const OVERCURRENT: Self = Self(1 << 2);
     /// Too hot.
     pub const OVERHEATED: Self = Self(1 << 3);
-    /// A supply voltage that is too high or too low.
+    /// The supply voltage is too high or too low.
     pub const SUPPLY: Self = Self(1 << 4);
-    /// An encoder that is silent or jumps.
+    /// An encoder is silent or jumps.
     pub const ENCODER: Self = Self(1 << 5);
-    /// A track that does not turn though it is driven.
+    /// A track does not turn although it is driven.
     pub const STALLED: Self = Self(1 << 6);
     /// The base stopped by itself because no commands came. Ends with the next command.
     pub const WATCHDOG: Self = Self(1 << 7);
-    /// What has no bit of its own.
+    /// A fault without a bit of its own.
     pub const OTHER: Self = Self(1 << 15);
 
-    /// The set with these bits. Those without a name count as [`Self::OTHER`].
+    /// Returns the set with these bits. Unknown bits become [`Self::OTHER`].
     #[must_use]
     pub const fn from_bits(bits: u16) -> Self {
-        const NAMED: u16 = 0x80FF;
-        if bits & !NAMED == 0 {
+        const KNOWN: u16 = 0x80FF;
+        if bits & !KNOWN == 0 {
             Self(bits)
         } else {
-            Self(bits & NAMED | Self::OTHER.0)
+            Self(bits & KNOWN | Self::OTHER.0)
         }
     }
 
@@ -58,33 +58,33 @@ impl Faults {
         self.0
     }
 
-    /// Those of either.
+    /// Faults in either set.
     #[must_use]
-    pub const fn and(self, others: Self) -> Self {
-        Self(self.0 | others.0)
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 
-    /// Those of this set that are not in another.
+    /// Faults of this set that are not in the other.
     #[must_use]
-    pub const fn without(self, others: Self) -> Self {
-        Self(self.0 & !others.0)
+    pub const fn difference(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
     }
 
-    /// This set if a condition holds, else none.
+    /// This set if the condition holds, else the empty set.
     #[must_use]
-    pub const fn only_if(self, holds: bool) -> Self {
-        if holds { self } else { Self::NONE }
+    pub const fn when(self, condition: bool) -> Self {
+        if condition { self } else { Self::NONE }
     }
 
-    /// Whether all of another set are in this one.
+    /// Whether this set contains every fault of the other.
     #[must_use]
-    pub const fn contain(self, others: Self) -> bool {
-        self.0 & others.0 == others.0
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
     }
 
-    /// Whether nothing is wrong.
+    /// Whether there is no fault.
     #[must_use]
-    pub const fn is_none(self) -> bool {
+    pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 }
@@ -93,12 +93,12 @@ impl fmt::Display for Faults {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
         for (fault, name) in NAMES {
-            if self.contain(fault) {
+            if self.contains(fault) {
                 write!(formatter, "{separator}{name}")?;
                 separator = ", ";
             }
         }
-        if self.is_none() {
+        if self.is_empty() {
             formatter.write_str("none")?;
         }
         Ok(())
@@ -110,9 +110,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faults_read_as_words_and_none_is_lost() {
+    fn faults_display_every_name_and_keep_every_bit() {
         assert_eq!(Faults::NONE.to_string(), "none");
-        let two = Faults::OVERHEATED.and(Faults::STALLED);
+        let two = Faults::OVERHEATED.union(Faults::STALLED);
         assert_eq!(two.to_string(), "overheated, stalled track");
         assert_eq!(Faults::from_bits(0x0400), Faults::OTHER);
         for (fault, _) in NAMES {

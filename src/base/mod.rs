@@ -1,109 +1,110 @@
-//! The machine's wire: what every base, real or simulated, owes the caller, and the bytes that a real one speaks.
+//! Drivers of real bases: wire protocols, the serial port, and the supervisor that keeps a base safe.
 //!
-//! Each protocol is a folder with its frames, a [`Session`] for the host's side and a [`Peer`] for the base's, all
-//! without I/O. Only [`SerialBase`] opens a port.
+//! Each protocol has its frames, a [`Session`] (the host's side) and a [`DeviceProtocol`] (the base's side), all without I/O.
+//! Only [`SerialBase`] opens a port. [`BaseSupervisor`] sends commands at a fixed rate and stops the base in doubt.
 //!
-//! Do not rely on the base to stop by itself when commands cease: some published firmware has that disabled. The
-//! caller sends at a fixed rate, and [`Twist::STOP`] when in doubt: [`Keeper`] does so.
+//! Do not rely on a base to stop by itself when commands cease: some published firmware has its watchdog disabled.
 
 pub mod arduino;
 mod config;
+mod device;
 mod emulator;
+mod encoder_speed;
 mod error;
-mod exchange;
+mod fault_detector;
 mod faults;
-pub mod keeper;
 pub mod ld19;
 pub mod native;
-mod peer;
-mod plausibility;
 mod protocol;
+mod request;
 pub mod roboclaw;
 #[cfg(feature = "serial")]
 mod serial;
 mod session;
 mod settings;
-mod tick_meter;
-mod verdict;
+mod stop_cause;
+pub mod supervisor;
 pub mod wheeltec;
 
 pub use config::BaseConfig;
-pub use emulator::{Emulator, PlannedTrouble, Trouble};
+pub use device::{CommandStats, DeviceProtocol, MachineState};
+pub use emulator::{Emulator, InjectedFault, ScheduledFault};
 pub use error::BaseError;
+pub use fault_detector::FaultDetectorSettings;
+#[doc(hidden)]
+pub use fault_detector::{BaseSample, FaultDetector};
 pub use faults::Faults;
-pub use keeper::{
-    Condition, Guard, Keeper, KeeperCounters, KeeperSettings, Odometer, Open, Order, Refusal,
-    Status, StopReason,
-};
-pub use peer::{Machine, Orders, Peer};
-pub use plausibility::{Observation, Plausibility, PlausibilitySettings};
 pub use protocol::Protocol;
 #[cfg(feature = "serial")]
-pub use serial::{SerialBase, SerialSettings, open_lidar};
-pub use session::{Counters, Heard, Session};
+pub use serial::{SerialBase, SerialSettings, open_lidar_port};
+pub use session::{Session, SessionCounters, TimedFeedback};
 pub use settings::BaseSettings;
-pub use verdict::Verdict;
+pub use stop_cause::StopCause;
+pub use supervisor::{
+    BaseSupervisor, CommandRejected, DriveStatus, OpenBase, OutgoingCommand, SafetyController,
+    SupervisorCounters, SupervisorSettings, SupervisorStatus,
+};
 
 use crate::geometry::Twist;
 use crate::robot::PerTrack;
 
-/// What a base reports of itself.
+/// A base's report of its state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Feedback {
-    /// How fast the base measures itself to move, in its own frame.
+    /// Measured velocity in the base's frame.
     pub twist: Twist,
-    /// Whether the motors are disabled: an emergency stop, or a fault that the base acts on itself.
+    /// Whether the motors are disabled by an emergency stop, or by a fault that the base acts on itself.
     pub emergency_stop: bool,
-    /// Battery voltage, for a base that measures it.
+    /// Battery voltage, if the base measures it.
     pub battery_v: Option<f64>,
-    /// Encoder counts of the tracks, forward positive, for a base that reports them: they wrap around at 2^32.
-    pub ticks: Option<PerTrack<u32>>,
-    /// Turn rate by a gyro, rad/s, for a base that has one.
+    /// Encoder counts of the tracks, forward positive, modulo 2^32, if the base reports them.
+    pub encoder_counts: Option<PerTrack<u32>>,
+    /// Turn rate by a gyro, rad/s, if the base has one.
     pub yaw_rate: Option<f64>,
-    /// What is wrong with the base, as it or its driver found.
+    /// Faults found by the base or by its driver.
     pub faults: Faults,
-    /// Age of the oldest command that the base had not taken when it reported, seconds, for a base that says which it has.
-    pub behind_s: Option<f64>,
+    /// Age of the oldest command that the base had not accepted when it reported, seconds, if the protocol acknowledges commands.
+    pub command_delay_s: Option<f64>,
 }
 
 /// A base that takes velocity commands and reports its motion.
 ///
-/// Neither method blocks longer than the implementation states. A command lasts until the next one; whether a base
-/// stops by itself when commands cease is its own affair, and not to be relied on.
+/// No method blocks longer than the implementation states. A command holds until the next one; the caller must not rely on the
+/// base to stop by itself when commands cease.
 pub trait Base {
-    /// Hands a command to the base. What the base cannot do it brings to the nearest it can.
+    /// Sends a velocity command. A command beyond the base's limits is reduced to the nearest feasible one.
     ///
     /// # Errors
-    /// [`BaseError::NotFinite`] for a rate that is NaN or infinite: nothing is sent then. Others where the base
-    /// cannot be reached; part of the command may then have arrived, and never a different command.
+    /// [`BaseError::NotFinite`] for a rate that is NaN or infinite: nothing is sent then. Other errors if the base cannot be
+    /// reached; part of the command may then have arrived, and never a different command.
     fn send(&mut self, command: &Twist) -> Result<(), BaseError>;
 
-    /// The newest report of the base; the same one again while no newer has come and it is not yet out of date.
+    /// Returns the latest report; the same one again until a newer one arrives or it is out of date.
     ///
     /// # Errors
-    /// Where the base cannot be reached or has been silent for too long.
+    /// The base cannot be reached or has been silent for too long.
     fn feedback(&mut self) -> Result<Feedback, BaseError>;
 
-    /// Stops the base for good: until [`Base::release`] where it can latch a stop, else by a command of zero, and then it is
-    /// the caller who must keep to it. Returns as [`Base::send`] does.
+    /// Stops the base until [`Base::release`], if the base can latch a stop; otherwise sends a zero command, and the caller must
+    /// keep sending zero commands. Blocks like [`Base::send`].
     ///
     /// # Errors
-    /// Where the base cannot be reached.
+    /// The base cannot be reached.
     fn engage_stop(&mut self) -> Result<(), BaseError> {
         self.send(&Twist::STOP)
     }
 
-    /// Ends a stop that is latched, as an operator's explicit wish; the base is told to stand. Returns as [`Base::send`] does.
+    /// Ends a latched stop, as an operator's explicit decision, and commands zero velocity. Blocks like [`Base::send`].
     ///
     /// # Errors
-    /// Where the base cannot be reached.
+    /// The base cannot be reached.
     fn release(&mut self) -> Result<(), BaseError> {
         self.send(&Twist::STOP)
     }
 }
 
-/// The command itself, or the error that every base answers a command with that is not finite.
-pub(crate) fn finite(command: &Twist) -> Result<&Twist, BaseError> {
+/// Rejects a command that is not finite.
+pub(crate) fn require_finite(command: &Twist) -> Result<&Twist, BaseError> {
     if command.is_finite() {
         Ok(command)
     } else {

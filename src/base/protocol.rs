@@ -1,21 +1,21 @@
-//! The protocols by name.
+//! Selects a wire protocol by name.
 
 use core::fmt;
 use core::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::arduino::{ArduinoPeer, ArduinoSession};
-use super::native::{NativePeer, NativeSession};
-use super::roboclaw::{RoboClawPeer, RoboClawSession};
-use super::wheeltec::{WheeltecPeer, WheeltecSession};
-use super::{BaseError, BaseSettings, Peer, Session};
+use super::arduino::{ArduinoDevice, ArduinoSession};
+use super::native::{NativeDevice, NativeSession};
+use super::roboclaw::{RoboClawDevice, RoboClawSession};
+use super::wheeltec::{WheeltecDevice, WheeltecSession};
+use super::{BaseError, BaseSettings, DeviceProtocol, Session};
 
-/// A language that bases speak.
+/// A wire protocol of bases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {
-    /// Our own frames: see [`super::native`].
+    /// This crate's own frames: see [`super::native`].
     #[default]
     Native,
     /// WHEELTEC's STM32 controllers: see [`super::wheeltec`].
@@ -27,10 +27,10 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    /// All of them.
+    /// Every protocol.
     pub const ALL: [Self; 4] = [Self::Native, Self::Wheeltec, Self::Roboclaw, Self::Arduino];
 
-    /// Its name, as typed.
+    /// The name on the command line and in settings.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -41,10 +41,10 @@ impl Protocol {
         }
     }
 
-    /// A conversation with a base, as its host.
+    /// Creates a session: the host's side of the protocol.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn session(self, settings: BaseSettings) -> Result<Box<dyn Session>, BaseError> {
         Ok(match self {
             Self::Native => Box::new(NativeSession::new(settings)?),
@@ -54,16 +54,16 @@ impl Protocol {
         })
     }
 
-    /// A lower controller that was just switched on, of a machine that is as the settings say.
+    /// Creates a lower controller at power-on: the base's side of the protocol.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
-    pub fn peer(self, settings: BaseSettings) -> Result<Box<dyn Peer>, BaseError> {
+    /// Settings out of range.
+    pub fn device(self, settings: BaseSettings) -> Result<Box<dyn DeviceProtocol>, BaseError> {
         Ok(match self {
-            Self::Native => Box::new(NativePeer::new(settings)?),
-            Self::Wheeltec => Box::new(WheeltecPeer::new(&settings)?),
-            Self::Roboclaw => Box::new(RoboClawPeer::new(settings)?),
-            Self::Arduino => Box::new(ArduinoPeer::new(settings)?),
+            Self::Native => Box::new(NativeDevice::new(settings)?),
+            Self::Wheeltec => Box::new(WheeltecDevice::new(&settings)?),
+            Self::Roboclaw => Box::new(RoboClawDevice::new(settings)?),
+            Self::Arduino => Box::new(ArduinoDevice::new(settings)?),
         })
     }
 }
@@ -78,11 +78,11 @@ impl FromStr for Protocol {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let named = Self::ALL.into_iter().find(|known| known.name() == text);
-        named.ok_or_else(|| {
+        let known = Self::ALL.into_iter().find(|known| known.name() == text);
+        known.ok_or_else(|| {
             let names = Self::ALL.map(Self::name).join(", ");
             let text = text.escape_debug();
-            format!("`{text}` is no protocol: it is one of {names}")
+            format!("`{text}` is not a protocol: use one of {names}")
         })
     }
 }

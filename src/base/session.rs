@@ -3,67 +3,67 @@
 use super::{BaseError, Feedback};
 use crate::geometry::Twist;
 
-/// A conversation with a base. It has no port and no clock: the caller carries the bytes and tells the time.
+/// The host's side of a protocol. It has no port and no clock: the caller transfers the bytes and passes the time.
 ///
-/// Time is in seconds from any origin and never runs backwards. A session never renews a command by itself: a frame or
-/// question goes out for each [`Session::command`], and is repeated only where its answer was lost, with the newest
-/// command in it. So a caller that falls silent lets the base's own watchdog act, where it has one.
+/// Time is in seconds from any origin and never runs backwards. A session never renews a command by itself: each
+/// [`Session::command`] sends one frame, which is repeated, with the latest command in it, only if its answer was lost. So the
+/// base's own watchdog, if it has one, acts when the caller stops sending.
 pub trait Session: Send {
-    /// Speed of the line, baud.
+    /// Speed of the serial line, baud.
     fn baud(&self) -> u32;
 
-    /// Takes the motion to command next, which the caller has limited already; it replaces one that did not go out yet.
-    /// What is still beyond the tracks' highest speed is scaled down with its curvature kept.
+    /// Sets the next command and replaces one that was not sent yet. The caller has limited it; a command still beyond the
+    /// tracks' highest speed is scaled down at constant curvature.
     ///
     /// # Errors
-    /// [`BaseError::NotFinite`]; the last command then stays.
-    fn command(&mut self, wanted: &Twist) -> Result<(), BaseError>;
+    /// [`BaseError::NotFinite`]; the previous command then stays.
+    fn command(&mut self, twist: &Twist) -> Result<(), BaseError>;
 
-    /// Takes bytes that came, in pieces of any size.
+    /// Takes received bytes, in pieces of any size.
     fn receive(&mut self, bytes: &[u8], now_s: f64);
 
-    /// Appends the bytes that are to be written now, if any. To be called after [`Session::command`], after
-    /// [`Session::receive`], and while [`Session::is_waiting`], when time has passed.
+    /// Appends the bytes to write now to `line`. Call it after [`Session::command`], after [`Session::receive`], and
+    /// periodically while [`Session::is_waiting`].
     fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>);
 
-    /// Whether an answer is outstanding, after which there may be more to write.
+    /// Whether an answer is outstanding; after it there may be more to write.
     fn is_waiting(&self) -> bool;
 
-    /// The newest complete feedback, and when it came.
-    fn newest(&self) -> Option<&Heard>;
+    /// The latest complete feedback with its time of arrival.
+    fn latest(&self) -> Option<&TimedFeedback>;
 
-    /// What went wrong on the line so far.
-    fn counters(&self) -> Counters;
+    /// Counts of line errors so far.
+    fn counters(&self) -> SessionCounters;
 
-    /// Stops the base for good: until [`Session::release`] where the protocol can latch a stop, else by a command of
-    /// zero, and then it is the caller who must keep to it.
+    /// Stops the base until [`Session::release`], if the protocol can latch a stop; otherwise commands zero, and the caller must
+    /// keep commanding zero.
     fn engage_stop(&mut self);
 
-    /// Ends a stop that is latched, as an operator's explicit wish, and forgets the faults that the session itself found.
-    /// The commanded motion becomes zero. A button that is still pressed keeps the base stopped.
+    /// Ends a latched stop, as an operator's explicit decision, and clears the faults that the session found. The commanded motion
+    /// becomes zero. A button that is still pressed keeps the base stopped.
     fn release(&mut self);
 }
 
-/// Feedback and the time it came, seconds.
+/// Feedback with its time of arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heard {
-    /// When its last byte was taken in.
-    pub at_s: f64,
-    /// What it says.
+pub struct TimedFeedback {
+    /// Time at which its last byte was received, seconds.
+    pub received_s: f64,
+    /// The feedback.
     pub feedback: Feedback,
 }
 
-/// What went wrong on a line since the session began. All zero on a clean line.
+/// Line errors since the session began. All zero on a clean line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Bytes that belonged to no frame or answer.
+pub struct SessionCounters {
+    /// Bytes that belong to no frame or answer.
     pub dropped_bytes: u64,
-    /// Questions and commands that were repeated because no good answer came in time.
-    pub repeated: u64,
-    /// Those given up after the last try.
+    /// Requests repeated because no valid answer came in time.
+    pub retries: u64,
+    /// Requests given up after the last attempt.
     pub unanswered: u64,
-    /// Encoder readings and speeds refused because no track runs so fast.
-    pub refused_readings: u64,
+    /// Encoder counts and speeds rejected because no track runs that fast.
+    pub rejected_readings: u64,
 }
 
 impl<S: Session + ?Sized> Session for Box<S> {
@@ -71,8 +71,8 @@ impl<S: Session + ?Sized> Session for Box<S> {
         (**self).baud()
     }
 
-    fn command(&mut self, wanted: &Twist) -> Result<(), BaseError> {
-        (**self).command(wanted)
+    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
+        (**self).command(twist)
     }
 
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
@@ -87,11 +87,11 @@ impl<S: Session + ?Sized> Session for Box<S> {
         (**self).is_waiting()
     }
 
-    fn newest(&self) -> Option<&Heard> {
-        (**self).newest()
+    fn latest(&self) -> Option<&TimedFeedback> {
+        (**self).latest()
     }
 
-    fn counters(&self) -> Counters {
+    fn counters(&self) -> SessionCounters {
         (**self).counters()
     }
 

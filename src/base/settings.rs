@@ -1,39 +1,39 @@
-//! What a driver must know of a base: its tracks, its wiring, and the manners of its protocol.
+//! Settings of a base's driver: tracks, wiring and protocol.
 
 use serde::{Deserialize, Serialize};
 
 use super::arduino::ArduinoSettings;
 use super::roboclaw::RoboClawSettings;
-use super::{BaseError, Faults, finite};
+use super::{BaseError, Faults, require_finite};
 use crate::documented::documented;
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, TrackLimits, TrackSpeeds, TrackedDrive};
 
 documented! {
-    /// A tracked base, as its driver sees it.
+    /// Tracks, wiring and protocol of a tracked base.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct BaseSettings {
         /// Distance between the tracks' centre lines, metres, above zero. Default 0.5 m, a small inspection robot.
         pub track_width_m: f64,
-        /// Effective track width over the geometric one, 0.5 to 5: tracks turn by slipping sideways, and so as if they were
-        /// farther apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the turns
-        /// that were made, and divide ten by them.
+        /// Effective over geometric track width, 0.5 to 5: tracks slip sideways in a turn, and so turn as if they were farther
+        /// apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the real turns, and divide
+        /// ten by them.
         pub effective_width_ratio: f64,
-        /// Encoder ticks of a metre of each track, above zero. Default 10,000. Of no use to WHEELTEC's frames.
+        /// Encoder ticks per metre of each track, above zero. Default 10,000. Not used by the WHEELTEC protocol.
         pub ticks_per_m: PerTrack<f64>,
-        /// Whether the first channel of the controller drives the right track. Default false. Of no use to WHEELTEC's frames.
+        /// Whether the first channel of the controller drives the right track. Default false. Not used by the WHEELTEC protocol.
         pub swap_tracks: bool,
-        /// Whether motor and encoder of a track both count backwards; left and right as the robot has them. Default false.
+        /// Whether motor and encoder of a track are both reversed; left and right are the robot's. Default false.
         pub reversed: PerTrack<bool>,
-        /// What each track can do.
+        /// Speed and acceleration limits of each track.
         pub tracks: TrackLimits,
-        /// Battery voltage below which to stop, above zero, such as 21.0 for seven lithium cells at 3 V each; none where it
-        /// is not watched. Default none: it is a matter of the cells.
+        /// Battery voltage below which the base is stopped, above zero, such as 21.0 for seven lithium cells at 3 V each. Default
+        /// none, not monitored: it depends on the cells.
         pub min_battery_v: Option<f64>,
-        /// The manners of a `RoboClaw`.
+        /// Protocol settings of a `RoboClaw`.
         pub roboclaw: RoboClawSettings,
-        /// The manners of a `ROSArduinoBridge`.
+        /// Protocol settings of a `ROSArduinoBridge`.
         pub arduino: ArduinoSettings,
     }
 }
@@ -58,7 +58,7 @@ impl BaseSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// Names the first that is out of range.
+    /// [`BaseError::BadSetting`] or [`BaseError::Robot`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
         above_zero("track_width_m", self.track_width_m)?;
         require(
@@ -77,7 +77,7 @@ impl BaseSettings {
         self.arduino.validate()
     }
 
-    /// The drive with its effective width: what turns a motion into track speeds and back.
+    /// The kinematics with the effective track width.
     #[must_use]
     pub fn drive(&self) -> TrackedDrive {
         TrackedDrive {
@@ -85,23 +85,23 @@ impl BaseSettings {
         }
     }
 
-    /// A command within what the tracks can do, its curvature kept.
+    /// Limits a command to the tracks' highest speed at constant curvature.
     ///
     /// # Errors
     /// [`BaseError::NotFinite`].
-    pub(super) fn possible(&self, wanted: &Twist) -> Result<Twist, BaseError> {
-        let wanted = finite(wanted)?;
-        let tracks = self.drive().tracks(wanted);
+    pub(super) fn limit(&self, twist: &Twist) -> Result<Twist, BaseError> {
+        let twist = require_finite(twist)?;
+        let tracks = self.drive().tracks(twist);
         let within = self.tracks.within(&tracks);
-        // What is possible as it is must not lose its last bits on the way there and back.
+        // A command within the limits must not lose its last bits in the conversion to tracks and back.
         Ok(if within == tracks {
-            *wanted
+            *twist
         } else {
             self.drive().twist(&within)
         })
     }
 
-    /// Speeds of the tracks, m/s, as ticks per second of the controller's two channels.
+    /// Converts track speeds, m/s, to ticks per second of the controller's two channels.
     pub(super) fn channel_rates(&self, speeds: &TrackSpeeds) -> [f64; 2] {
         let rates = PerTrack::from(*speeds)
             .zip(self.ticks_per_m, |speed, per_m| speed * per_m)
@@ -109,12 +109,12 @@ impl BaseSettings {
                 self.reversed,
                 |rate, reversed| if reversed { -rate } else { rate },
             );
-        array(self.wired(rates))
+        array(self.swapped(rates))
     }
 
-    /// Ticks per second of the controller's two channels as speeds of the tracks, m/s.
+    /// Converts ticks per second of the controller's two channels to track speeds, m/s.
     pub(super) fn track_speeds(&self, rates: [f64; 2]) -> TrackSpeeds {
-        self.wired(PerTrack::new(rates[0], rates[1]))
+        self.swapped(PerTrack::new(rates[0], rates[1]))
             .zip(
                 self.reversed,
                 |rate, reversed| if reversed { -rate } else { rate },
@@ -123,18 +123,18 @@ impl BaseSettings {
             .into()
     }
 
-    /// Counts of the controller's two channels as those of the tracks.
-    pub(super) fn track_ticks(&self, counts: [u32; 2]) -> PerTrack<u32> {
-        self.wired(PerTrack::new(counts[0], counts[1]))
-            .zip(self.reversed, turned)
+    /// Converts counts of the controller's two channels to counts of the tracks.
+    pub(super) fn track_counts(&self, counts: [u32; 2]) -> PerTrack<u32> {
+        self.swapped(PerTrack::new(counts[0], counts[1]))
+            .zip(self.reversed, negated)
     }
 
-    /// Counts of the tracks as those of the controller's two channels.
-    pub(super) fn channel_counts(&self, ticks: PerTrack<u32>) -> [u32; 2] {
-        array(self.wired(ticks.zip(self.reversed, turned)))
+    /// Converts counts of the tracks to counts of the controller's two channels.
+    pub(super) fn channel_counts(&self, counts: PerTrack<u32>) -> [u32; 2] {
+        array(self.swapped(counts.zip(self.reversed, negated)))
     }
 
-    /// The fault of the motor on a channel, the first or the second.
+    /// The motor fault of the first or the second channel.
     pub(super) const fn motor_fault(&self, second: bool) -> Faults {
         if second == self.swap_tracks {
             Faults::MOTOR_LEFT
@@ -143,8 +143,8 @@ impl BaseSettings {
         }
     }
 
-    /// Tracks as channels, or channels as tracks.
-    fn wired<T>(&self, sides: PerTrack<T>) -> PerTrack<T> {
+    /// Converts the order of tracks to that of channels, or back.
+    fn swapped<T>(&self, sides: PerTrack<T>) -> PerTrack<T> {
         if self.swap_tracks {
             sides.swapped()
         } else {
@@ -157,7 +157,7 @@ fn array<T>(sides: PerTrack<T>) -> [T; 2] {
     [sides.left, sides.right]
 }
 
-const fn turned(count: u32, reversed: bool) -> u32 {
+const fn negated(count: u32, reversed: bool) -> u32 {
     if reversed {
         count.wrapping_neg()
     } else {
@@ -165,14 +165,14 @@ const fn turned(count: u32, reversed: bool) -> u32 {
     }
 }
 
-/// Refuses a setting that is not good.
+/// Rejects a setting unless `valid`.
 pub(super) const fn require(
-    good: bool,
+    valid: bool,
     name: &'static str,
     value: f64,
     expected: &'static str,
 ) -> Result<(), BaseError> {
-    if good {
+    if valid {
         Ok(())
     } else {
         Err(BaseError::BadSetting {
@@ -183,10 +183,10 @@ pub(super) const fn require(
     }
 }
 
-/// Refuses a setting that is not finite and above zero.
+/// Rejects a setting that is not finite and above zero.
 pub(super) const fn above_zero(name: &'static str, value: f64) -> Result<(), BaseError> {
-    let good = value.is_finite() && value > 0.0;
-    require(good, name, value, "finite and above zero")
+    let valid = value.is_finite() && value > 0.0;
+    require(valid, name, value, "finite and above zero")
 }
 
 #[cfg(test)]
@@ -194,7 +194,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wiring_there_and_back_is_the_same_for_every_wiring() {
+    fn channel_conversion_round_trips_for_every_wiring() {
         for wiring in 0..8 {
             let settings = BaseSettings {
                 swap_tracks: wiring & 1 != 0,
@@ -208,14 +208,14 @@ mod tests {
             };
             let channels = settings.channel_rates(&speeds);
             assert_eq!(settings.track_speeds(channels), speeds, "{wiring}");
-            let ticks = PerTrack::new(7, u32::MAX);
-            let counts = settings.channel_counts(ticks);
-            assert_eq!(settings.track_ticks(counts), ticks, "{wiring}");
+            let counts = PerTrack::new(7, u32::MAX);
+            let channels = settings.channel_counts(counts);
+            assert_eq!(settings.track_counts(channels), counts, "{wiring}");
         }
     }
 
     #[test]
-    fn a_swapped_and_reversed_track_is_the_other_channel_backwards() {
+    fn swapped_and_reversed_track_is_other_channel_negated() {
         let settings = BaseSettings {
             swap_tracks: true,
             reversed: PerTrack::new(true, false),
@@ -230,48 +230,48 @@ mod tests {
     }
 
     #[test]
-    fn a_command_beyond_a_track_keeps_its_curvature() {
+    fn limit_scales_command_at_constant_curvature() {
         let settings = BaseSettings::default();
-        let possible = settings
-            .possible(&Twist::new(2.0, 2.0))
-            .expect("a finite motion and sound settings");
+        let limited = settings
+            .limit(&Twist::new(2.0, 2.0))
+            .expect("a finite command");
         // The right track would run at 2.5 m/s, twice its highest speed.
-        assert!((possible.linear - 1.0).abs() < 1e-12 && (possible.angular - 1.0).abs() < 1e-12);
+        assert!((limited.linear - 1.0).abs() < 1e-12 && (limited.angular - 1.0).abs() < 1e-12);
         let slow = Twist::new(0.3, -0.1);
-        assert_eq!(settings.possible(&slow), Ok(slow));
+        assert_eq!(settings.limit(&slow), Ok(slow));
     }
 
     #[test]
-    fn bad_settings_are_refused_by_name() {
-        let fine = BaseSettings::default();
-        fine.validate().expect("a finite motion and sound settings");
-        let blind = PerTrack::new(0.0, 1.0);
+    fn base_settings_reject_bad_values_by_name() {
+        let valid = BaseSettings::default();
+        valid.validate().expect("valid settings");
+        let no_ticks = PerTrack::new(0.0, 1.0);
         for (settings, words) in [
             (
                 BaseSettings {
                     track_width_m: -1.0,
-                    ..fine
+                    ..valid
                 },
                 "track_width_m is -1",
             ),
             (
                 BaseSettings {
                     effective_width_ratio: 6.0,
-                    ..fine
+                    ..valid
                 },
                 "effective_width_ratio is 6",
             ),
             (
                 BaseSettings {
-                    ticks_per_m: blind,
-                    ..fine
+                    ticks_per_m: no_ticks,
+                    ..valid
                 },
                 "ticks_per_m.left is 0",
             ),
             (
                 BaseSettings {
                     min_battery_v: Some(f64::NAN),
-                    ..fine
+                    ..valid
                 },
                 "min_battery_v is NaN",
             ),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use inbye::base::{PlannedTrouble, Protocol};
+use inbye::base::{Protocol, ScheduledFault};
 
 use super::arguments::{Place, duration, length, number, whole};
 use super::known_words;
@@ -41,7 +41,7 @@ pub struct KindArguments {
     /// Protocol.
     #[arg(long, value_name = "P", default_value = "native", value_parser = known_words::protocol())]
     pub protocol: Protocol,
-    /// The base's settings, TOML with the tables [base], [keeper] and [lidar].
+    /// The base's settings, TOML with the tables [base], [supervisor] and [lidar].
     #[arg(long, value_name = "FILE.toml")]
     pub base_config: Option<PathBuf>,
 }
@@ -51,7 +51,7 @@ pub struct KindArguments {
 #[command(
     after_help = "Example:\n  inbye base emulate --protocol roboclaw --fault stuck-left@0.5 --for 1 --json\n\n\
     The first line is the path of the port that a host opens, or with --json an object with `port` and `protocol`. At the end, \
-    by Ctrl-C, SIGTERM or --for, a summary: `frames` (commands accepted), `zeros_at_end` (how many of them, the last in a row, \
+    by Ctrl-C, SIGTERM or --for, a summary: `frames` (commands accepted), `final_zero_commands` (how many of them, the last in a row, \
     were to stand), `watchdog_stops`, `distance_m`, `pose`, `linear`, `angular`.\n\
     With --lidar-map and --start the second line is the port of its lidar, `lidar` in the object, and `place` in the summary is where \
     it stands on the map.\n\
@@ -63,7 +63,7 @@ pub struct EmulateArguments {
     pub kind: KindArguments,
     /// Something that goes wrong, at its time in seconds; give one --fault for each.
     #[arg(long, value_name = "NAME[@S[..S]]")]
-    pub fault: Vec<PlannedTrouble>,
+    pub fault: Vec<ScheduledFault>,
     /// Be a whole robot: an LD19 as well, on a port of its own, in the world of this map.
     #[arg(long, value_name = "MAP")]
     pub lidar_map: Option<PathBuf>,

@@ -42,7 +42,7 @@ mod on_pseudo_terminal {
         let settings = settings_file::read_base(kind.base_config.as_deref())?.base;
         let mut emulator = Emulator::new(kind.protocol, settings, arguments.seed)?;
         for trouble in &arguments.fault {
-            emulator.plan(*trouble);
+            emulator.schedule(*trouble);
         }
         let mut lidar = lidar(arguments)?;
         let end = interrupt::flag()?;
@@ -195,13 +195,13 @@ mod on_pseudo_terminal {
         time_s: f64,
         json: bool,
     ) -> anyhow::Result<()> {
-        let (orders, twist) = (emulator.orders(), emulator.twist());
+        let (orders, twist) = (emulator.command_stats(), emulator.twist());
         let distance_m = emulator.travelled_m();
         if json {
             return output::json(&json!({
                 "time_s": time_s,
                 "frames": orders.commands,
-                "zeros_at_end": orders.zeros_at_end,
+                "final_zero_commands": orders.final_zero_commands,
                 "watchdog_stops": orders.watchdog_stops,
                 "distance_m": distance_m,
                 "pose": emulator.pose(),
@@ -212,7 +212,7 @@ mod on_pseudo_terminal {
         }
         output::line(format!(
             "{time_s:.1} s, {} commands, the last {} to stand; {} stops by the watchdog; {distance_m:.2} m",
-            orders.commands, orders.zeros_at_end, orders.watchdog_stops,
+            orders.commands, orders.final_zero_commands, orders.watchdog_stops,
         ));
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! A base on a port, and the keeper that has it.
+//! A base on a port, and the supervisor that has it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use inbye::base::{BaseConfig, Keeper, Open, Protocol};
+use inbye::base::{BaseConfig, BaseSupervisor, OpenBase, Protocol};
 
 use super::base_arguments::LineArguments;
 use super::settings_file;
@@ -15,7 +15,7 @@ use super::settings_file;
 /// How long a base may take to answer, seconds.
 const ANSWER_WITHIN_S: f64 = 3.0;
 
-/// Time between two looks at a keeper.
+/// Time between two looks at a supervisor.
 pub const LOOK: Duration = Duration::from_millis(20);
 
 /// Which base, on which port.
@@ -46,19 +46,21 @@ impl BaseLine {
     }
 
     /// Opens the port and keeps the base still until something is planned, or until the flag is set.
-    pub fn keeper(&self, end: Arc<AtomicBool>) -> anyhow::Result<Keeper> {
-        let BaseConfig { base, keeper, .. } = self.settings;
-        Keeper::start(self.opener(), &base, keeper, end).context("--port")
+    pub fn supervisor(&self, end: Arc<AtomicBool>) -> anyhow::Result<BaseSupervisor> {
+        let BaseConfig {
+            base, supervisor, ..
+        } = self.settings;
+        BaseSupervisor::start(self.opener(), &base, supervisor, end).context("--port")
     }
 
-    /// Waits for the first report, or for the end of the keeper.
-    pub fn await_answer(&self, keeper: &Keeper) -> anyhow::Result<()> {
+    /// Waits for the first report, or for the end of the supervisor.
+    pub fn await_answer(&self, supervisor: &BaseSupervisor) -> anyhow::Result<()> {
         loop {
-            let status = keeper.status();
+            let status = supervisor.status();
             if status.feedback.is_some() || !status.is_running {
                 return Ok(());
             }
-            if keeper.now_s() > ANSWER_WITHIN_S {
+            if supervisor.now_s() > ANSWER_WITHIN_S {
                 bail!(
                     "--port {}: no answer within {ANSWER_WITHIN_S} s: is the base switched on, and does it speak --protocol {}?",
                     self.port,
@@ -70,7 +72,7 @@ impl BaseLine {
     }
 
     #[cfg(feature = "serial")]
-    fn opener(&self) -> Open {
+    fn opener(&self) -> OpenBase {
         use inbye::base::{SerialBase, SerialSettings};
         let Self {
             port,
@@ -79,7 +81,7 @@ impl BaseLine {
         } = self.clone();
         // A round of commands must fit into its period.
         let within = SerialSettings {
-            ask_within: Duration::from_millis(10),
+            request_timeout: Duration::from_millis(10),
             ..SerialSettings::default()
         };
         Box::new(move || {
@@ -89,7 +91,7 @@ impl BaseLine {
     }
 
     #[cfg(not(feature = "serial"))]
-    fn opener(&self) -> Open {
+    fn opener(&self) -> OpenBase {
         let port = self.port.clone();
         Box::new(move || {
             Err(inbye::base::BaseError::CannotOpen {

@@ -20,7 +20,7 @@ pub fn load(flag: &str, file: Option<&Path>) -> anyhow::Result<Config> {
     read(flag, file, |config: &Config| Ok(config.validate()?))
 }
 
-/// Settings of a base and its keeper, likewise.
+/// Settings of a base and its supervisor, likewise.
 pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> {
     read(flag, file, |config: &BaseConfig| Ok(config.validate()?))
 }

@@ -3,7 +3,7 @@
 use std::thread;
 
 use anyhow::{Context, bail};
-use inbye::base::ld19::{LidarKeeper, LidarSettings, LidarStatus, OpenLidar};
+use inbye::base::ld19::{LidarReader, LidarSettings, LidarStatus, OpenLidar};
 use inbye::map::TimedScan;
 use serde_json::{Value, json};
 
@@ -15,7 +15,7 @@ const TURNS_WITHIN_S: f64 = 5.0;
 /// An LD19 that a mission sees by.
 pub struct LidarLine {
     port: String,
-    keeper: LidarKeeper,
+    reader: LidarReader,
     /// The newest turn by the mission's clock, and its number.
     newest: (u64, TimedScan),
 }
@@ -29,37 +29,35 @@ pub struct LidarEnding {
 impl LidarLine {
     /// Opens the port and waits for the first whole turn.
     pub fn connect(port: &str, settings: LidarSettings) -> anyhow::Result<Self> {
-        let keeper = LidarKeeper::start(opener(port), settings).context("--lidar")?;
+        let reader = LidarReader::start(opener(port), settings).context("--lidar")?;
         loop {
-            let status = keeper.status();
-            if status.sweep.is_some() {
+            let status = reader.status();
+            if status.scan.is_some() {
                 break;
             }
-            if keeper.now_s() > TURNS_WITHIN_S {
-                let why = status
-                    .trouble
-                    .map_or_else(String::new, |why| why.to_string());
+            if reader.now_s() > TURNS_WITHIN_S {
+                let why = status.fault.map_or_else(String::new, |why| why.to_string());
                 bail!("--lidar {port}: no turn within {TURNS_WITHIN_S} s: {why}");
             }
             thread::sleep(LOOK);
         }
         Ok(Self {
             port: port.to_owned(),
-            keeper,
+            reader,
             newest: (0, TimedScan::default()),
         })
     }
 
     /// The newest whole turn by a clock that is at a time now, seconds. A turn has the same times whenever it is asked for.
     pub fn sweep(&mut self, now_s: f64) -> TimedScan {
-        let status = self.keeper.status();
-        let ahead_s = now_s - self.keeper.now_s();
-        if let Some(sweep) = status.sweep.filter(|_| status.turns != self.newest.0) {
+        let status = self.reader.status();
+        let ahead_s = now_s - self.reader.now_s();
+        if let Some(sweep) = status.scan.filter(|_| status.revolutions != self.newest.0) {
             let mut sweep = TimedScan::clone(&sweep);
             for beam in &mut sweep.beams {
                 beam.time_s += ahead_s;
             }
-            self.newest = (status.turns, sweep);
+            self.newest = (status.revolutions, sweep);
         }
         self.newest.1.clone()
     }
@@ -67,7 +65,7 @@ impl LidarLine {
     /// Leaves it.
     pub fn end(self) -> LidarEnding {
         LidarEnding {
-            status: self.keeper.status(),
+            status: self.reader.status(),
             port: self.port,
         }
     }
@@ -77,19 +75,19 @@ impl LidarEnding {
     /// As scripts read it.
     pub fn object(&self) -> Value {
         let LidarStatus {
-            turns,
+            revolutions,
             packets,
             dropped_bytes,
-            opened,
+            connections,
             ..
         } = &self.status;
         json!({
             "port": self.port,
-            "turns": turns,
+            "revolutions": revolutions,
             "packets": packets,
             "dropped_bytes": dropped_bytes,
-            "opened": opened,
-            "trouble": self.status.trouble.as_ref().map(ToString::to_string),
+            "connections": connections,
+            "fault": self.status.fault.as_ref().map(ToString::to_string),
         })
     }
 
@@ -98,14 +96,9 @@ impl LidarEnding {
         let status = &self.status;
         let mut lines = vec![format!(
             "lidar        LD19 on {}: {} turns, {} bytes of no packet",
-            self.port, status.turns, status.dropped_bytes
+            self.port, status.revolutions, status.dropped_bytes
         )];
-        lines.extend(
-            status
-                .trouble
-                .iter()
-                .map(|why| format!("no scans     {why}")),
-        );
+        lines.extend(status.fault.iter().map(|why| format!("no scans     {why}")));
         lines
     }
 }
@@ -113,7 +106,7 @@ impl LidarEnding {
 #[cfg(feature = "serial")]
 fn opener(port: &str) -> OpenLidar {
     let port = port.to_owned();
-    Box::new(move || inbye::base::open_lidar(&port))
+    Box::new(move || inbye::base::open_lidar_port(&port))
 }
 
 #[cfg(not(feature = "serial"))]

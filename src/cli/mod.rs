@@ -9,7 +9,7 @@ mod base_emulate;
 mod base_line;
 mod base_monitor;
 mod base_send;
-mod base_words;
+mod base_text;
 mod bench;
 mod campaign;
 mod changes;

@@ -16,7 +16,7 @@ pub fn read(file: Option<&Path>) -> anyhow::Result<Config> {
     Ok(settings)
 }
 
-/// Settings of a base and its keeper from the TOML file of `--base-config`, or the defaults.
+/// Settings of a base and its supervisor from the TOML file of `--base-config`, or the defaults.
 pub fn read_base(file: Option<&Path>) -> anyhow::Result<BaseConfig> {
     let settings = config::load_base("--base-config", file)?;
     tell(file, &settings)?;

@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Args;
-use inbye::base::{Keeper, Protocol, Status};
+use inbye::base::{BaseSupervisor, Protocol, SupervisorStatus};
 use inbye::geometry::{Pose, Twist};
 use inbye::map::TimedScan;
 use inbye::runtime::{OdometryReading, Robot};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::base_line::BaseLine;
 use super::lidar_line::{LidarEnding, LidarLine};
-use super::{base_words, interrupt, known_words, report_file};
+use super::{base_text, interrupt, known_words, report_file};
 
 /// How long a mission waits for a base that does not answer, seconds.
 const ANSWER_WITHIN_S: f64 = 10.0;
@@ -30,7 +30,7 @@ pub struct WiredArguments {
     /// Protocol of that base [default: native].
     #[arg(long, value_name = "P", requires = "port", value_parser = known_words::protocol())]
     pub protocol: Option<Protocol>,
-    /// That base's settings, TOML with the tables [base], [keeper] and [lidar].
+    /// That base's settings, TOML with the tables [base], [supervisor] and [lidar].
     #[arg(long, value_name = "FILE.toml", requires = "port")]
     pub base_config: Option<PathBuf>,
 }
@@ -54,7 +54,7 @@ impl WiredArguments {
 /// A base on a line that drives a mission.
 pub struct Wired {
     line: BaseLine,
-    keeper: Keeper,
+    supervisor: BaseSupervisor,
     lidar: Option<LidarLine>,
     /// Where the mission starts, and what the odometer says there; none before the first command.
     origin: Option<(Pose, Pose)>,
@@ -68,7 +68,7 @@ pub struct Wired {
 /// How a base came out of a mission.
 pub struct Ending {
     line: BaseLine,
-    status: Status,
+    status: SupervisorStatus,
     lidar: Option<LidarEnding>,
     late: u64,
 }
@@ -80,14 +80,14 @@ pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option
     };
     let file = arguments.base_config.as_deref();
     let line = BaseLine::new(port, arguments.protocol.unwrap_or_default(), file)?;
-    let keeper = line.keeper(interrupt::flag()?)?;
-    line.await_answer(&keeper)?;
+    let supervisor = line.supervisor(interrupt::flag()?)?;
+    line.await_answer(&supervisor)?;
     let lidar = arguments.lidar.as_deref();
     let lidar = lidar.map(|port| LidarLine::connect(port, line.settings.lidar));
     let lidar = lidar.transpose()?;
     Ok(Some(Wired {
         line,
-        keeper,
+        supervisor,
         lidar,
         origin: None,
         start,
@@ -101,7 +101,7 @@ impl Wired {
     /// Stops the base and leaves it.
     pub fn end(self) -> Ending {
         Ending {
-            status: self.keeper.status(),
+            status: self.supervisor.status(),
             lidar: self.lidar.map(LidarLine::end),
             line: self.line,
             late: self.late,
@@ -109,17 +109,17 @@ impl Wired {
     }
 
     fn motion(&self) -> Twist {
-        let feedback = self.keeper.status().feedback;
+        let feedback = self.supervisor.status().feedback;
         feedback.map_or(Twist::STOP, |feedback| feedback.twist)
     }
 
     /// Whether the base is heard, or may be again.
     fn may_go_on(&mut self) -> bool {
-        let (status, now_s) = (self.keeper.status(), self.keeper.now_s());
+        let (status, now_s) = (self.supervisor.status(), self.supervisor.now_s());
         if status.feedback.is_some() {
             self.heard_s = now_s;
         }
-        status.stopped.is_none() && status.is_running && now_s - self.heard_s < ANSWER_WITHIN_S
+        status.stop_cause.is_none() && status.is_running && now_s - self.heard_s < ANSWER_WITHIN_S
     }
 }
 
@@ -128,7 +128,7 @@ impl Robot for Wired {
         let Some((start, origin)) = &self.origin else {
             return self.start;
         };
-        start.transform_pose(&origin.inverse_transform_pose(&self.keeper.status().pose))
+        start.transform_pose(&origin.inverse_transform_pose(&self.supervisor.status().pose))
     }
 
     fn twist(&self) -> Twist {
@@ -143,12 +143,12 @@ impl Robot for Wired {
     }
 
     fn trouble(&self) -> Option<String> {
-        let status = self.keeper.status();
+        let status = self.supervisor.status();
         let reported = || {
             let faults = status.feedback.as_ref()?.faults;
-            (!faults.is_none()).then(|| format!("the base reports: {faults}"))
+            (!faults.is_empty()).then(|| format!("the base reports: {faults}"))
         };
-        base_words::stopped(&status).or_else(reported)
+        base_text::stopped(&status).or_else(reported)
     }
 
     fn sweep(&mut self, time_s: f64) -> Option<TimedScan> {
@@ -156,13 +156,13 @@ impl Robot for Wired {
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
-        let now_s = self.keeper.now_s();
+        let now_s = self.supervisor.now_s();
         if self.origin.is_none() {
-            self.origin = Some((self.start, self.keeper.status().pose));
+            self.origin = Some((self.start, self.supervisor.status().pose));
             (self.due_s, self.heard_s) = (now_s, now_s);
         }
         // A refusal is a stop, which ends the mission below.
-        let _ = self.keeper.want(command, now_s);
+        let _ = self.supervisor.set_target(command, now_s);
         self.due_s += period_s;
         if self.due_s + period_s < now_s {
             self.late += 1;
@@ -176,7 +176,7 @@ impl Robot for Wired {
 impl Ending {
     /// As scripts read it.
     pub fn object(&self) -> Value {
-        let mut object = base_words::status(&self.status);
+        let mut object = base_text::status(&self.status);
         object["port"] = json!(self.line.port);
         object["protocol"] = json!(self.line.protocol.name());
         object["interrupted"] = json!(!self.status.is_running);
@@ -193,15 +193,15 @@ impl Ending {
             self.line.protocol,
             self.line.port,
             counters.commands,
-            counters.late,
+            counters.late_commands,
             self.late,
-            counters.line_failures,
+            counters.connection_failures,
         )];
         lines.extend(self.lidar.iter().flat_map(LidarEnding::lines));
         if let Some(why) = &self.status.last_failure {
             lines.push(format!("line failed  {why}"));
         }
-        if let Some(why) = base_words::stopped(&self.status) {
+        if let Some(why) = base_text::stopped(&self.status) {
             lines.push(format!("stopped      {why}"));
         } else if !self.status.is_running {
             lines.push("stopped      by a signal".to_owned());

@@ -8,7 +8,7 @@ use super::error::{above_zero, at_least_zero, require};
 use super::odometry::{INSTANT_S, Odometry, SAMPLE_S};
 use super::slip::Ground;
 use super::{OdometryNoise, SimError, Slip};
-use crate::base::{Base, BaseError, Feedback, finite};
+use crate::base::{Base, BaseError, Feedback, require_finite};
 use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
@@ -235,7 +235,7 @@ impl SimBase {
 impl Base for SimBase {
     /// Never blocks.
     fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
-        let command = self.limits.clamp(finite(command)?);
+        let command = self.limits.clamp(require_finite(command)?);
         let delay_s = self.dynamics.command_delay_s;
         // Of two that are sent at once the later counts, so that the queue holds one for each moment at most.
         if self.pending.back().is_some_and(|last| last.0 >= delay_s) {

@@ -1,25 +1,25 @@
-//! What a line of answer says.
+//! Parsing of answer lines.
 
-/// Longest line of answer that is of use: two integers of 32 bits with their signs.
-pub(super) const LONGEST: usize = 24;
+/// Longest valid answer line, bytes: two signed 32-bit integers.
+pub(super) const MAX_LINE: usize = 24;
 
-/// An answer.
+/// An answer of the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// `OK`.
-    Done,
-    /// Two integers: the counts of the first and the second channel, modulo 2^32.
+    Ok,
+    /// Two integers: the encoder counts of the first and the second channel, modulo 2^32.
     Counts([u32; 2]),
 }
 
-/// The answer in a line without its end, or none in any other line.
+/// Parses a line without its line end; returns none for any other line.
 ///
-/// Two integers of 32 bits with a single space between them and nothing else: no plus sign, no second space, no zero in
-/// front. The firmware writes them so, and every other spelling is a damaged line.
+/// Counts are two 32-bit integers separated by one space, without plus sign, extra spaces or leading zeros. The firmware writes
+/// them so; any other spelling is a damaged line.
 #[must_use]
-pub fn read_answer(line: &[u8]) -> Option<Answer> {
+pub fn parse_answer(line: &[u8]) -> Option<Answer> {
     if line == b"OK" {
-        return Some(Answer::Done);
+        return Some(Answer::Ok);
     }
     let text = core::str::from_utf8(line).ok()?;
     let (first, second) = text.split_once(' ')?;
@@ -28,9 +28,9 @@ pub fn read_answer(line: &[u8]) -> Option<Answer> {
 
 fn count(text: &str) -> Option<u32> {
     let digits = text.strip_prefix('-').unwrap_or(text);
-    let plain =
+    let is_canonical =
         digits == "0" && text == "0" || digits.starts_with(|first| matches!(first, '1'..='9'));
-    if !plain {
+    if !is_canonical {
         return None;
     }
     text.parse::<i32>().ok().map(|count| count as u32)
@@ -41,10 +41,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_firmwares_own_spelling_is_an_answer() {
+    fn parse_answer_accepts_firmware_spelling_only() {
         let counts = |first: i32, second: i32| Some(Answer::Counts([first as u32, second as u32]));
         for (line, answer) in [
-            ("OK", Some(Answer::Done)),
+            ("OK", Some(Answer::Ok)),
             ("0 0", counts(0, 0)),
             ("1234 -567", counts(1234, -567)),
             ("-2147483648 2147483647", counts(i32::MIN, i32::MAX)),
@@ -64,8 +64,8 @@ mod tests {
             ("", None),
             (" ", None),
         ] {
-            assert_eq!(read_answer(line.as_bytes()), answer, "{line:?}");
+            assert_eq!(parse_answer(line.as_bytes()), answer, "{line:?}");
         }
-        assert_eq!(read_answer(&[0xFF, 0x20, 0x31]), None);
+        assert_eq!(parse_answer(&[0xFF, 0x20, 0x31]), None);
     }
 }

@@ -1,108 +1,108 @@
 //! The host's side: one line, one answer.
 
-use super::lines::{Answer, LONGEST, read_answer};
-use crate::base::exchange::{Exchange, Patience, Turn};
-use crate::base::tick_meter::TickMeter;
-use crate::base::{BaseError, BaseSettings, Counters, Feedback, Heard, Session};
+use super::lines::{Answer, MAX_LINE, parse_answer};
+use crate::base::encoder_speed::EncoderSpeed;
+use crate::base::request::{RequestState, RequestTracker, RetryPolicy};
+use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;
 use crate::robot::TrackSpeeds;
 
-/// What is asked.
+/// The kinds of request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Question {
-    /// `m`: run.
-    Run,
+enum Request {
+    /// `m`: set the motor speeds.
+    SetSpeeds,
     /// `e`: read the encoders.
-    Read,
+    ReadEncoders,
 }
 
-/// A base driven by a `ROSArduinoBridge`. It reports encoders and nothing else.
+/// Host session of a `ROSArduinoBridge`. It reports encoder counts only.
 #[derive(Clone, Debug)]
 pub struct ArduinoSession {
     settings: BaseSettings,
-    wanted: TrackSpeeds,
-    is_due: bool,
-    exchange: Exchange<Question>,
-    /// Whether the firmware may hold the beginning of a line: before anything is known, and after each lost answer.
-    is_unsure: bool,
-    /// What came since the last line feed, and whether it is too long to be of use.
+    target: TrackSpeeds,
+    is_pending: bool,
+    requests: RequestTracker<Request>,
+    /// Whether the firmware may hold a partial line: at the start and after each lost answer.
+    needs_flush: bool,
+    /// Bytes since the last line feed, at most [`MAX_LINE`].
     line: Vec<u8>,
-    next_read_s: f64,
-    meter: TickMeter,
-    newest: Option<Heard>,
-    counters: Counters,
+    next_poll_s: f64,
+    encoder_speed: EncoderSpeed,
+    latest: Option<TimedFeedback>,
+    counters: SessionCounters,
 }
 
 impl ArduinoSession {
-    /// A session that has sent nothing.
+    /// Creates a session.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
-        let patience = Patience {
-            answer_within_s: settings.arduino.answer_within_s,
-            tries: settings.arduino.tries,
+        let policy = RetryPolicy {
+            answer_timeout_s: settings.arduino.answer_timeout_s,
+            max_attempts: settings.arduino.max_attempts,
         };
         Ok(Self {
             settings,
-            wanted: TrackSpeeds::default(),
-            is_due: false,
-            exchange: Exchange::new(patience),
-            is_unsure: true,
+            target: TrackSpeeds::default(),
+            is_pending: false,
+            requests: RequestTracker::new(policy),
+            needs_flush: true,
             line: Vec::new(),
-            next_read_s: f64::NEG_INFINITY,
-            meter: TickMeter::new(&settings),
-            newest: None,
-            counters: Counters::default(),
+            next_poll_s: f64::NEG_INFINITY,
+            encoder_speed: EncoderSpeed::new(&settings),
+            latest: None,
+            counters: SessionCounters::default(),
         })
     }
 
-    fn ask(&mut self, question: Question, line: &mut Vec<u8>) {
-        if self.is_unsure {
+    fn send(&mut self, request: Request, line: &mut Vec<u8>) {
+        if self.needs_flush {
             line.push(b'\r');
-            self.is_unsure = false;
+            self.needs_flush = false;
         }
-        match question {
-            Question::Run => {
-                self.is_due = false;
+        match request {
+            Request::SetSpeeds => {
+                self.is_pending = false;
                 let interval_s = self.settings.arduino.pid_interval_s;
-                let rates = self.settings.channel_rates(&self.wanted);
-                // The firmware's integers have 16 bits on the smaller boards.
+                let rates = self.settings.channel_rates(&self.target);
+                // Integers have 16 bits on the smaller boards.
                 let [first, second] = rates.map(|rate| (rate * interval_s).round() as i16);
                 line.extend(format!("m {first} {second}\r").into_bytes());
             }
-            Question::Read => line.extend(*b"e\r"),
+            Request::ReadEncoders => line.extend(*b"e\r"),
         }
     }
 
     fn take_line(&mut self, now_s: f64) {
         let line = std::mem::take(&mut self.line);
         let content = line.strip_suffix(b"\r\n");
-        match (self.exchange.question(), content.and_then(read_answer)) {
-            (Some(Question::Run), Some(Answer::Done)) => self.exchange.settle(),
-            (Some(Question::Read), Some(Answer::Counts(counts))) => {
-                self.exchange.settle();
+        match (self.requests.outstanding(), content.and_then(parse_answer)) {
+            (Some(Request::SetSpeeds), Some(Answer::Ok)) => self.requests.finish(),
+            (Some(Request::ReadEncoders), Some(Answer::Counts(counts))) => {
+                self.requests.finish();
                 self.take_counts(counts, now_s);
             }
-            // The answer to the carriage return that went first is of this kind too.
+            // This includes the answer to the carriage return that flushes a partial line.
             _ => self.counters.dropped_bytes += line.len() as u64,
         }
     }
 
     fn take_counts(&mut self, counts: [u32; 2], now_s: f64) {
-        let ticks = self.settings.track_ticks(counts);
-        let Some(speeds) = self.meter.read(ticks, now_s) else {
+        let counts = self.settings.track_counts(counts);
+        let Some(speeds) = self.encoder_speed.update(counts, now_s) else {
             return;
         };
         let feedback = Feedback {
             twist: self.settings.drive().twist(&speeds),
-            ticks: Some(ticks),
-            faults: self.meter.faults(),
+            encoder_counts: Some(counts),
+            faults: self.encoder_speed.faults(),
             ..Feedback::default()
         };
-        self.newest = Some(Heard {
-            at_s: now_s,
+        self.latest = Some(TimedFeedback {
+            received_s: now_s,
             feedback,
         });
     }
@@ -113,16 +113,16 @@ impl Session for ArduinoSession {
         self.settings.arduino.baud
     }
 
-    fn command(&mut self, wanted: &Twist) -> Result<(), BaseError> {
-        let possible = self.settings.possible(wanted)?;
-        self.wanted = self.settings.drive().tracks(&possible);
-        self.is_due = true;
+    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
+        let limited = self.settings.limit(twist)?;
+        self.target = self.settings.drive().tracks(&limited);
+        self.is_pending = true;
         Ok(())
     }
 
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
         for byte in bytes {
-            if self.line.len() < LONGEST {
+            if self.line.len() < MAX_LINE {
                 self.line.push(*byte);
             } else {
                 self.counters.dropped_bytes += 1;
@@ -134,57 +134,57 @@ impl Session for ArduinoSession {
     }
 
     fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
-        let turn = self.exchange.turn(now_s);
-        self.is_unsure |= matches!(turn, Turn::Again(_) | Turn::GivenUp(_));
-        match turn {
-            Turn::Wait => return,
-            // A command does not wait for the second try of a question.
-            Turn::Again(Question::Read) if self.is_due => {
-                self.exchange.settle();
+        let state = self.requests.poll(now_s);
+        self.needs_flush |= matches!(state, RequestState::Retry(_) | RequestState::GivenUp(_));
+        match state {
+            RequestState::Waiting => return,
+            // A command does not wait for the retry of a query.
+            RequestState::Retry(Request::ReadEncoders) if self.is_pending => {
+                self.requests.finish();
                 self.counters.unanswered += 1;
             }
-            Turn::Again(question) => {
-                self.counters.repeated += 1;
-                self.ask(question, line);
+            RequestState::Retry(request) => {
+                self.counters.retries += 1;
+                self.send(request, line);
                 return;
             }
-            Turn::GivenUp(_) => self.counters.unanswered += 1,
-            Turn::Free => {}
+            RequestState::GivenUp(_) => self.counters.unanswered += 1,
+            RequestState::Idle => {}
         }
-        let question = if self.is_due {
-            Question::Run
-        } else if now_s >= self.next_read_s {
-            self.next_read_s = now_s + self.settings.arduino.poll_every_s;
-            Question::Read
+        let request = if self.is_pending {
+            Request::SetSpeeds
+        } else if now_s >= self.next_poll_s {
+            self.next_poll_s = now_s + self.settings.arduino.poll_period_s;
+            Request::ReadEncoders
         } else {
             return;
         };
-        self.exchange.ask(question, now_s);
-        self.ask(question, line);
+        self.requests.start(request, now_s);
+        self.send(request, line);
     }
 
     fn is_waiting(&self) -> bool {
-        self.exchange.question().is_some()
+        self.requests.outstanding().is_some()
     }
 
-    fn newest(&self) -> Option<&Heard> {
-        self.newest.as_ref()
+    fn latest(&self) -> Option<&TimedFeedback> {
+        self.latest.as_ref()
     }
 
-    fn counters(&self) -> Counters {
-        Counters {
-            refused_readings: self.meter.refused(),
+    fn counters(&self) -> SessionCounters {
+        SessionCounters {
+            rejected_readings: self.encoder_speed.rejected(),
             ..self.counters
         }
     }
 
     fn engage_stop(&mut self) {
-        self.wanted = TrackSpeeds::default();
-        self.is_due = true;
+        self.target = TrackSpeeds::default();
+        self.is_pending = true;
     }
 
     fn release(&mut self) {
         self.engage_stop();
-        self.meter.release();
+        self.encoder_speed.clear_fault();
     }
 }

@@ -1,4 +1,4 @@
-//! A packet's bytes and numbers, and the finding of packets in a stream.
+//! Encoding and decoding of packets.
 
 use std::collections::VecDeque;
 
@@ -13,13 +13,13 @@ pub const PACKET_LENGTH: usize = 47;
 /// Points of a packet.
 pub const POINTS: usize = 12;
 
-/// Angles are below a full turn, 0.01 degrees.
-pub(super) const TURN: u16 = 36_000;
+/// Full revolution, 0.01 degrees.
+pub(super) const REVOLUTION: u16 = 36_000;
 
-/// A packet spans no more than this, 0.01 degrees: what is above has no sense for twelve points, however slowly it turns.
-const WIDEST: u16 = 9_000;
+/// Largest plausible span of a packet's twelve points at any speed, 0.01 degrees.
+const MAX_SPAN: u16 = 9_000;
 
-/// Check value of `123456789`, by a program of its own: see the tests.
+/// The check value of `123456789` comes from an independent program: see the tests.
 const ALGORITHM: Algorithm<u8> = Algorithm {
     width: 8,
     poly: 0x4D,
@@ -53,19 +53,19 @@ pub struct Packet {
     pub points: [Point; POINTS],
     /// Angle of the last point, at most 90 degrees on.
     pub last: u16,
-    /// When, ms by the lidar's clock; it begins anew after 30,000.
+    /// Time by the lidar's clock, ms, wraps at 30,000.
     pub time_ms: u16,
 }
 
 impl Packet {
-    /// From the first point to the last, 0.01 degrees clockwise.
+    /// Angle from the first point to the last, 0.01 degrees clockwise.
     #[must_use]
     pub const fn span(&self) -> u16 {
-        let turn = TURN as u32;
-        ((self.last as u32 + turn - self.first as u32 % turn) % turn) as u16
+        let revolution = REVOLUTION as u32;
+        ((self.last as u32 + revolution - self.first as u32 % revolution) % revolution) as u16
     }
 
-    /// The bytes on the line: for an emulated lidar.
+    /// Encodes the packet, for an emulated lidar.
     #[must_use]
     pub fn encode(&self) -> [u8; PACKET_LENGTH] {
         let mut bytes = [0; PACKET_LENGTH];
@@ -87,7 +87,7 @@ impl Packet {
         bytes
     }
 
-    /// The packet in bytes, if head, check and angles are right.
+    /// Decodes a packet, if header, CRC and angles are valid.
     fn decode(bytes: &[u8; PACKET_LENGTH]) -> Option<Self> {
         let (content, check) = bytes.split_at(PACKET_LENGTH - 1);
         if content[..2] != [HEAD, KIND] || CRC.checksum(content) != check[0] {
@@ -104,14 +104,14 @@ impl Packet {
             last: number(42),
             time_ms: number(44),
         };
-        let is_angle = packet.first < TURN && packet.last < TURN;
-        (is_angle && packet.span() <= WIDEST).then_some(packet)
+        let is_angle = packet.first < REVOLUTION && packet.last < REVOLUTION;
+        (is_angle && packet.span() <= MAX_SPAN).then_some(packet)
     }
 }
 
-/// Finds packets in a stream that arrives in pieces and may be damaged.
+/// Extracts packets from a stream that arrives in pieces and may be damaged.
 ///
-/// An iterator that ends for want of bytes and goes on after the next [`Decoder::push`].
+/// The iterator ends when bytes are missing and continues after the next [`Decoder::push`].
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     pending: VecDeque<u8>,
@@ -119,18 +119,18 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Adds bytes in the order they came. They are kept until [`Iterator::next`] has used them.
+    /// Appends received bytes. They are kept until [`Iterator::next`] consumes them.
     pub fn push(&mut self, bytes: &[u8]) {
         self.pending.extend(bytes);
     }
 
-    /// Bytes thrown away so far because they were no part of a valid packet: zero on a clean line.
+    /// Bytes dropped so far because they are no part of a valid packet: zero on a clean line.
     #[must_use]
     pub const fn dropped_bytes(&self) -> u64 {
         self.dropped
     }
 
-    /// The packet at the front, none where there is none; bytes enough are there.
+    /// Decodes the packet at the front; enough bytes are pending.
     fn front(&self) -> Option<Packet> {
         let mut bytes = [0; PACKET_LENGTH];
         for (byte, held) in bytes.iter_mut().zip(&self.pending) {
@@ -146,15 +146,15 @@ impl Iterator for Decoder {
     fn next(&mut self) -> Option<Packet> {
         loop {
             let is_head = |(index, byte): (usize, &u8)| *byte == [HEAD, KIND][index];
-            let may_be = self.pending.iter().take(2).enumerate().all(is_head);
-            if may_be && self.pending.len() < PACKET_LENGTH {
+            let may_be_packet = self.pending.iter().take(2).enumerate().all(is_head);
+            if may_be_packet && self.pending.len() < PACKET_LENGTH {
                 return None;
             }
-            if may_be && let Some(packet) = self.front() {
+            if may_be_packet && let Some(packet) = self.front() {
                 self.pending.drain(..PACKET_LENGTH);
                 return Some(packet);
             }
-            // What follows a false head may hold a true one.
+            // A real header may follow within the bytes of a false one.
             self.pending.pop_front()?;
             self.dropped += 1;
         }

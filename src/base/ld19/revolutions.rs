@@ -1,133 +1,126 @@
-//! Whole turns of packets, each point with its time by the host's clock.
+//! Assembles packets to complete revolutions, each point with its time by the host's clock.
 
 use core::f64::consts::TAU;
 
-use super::frames::{POINTS, TURN};
+use super::frames::{POINTS, REVOLUTION};
 use super::{LidarSettings, Packet, RANGE_MAX_M};
 use crate::geometry::Pose;
 use crate::map::{Beam, TimedScan};
 
-/// The lidar's clock begins anew after so long, ms.
+/// Wrap-around of the lidar's clock, ms.
 const CLOCK_MS: u16 = 30_000;
 
-/// A packet this much later than the one before by the lidar's clock, ms, is not the next one: what lies between is lost.
-const GAP_MS: u16 = 100;
+/// Longest time between consecutive packets by the lidar's clock, ms: beyond it packets were lost.
+const MAX_GAP_MS: u16 = 100;
 
-/// The two clocks may drift apart by this share: usual crystals are a hundred times better.
-const DRIFT: f64 = 1e-3;
+/// Largest relative drift of the two clocks: typical crystals are a hundred times better.
+const MAX_DRIFT: f64 = 1e-3;
 
-/// A turn that takes longer than this, seconds, is none: it stands.
-const LONGEST_S: f64 = 0.5;
+/// Longest revolution, seconds: a slower lidar counts as not rotating.
+const MAX_REVOLUTION_S: f64 = 0.5;
 
-/// Points of a turn that are kept: no lidar of the kind makes as many.
-const MOST: usize = 4096;
+/// Most points of a revolution that are kept: no lidar of this family makes as many.
+const MAX_POINTS: usize = 4096;
 
-/// Puts packets together.
+/// Joins packets to revolutions.
 ///
-/// Bytes reach the host late by what lies in buffers, never early. So of all packets the one that came soonest after its own time
-/// tells the difference of the clocks best.
+/// Buffers deliver bytes late, never early. So the packet with the shortest delay gives the best estimate of the clocks' offset.
 #[derive(Clone, Debug)]
-pub struct Revolutions {
+pub struct RevolutionAssembler {
     settings: LidarSettings,
     mount: Pose,
-    /// The lidar's clock without its beginnings anew, seconds, and its last reading.
+    /// The unwrapped lidar clock, seconds, and its last reading, ms.
     clock: Option<(f64, u16)>,
-    /// The host's clock less the lidar's, seconds.
-    ahead_s: f64,
+    /// Host clock minus lidar clock, seconds.
+    offset_s: f64,
     /// Angle of the last point, 0.01 degrees clockwise.
     angle: Option<f64>,
-    turn: Vec<Beam>,
-    /// When its first and its last point were measured, by the lidar's clock, seconds.
-    took: (f64, f64),
+    beams: Vec<Beam>,
+    /// Times of the revolution's first and last point by the lidar's clock, seconds.
+    span_s: (f64, f64),
     speed_deg_s: u16,
 }
 
-impl Revolutions {
-    /// Of a lidar that sits so on the robot. The settings are valid.
+impl RevolutionAssembler {
+    /// Creates an assembler for a lidar with this mounting. The settings are valid.
     #[must_use]
     pub fn new(settings: LidarSettings) -> Self {
         Self {
             settings,
             mount: settings.mount(),
             clock: None,
-            ahead_s: f64::INFINITY,
+            offset_s: f64::INFINITY,
             angle: None,
-            turn: Vec::with_capacity(MOST),
-            took: (0.0, 0.0),
+            beams: Vec::with_capacity(MAX_POINTS),
+            span_s: (0.0, 0.0),
             speed_deg_s: 0,
         }
     }
 
-    /// How fast it turns, degrees per second, as the last packet has it.
-    #[must_use]
-    pub const fn speed_deg_s(&self) -> u16 {
-        self.speed_deg_s
-    }
-
-    /// Takes a packet that came at a time by the host's clock, seconds, which does not descend; gives the turn that it completes. The
-    /// beams of a turn are those from one passing of the sensor's front to the next, in the robot's frame.
-    pub fn take(&mut self, packet: &Packet, now_s: f64) -> Option<TimedScan> {
+    /// Takes a packet with its time of arrival by the host's clock, seconds, not descending. Returns the revolution that it completes:
+    /// the beams from one passing of the sensor's front to the next, in the robot's frame.
+    pub fn push(&mut self, packet: &Packet, now_s: f64) -> Option<TimedScan> {
         let last_s = self.host_time_s(packet, now_s);
         self.speed_deg_s = packet.speed_deg_s;
         let step = f64::from(packet.span()) / (POINTS - 1) as f64;
-        // A lidar that stands measures all points of a packet at once.
+        // A lidar that does not rotate measures all points of a packet at once.
         let step_s = match packet.speed_deg_s {
             0 => 0.0,
             speed => step / 100.0 / f64::from(speed),
         };
-        let mut whole = None;
+        let mut complete = None;
         for (index, point) in packet.points.iter().enumerate() {
-            let angle = (f64::from(packet.first) + step * index as f64) % f64::from(TURN);
+            let angle = (f64::from(packet.first) + step * index as f64) % f64::from(REVOLUTION);
             let passes_front = self
                 .angle
-                .is_some_and(|before| before - angle > f64::from(TURN) / 2.0);
+                .is_some_and(|before| before - angle > f64::from(REVOLUTION) / 2.0);
             if passes_front {
-                whole = self.complete().or(whole);
+                complete = self.complete().or(complete);
             }
             self.angle = Some(angle);
             let earlier_s = (POINTS - 1 - index) as f64 * step_s;
-            let own_s = self.clock.map_or(0.0, |(clock_s, _)| clock_s) - earlier_s;
-            if self.turn.is_empty() {
-                self.took.0 = own_s;
+            let lidar_s = self.clock.map_or(0.0, |(clock_s, _)| clock_s) - earlier_s;
+            if self.beams.is_empty() {
+                self.span_s.0 = lidar_s;
             }
-            self.took.1 = own_s;
+            self.span_s.1 = lidar_s;
             let before_s = self
-                .turn
+                .beams
                 .last()
                 .map_or(f64::NEG_INFINITY, |beam| beam.time_s);
             let time_s = (last_s - earlier_s).max(before_s);
-            if self.turn.len() < MOST {
-                self.turn.push(self.beam(angle, point.distance_mm, time_s));
+            if self.beams.len() < MAX_POINTS {
+                self.beams.push(self.beam(angle, point.distance_mm, time_s));
             }
         }
-        whole
+        complete
     }
 
-    /// When a packet's last point was measured, by the host's clock, seconds.
+    /// Time of a packet's last point by the host's clock, seconds.
     fn host_time_s(&mut self, packet: &Packet, now_s: f64) -> f64 {
         let time_ms = packet.time_ms % CLOCK_MS;
-        let passed = |before: u16| (time_ms + CLOCK_MS - before) % CLOCK_MS;
+        let since = |before: u16| (time_ms + CLOCK_MS - before) % CLOCK_MS;
         let (clock_s, elapsed_s) = match self.clock {
-            Some((clock_s, before)) if passed(before) <= GAP_MS => {
-                let elapsed_s = f64::from(passed(before)) / 1e3;
+            Some((clock_s, before)) if since(before) <= MAX_GAP_MS => {
+                let elapsed_s = f64::from(since(before)) / 1e3;
                 (clock_s + elapsed_s, elapsed_s)
             }
             _ => {
-                self.turn.clear();
+                self.beams.clear();
                 self.angle = None;
-                self.ahead_s = f64::INFINITY;
+                self.offset_s = f64::INFINITY;
                 (0.0, 0.0)
             }
         };
         self.clock = Some((clock_s, time_ms));
-        let least_s = self.ahead_s + DRIFT * elapsed_s;
-        self.ahead_s = least_s.min(now_s - clock_s);
-        clock_s + self.ahead_s
+        let drifted_s = self.offset_s + MAX_DRIFT * elapsed_s;
+        self.offset_s = drifted_s.min(now_s - clock_s);
+        clock_s + self.offset_s
     }
 
     fn beam(&self, angle: f64, distance_mm: u16, time_s: f64) -> Beam {
-        let clockwise = angle / f64::from(TURN) * TAU;
-        let own = if self.settings.upside_down {
+        let clockwise = angle / f64::from(REVOLUTION) * TAU;
+        let counter_clockwise = if self.settings.upside_down {
             clockwise
         } else {
             -clockwise
@@ -135,7 +128,7 @@ impl Revolutions {
         let range = f64::from(distance_mm) / 1e3;
         let is_measured = distance_mm != 0 && range >= self.settings.range_min_m;
         let beam = Beam {
-            angle: own,
+            angle: counter_clockwise,
             range: if is_measured && range <= RANGE_MAX_M {
                 range
             } else {
@@ -146,17 +139,17 @@ impl Revolutions {
         beam.from_mount(&self.mount)
     }
 
-    /// The turn so far, if it is whole in time and not the rest of one.
+    /// Returns the revolution so far, if it took a plausible time; the first one after a gap may be partial.
     fn complete(&mut self) -> Option<TimedScan> {
-        let (first_s, last_s) = self.took;
+        let (first_s, last_s) = self.span_s;
         let expected_s = 360.0 / f64::from(self.speed_deg_s.max(1));
-        let is_whole =
-            !self.turn.is_empty() && (0.5 * expected_s..LONGEST_S).contains(&(last_s - first_s));
-        let sweep = is_whole.then(|| TimedScan {
-            beams: self.turn.clone(),
+        let is_complete = !self.beams.is_empty()
+            && (0.5 * expected_s..MAX_REVOLUTION_S).contains(&(last_s - first_s));
+        let sweep = is_complete.then(|| TimedScan {
+            beams: self.beams.clone(),
             range_max: RANGE_MAX_M + self.mount.position().coords.norm(),
         });
-        self.turn.clear();
+        self.beams.clear();
         sweep
     }
 }

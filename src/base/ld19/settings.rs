@@ -1,4 +1,4 @@
-//! Where a lidar sits, and when it counts as silent.
+//! Mounting and timeout of a lidar.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,22 +8,23 @@ use crate::documented::documented;
 use crate::geometry::Pose;
 
 documented! {
-    /// A lidar on the robot.
+    /// Mounting and timeout of a lidar on the robot.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct LidarSettings {
-        /// Where it sits ahead of the robot's origin, metres, -5 to 5.
+        /// Position ahead of the robot's origin, metres, -5 to 5.
         pub mount_x_m: f64,
-        /// Where it sits to the left of the robot's origin, metres, -5 to 5.
+        /// Position to the left of the robot's origin, metres, -5 to 5.
         pub mount_y_m: f64,
-        /// Where its front points to, radians counter-clockwise from the robot's, -3.2 to 3.2.
+        /// Direction of the sensor's front, radians counter-clockwise from the robot's, -3.2 to 3.2.
         pub mount_yaw_rad: f64,
-        /// Whether it hangs upside down. Default false.
+        /// Whether the sensor is mounted upside down. Default false.
         pub upside_down: bool,
-        /// What is nearer to it is the robot itself, metres, 0 to 5. Default 0.1 m.
+        /// Shortest valid range, metres, 0 to 5; nearer returns are the robot itself. Default 0.1 m.
         pub range_min_m: f64,
-        /// It is silent when it has made no whole turn for so long, seconds, above zero and at most 10. Default 0.5 s, five turns.
-        pub silent_after_s: f64,
+        /// Time without a complete revolution after which the lidar counts as silent, seconds, above zero and at most 10. Default
+        /// 0.5 s, five revolutions.
+        pub timeout_s: f64,
     }
 }
 
@@ -35,7 +36,7 @@ impl Default for LidarSettings {
             mount_yaw_rad: 0.0,
             upside_down: false,
             range_min_m: 0.1,
-            silent_after_s: 0.5,
+            timeout_s: 0.5,
         }
     }
 }
@@ -44,32 +45,32 @@ impl LidarSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BaseError::BadSetting`] names the first that is out of range.
+    /// [`BaseError::BadSetting`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
-        for (name, value, most, expected) in [
+        for (name, value, max, expected) in [
             ("mount_x_m", self.mount_x_m, 5.0, "-5 to 5"),
             ("mount_y_m", self.mount_y_m, 5.0, "-5 to 5"),
             ("mount_yaw_rad", self.mount_yaw_rad, 3.2, "-3.2 to 3.2"),
         ] {
-            require(value.abs() <= most, name, value, expected)?;
+            require(value.abs() <= max, name, value, expected)?;
         }
-        let nearest = self.range_min_m;
+        let range_min_m = self.range_min_m;
         require(
-            (0.0..=5.0).contains(&nearest),
+            (0.0..=5.0).contains(&range_min_m),
             "range_min_m",
-            nearest,
+            range_min_m,
             "0 to 5",
         )?;
-        let silent = self.silent_after_s;
+        let timeout_s = self.timeout_s;
         require(
-            silent > 0.0 && silent <= 10.0,
-            "silent_after_s",
-            silent,
+            timeout_s > 0.0 && timeout_s <= 10.0,
+            "timeout_s",
+            timeout_s,
             "above zero and at most 10",
         )
     }
 
-    /// Its pose in the robot's frame.
+    /// Pose of the sensor in the robot's frame.
     #[must_use]
     pub const fn mount(&self) -> Pose {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_rad)

@@ -1,4 +1,4 @@
-//! Payloads as numbers, and the finding of frames in a stream.
+//! Encoding and decoding of the command and report frames.
 
 use std::collections::VecDeque;
 use std::marker::PhantomData;
@@ -10,8 +10,8 @@ use crate::base::Faults;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
-/// Longest piece between two zeros that can be a frame of any kind, bytes.
-const LONGEST: usize = 32;
+/// Longest piece between two zeros that can be a frame, bytes.
+const MAX_PIECE: usize = 32;
 
 /// One kind of frame, for [`Decoder`].
 pub trait Frame: Sized {
@@ -21,48 +21,48 @@ pub trait Frame: Sized {
     /// The second byte of the payload.
     const KIND: u8;
 
-    /// The frame in a payload whose length, version, kind and CRC are right, unless a reserved bit is set.
+    /// Decodes a payload whose length, version, kind and CRC are valid; returns none if a reserved bit is set.
     fn from_checked(payload: &[u8]) -> Option<Self>;
 }
 
-/// What the host asks for.
+/// A command of the host.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Command {
-    /// Number of the command.
+    /// Sequence of the command.
     pub sequence: u16,
     /// Whether to engage the stop.
     pub stop: bool,
-    /// Whether to release it.
+    /// Whether to release the stop.
     pub release: bool,
     /// Set speeds of the channels, ticks per second.
     pub speeds: [i32; 2],
 }
 
-/// What the base reports.
+/// A report of the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
-    /// Number of the report.
+    /// Sequence of the report.
     pub sequence: u16,
-    /// Number of the last command accepted, if there was one since power-on.
+    /// Sequence of the last accepted command, if there was one since power-on.
     pub echo: Option<u16>,
     /// Whether the stop is latched.
     pub stopped: bool,
     /// Whether the button is pressed.
     pub button_pressed: bool,
-    /// What is wrong.
+    /// Faults.
     pub faults: Faults,
-    /// When the counters were read, milliseconds since power-on.
+    /// Time of the encoder counts, milliseconds since power-on.
     pub time_ms: u32,
     /// Encoder counts of the channels.
     pub counts: [u32; 2],
-    /// Turn rate by the gyro, mrad/s, of a base that has one.
+    /// Turn rate by the gyro, mrad/s, if the base has one.
     pub yaw_rate_mrad_s: Option<i16>,
-    /// Battery voltage, millivolts, of a base that measures it.
+    /// Battery voltage, millivolts, if the base measures it.
     pub battery_mv: Option<u16>,
 }
 
 impl Command {
-    /// The bytes on the line.
+    /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let mut payload = vec![VERSION, Self::KIND];
@@ -91,7 +91,7 @@ impl Frame for Command {
 }
 
 impl Report {
-    /// The bytes on the line.
+    /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let flags = [
@@ -142,7 +142,7 @@ impl Frame for Report {
     }
 }
 
-/// The bytes of a number in a payload of checked length.
+/// Bytes of a number in a payload of checked length.
 fn at<const N: usize>(payload: &[u8], start: usize) -> [u8; N] {
     let mut bytes = [0; N];
     bytes.copy_from_slice(&payload[start..start + N]);
@@ -158,13 +158,13 @@ fn seal(mut payload: Vec<u8>) -> Vec<u8> {
     line
 }
 
-/// Finds frames of one kind in a stream that arrives in pieces and may be damaged.
+/// Extracts frames of one kind from a stream that arrives in pieces and may be damaged.
 ///
-/// An iterator that ends for want of bytes and goes on after the next [`Decoder::push`].
+/// The iterator ends when bytes are missing and continues after the next [`Decoder::push`].
 #[derive(Clone, Debug)]
 pub struct Decoder<F> {
     pending: VecDeque<u8>,
-    /// What came since the last zero; no longer than [`LONGEST`].
+    /// Bytes since the last zero, at most [`MAX_PIECE`].
     piece: Vec<u8>,
     /// Bytes of the piece beyond that.
     excess: u64,
@@ -185,20 +185,20 @@ impl<F> Default for Decoder<F> {
 }
 
 impl<F: Frame> Decoder<F> {
-    /// Adds bytes in the order they came. They are kept until [`Iterator::next`] has used them.
+    /// Appends received bytes. They are kept until [`Iterator::next`] consumes them.
     pub fn push(&mut self, bytes: &[u8]) {
         self.pending.extend(bytes);
     }
 
-    /// Bytes thrown away so far because they were no valid frame of this kind: zero on a clean line.
+    /// Bytes dropped so far because they are no valid frame of this kind: zero on a clean line.
     #[must_use]
     pub const fn dropped_bytes(&self) -> u64 {
         self.dropped
     }
 
-    /// The frame that the piece is, if it is one.
+    /// Decodes the piece, if it is a frame.
     fn decode(&self) -> Option<F> {
-        let mut payload = [0; LONGEST];
+        let mut payload = [0; MAX_PIECE];
         let report = cobs::decode(&self.piece, &mut payload).ok()?;
         let payload = payload.get(..report.frame_size())?;
         if payload.len() != F::LENGTH || payload[..2] != [VERSION, F::KIND] {
@@ -217,7 +217,7 @@ impl<F: Frame> Iterator for Decoder<F> {
     fn next(&mut self) -> Option<F> {
         while let Some(byte) = self.pending.pop_front() {
             if byte != 0 {
-                if self.piece.len() < LONGEST {
+                if self.piece.len() < MAX_PIECE {
                     self.piece.push(byte);
                 } else {
                     self.excess += 1;

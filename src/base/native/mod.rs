@@ -1,4 +1,4 @@
-//! Our own frames, version 1: for who writes the firmware of a base, in any language.
+//! The native protocol, version 1: a specification for authors of base firmware, in any language.
 //!
 //! # The line
 //!
@@ -8,16 +8,15 @@
 //! 00  COBS(payload)  00
 //! ```
 //!
-//! COBS (Cheshire and Baker, "Consistent Overhead Byte Stuffing", IEEE/ACM Transactions on Networking 7 (2), 1999) writes
-//! the payload without a zero byte; so a zero is the end of a frame and nothing else. Payloads are shorter than 254 bytes
-//! and grow by one. The zero in front makes sure that noise or a cut frame costs itself only: a receiver takes what
-//! stands between two zeros, ignores an empty piece, and drops one that is longer than 32 bytes.
+//! COBS (Cheshire and Baker, "Consistent Overhead Byte Stuffing", IEEE/ACM Transactions on Networking 7 (2), 1999) encodes
+//! the payload without zero bytes; so a zero always ends a frame. Payloads are shorter than 254 bytes and grow by one. The leading zero confines the damage of noise or a cut frame to that frame: a receiver takes the
+//! bytes between two zeros, ignores an empty piece, and drops one that is longer than 32 bytes.
 //!
 //! Numbers are little-endian, signed ones two's complement. The last two bytes of a payload are the CRC-16 of all before
 //! them, low byte first: polynomial `1021`, initial value `FFFF`, not reflected, no final exclusive or (CRC-16/IBM-3740,
 //! also called CCITT-FALSE; the check value of the ASCII digits `123456789` is 29B1h).
 //!
-//! A receiver obeys a payload only when its length, version, kind and CRC are as below and no reserved bit is set.
+//! A receiver accepts a payload only if its length, version, kind and CRC are as below and no reserved bit is set.
 //!
 //! # Command, host to base: 15 bytes, 18 on the line
 //!
@@ -48,31 +47,30 @@
 //! | 23 | u16 | battery voltage, mV |
 //! | 25 | u16 | CRC |
 //!
-//! # Who does what when
+//! # Behaviour
 //!
-//! The host sends a command at a fixed rate, 20 a second or more, and never answers a report. A report with the sequence of
-//! the last one is no sign of life to it; and from the echo it knows how late the base obeys.
+//! The host sends commands at a fixed rate, 20 per second or more, and never answers a report. It ignores a report with the
+//! sequence of the previous one. From the echo it knows how late the base accepts commands.
 //!
 //! The base
-//! - sends a report every 20 ms from power-on, without being asked;
+//! - sends a report every 20 ms from power-on, without a request;
 //! - holds both set speeds at zero from power-on until the first command it accepts;
-//! - accepts a command when it is valid and its sequence is not that of the last one accepted: the same again is an echo
-//!   of a stuck buffer, and does not count as a sign of life;
-//! - runs its speed control towards the set speeds with ramps of its own, if only as a guard;
+//! - accepts a command if it is valid and its sequence is not that of the last accepted one: a repetition comes from a stuck
+//!   buffer, and does not reset the watchdog;
+//! - controls the speeds to the set speeds with ramps of its own, at least as a safeguard;
 //! - sets both speeds to zero when it has accepted no command for 0.5 s ([`WATCHDOG_S`]), and reports fault bit 7 until
-//!   the next one: that ends the watchdog's stop by itself;
-//! - latches the stop when the button is pressed, when a command has bit 0, or when it finds a fault that it must act on.
-//!   While the stop is latched the motors are off and set speeds are ignored; commands are accepted and echoed all the
-//!   same;
-//! - ends the stop by a command with bit 1 only, whose both set speeds are zero and whose bit 0 is not set, and only
-//!   while the button is not pressed. Releasing the button ends nothing.
+//!   the next one, which ends the watchdog's stop by itself;
+//! - latches the stop when the button is pressed, when a command has bit 0, or when it detects a fault that it must act on.
+//!   While the stop is latched the motors are off and set speeds are ignored; commands are still accepted and echoed;
+//! - ends the stop only on a command with bit 1 set, bit 0 clear and both set speeds zero, and only while the button is not
+//!   pressed. Releasing the button alone does not end the stop.
 //!
-//! The track widths, the length of a tick, swapped and reversed channels and the limits are the host's affair: the base
-//! counts and drives ticks.
+//! The host knows the track widths, the length of a tick, swapped and reversed channels, and the limits: the base works in ticks
+//! only.
 //!
 //! # Golden frames
 //!
-//! Computed by a program of its own from the tables above (CRC bit by bit, COBS by hand).
+//! Computed by an independent program from the tables above (CRC bit by bit, COBS by hand).
 //!
 //! ```text
 //! command 1, +1000 and -1000 ticks/s      00 04 01 43 01 01 03 E8 03 01 07 18 FC FF FF C0 CE 00
@@ -87,22 +85,25 @@
 //!
 //! [`Faults`]: super::Faults
 
+mod device;
 mod frames;
-mod peer;
 mod session;
 
+#[doc(hidden)]
+pub use device::NativeDevice;
+#[doc(hidden)]
 pub use frames::{Command, Decoder, Frame, Report};
-pub use peer::NativePeer;
+#[doc(hidden)]
 pub use session::NativeSession;
 
-/// Speed of the line.
+/// Speed of the serial line, baud.
 pub const BAUD: u32 = 115_200;
 
-/// Version of the frames.
+/// Version of the protocol.
 pub const VERSION: u8 = 1;
 
-/// Time without an accepted command after which a base stops, seconds: as the ROS differential drive controller's.
+/// Time without an accepted command after which a base stops, seconds: that of the ROS differential drive controller.
 pub const WATCHDOG_S: f64 = 0.5;
 
-/// Time from one report to the next, seconds.
-pub const REPORT_EVERY_S: f64 = 0.02;
+/// Time between reports, seconds.
+pub const REPORT_PERIOD_S: f64 = 0.02;

@@ -1,39 +1,38 @@
-//! The host's side: a command for each motion, and feedback from reports.
+//! The host's side: sends commands, derives feedback from reports.
 
 use std::collections::VecDeque;
 
 use super::BAUD;
 use super::frames::{Command, Decoder, Report};
-use crate::base::tick_meter::TickMeter;
-use crate::base::{BaseError, BaseSettings, Counters, Feedback, Heard, Session};
+use crate::base::encoder_speed::EncoderSpeed;
+use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;
 use crate::robot::TrackSpeeds;
 
-/// So many commands are remembered until the base has them: several seconds at the usual rate.
-const REMEMBERED: usize = 256;
+/// Most unacknowledged commands that are remembered: several seconds at the usual rate.
+const MAX_UNACKNOWLEDGED: usize = 256;
 
-/// A base that speaks our own frames.
+/// Host session of the native protocol.
 #[derive(Clone, Debug)]
 pub struct NativeSession {
     settings: BaseSettings,
-    wanted: TrackSpeeds,
-    /// Whether there is something to send that did not go out yet.
-    is_due: bool,
+    target: TrackSpeeds,
+    /// Whether a command is to be sent.
+    is_pending: bool,
     stop: bool,
     release: bool,
     sequence: u16,
     decoder: Decoder<Report>,
-    meter: TickMeter,
+    encoder_speed: EncoderSpeed,
     clock: DeviceClock,
-    newest: Option<Heard>,
-    /// Number of the last report.
+    latest: Option<TimedFeedback>,
+    /// Sequence of the last report.
     reported: Option<u16>,
-    echo: Option<u16>,
-    /// Numbers of the commands that the base has not said to have, and when they were sent, the oldest first.
-    under_way: VecDeque<(u16, f64)>,
+    /// Sequence and sending time of each command that the base has not acknowledged, the oldest first.
+    unacknowledged: VecDeque<(u16, f64)>,
 }
 
-/// The controller's milliseconds without their wrap-around.
+/// Unwraps the controller's millisecond clock.
 #[derive(Clone, Copy, Debug, Default)]
 struct DeviceClock {
     last_ms: u32,
@@ -41,8 +40,8 @@ struct DeviceClock {
 }
 
 impl DeviceClock {
-    /// Seconds since the first reading. A base that was switched on anew runs backwards once.
-    fn read(&mut self, now_ms: u32) -> f64 {
+    /// Seconds since the first reading. The clock steps back once after the base was restarted.
+    fn unwrap_ms(&mut self, now_ms: u32) -> f64 {
         self.time_ms += i64::from(now_ms.wrapping_sub(self.last_ms) as i32);
         self.last_ms = now_ms;
         self.time_ms as f64 / 1000.0
@@ -50,65 +49,60 @@ impl DeviceClock {
 }
 
 impl NativeSession {
-    /// A session whose first command is numbered 1.
+    /// Creates a session whose first command has sequence 1.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
         Ok(Self {
             settings,
-            wanted: TrackSpeeds::default(),
-            is_due: false,
+            target: TrackSpeeds::default(),
+            is_pending: false,
             stop: false,
             release: false,
             sequence: 0,
             decoder: Decoder::default(),
-            meter: TickMeter::new(&settings),
+            encoder_speed: EncoderSpeed::new(&settings),
             clock: DeviceClock::default(),
-            newest: None,
+            latest: None,
             reported: None,
-            echo: None,
-            under_way: VecDeque::new(),
+            unacknowledged: VecDeque::new(),
         })
     }
 
-    /// Number of commands sent since the last one that the base has said to have: none before it said so at all.
-    #[must_use]
-    pub fn commands_under_way(&self) -> Option<u16> {
-        self.echo.map(|echo| self.sequence.wrapping_sub(echo))
-    }
-
-    /// Takes note of what the base has, and returns how far it is behind, seconds.
+    /// Drops the acknowledged commands and returns the age of the oldest one left, seconds.
     fn acknowledge(&mut self, report: &Report, now_s: f64) -> Option<f64> {
-        self.echo = report.echo;
         let echo = report.echo?;
-        // Commands that were lost on the way are passed over by a later one's echo.
-        if let Some(taken) = self
-            .under_way
+        // A later command's echo also covers commands that were lost.
+        if let Some(index) = self
+            .unacknowledged
             .iter()
             .position(|(number, _)| *number == echo)
         {
-            self.under_way.drain(..=taken);
+            self.unacknowledged.drain(..=index);
         }
-        let oldest_s = self.under_way.front().map_or(now_s, |(_, sent_s)| *sent_s);
+        let oldest_s = self
+            .unacknowledged
+            .front()
+            .map_or(now_s, |(_, sent_s)| *sent_s);
         Some(now_s - oldest_s)
     }
 
-    fn feedback(&mut self, report: &Report, behind_s: Option<f64>) -> Option<Feedback> {
-        let ticks = self.settings.track_ticks(report.counts);
-        let time_s = self.clock.read(report.time_ms);
-        let speeds = self.meter.read(ticks, time_s)?;
+    fn feedback(&mut self, report: &Report, command_delay_s: Option<f64>) -> Option<Feedback> {
+        let counts = self.settings.track_counts(report.counts);
+        let time_s = self.clock.unwrap_ms(report.time_ms);
+        let speeds = self.encoder_speed.update(counts, time_s)?;
         Some(Feedback {
             twist: self.settings.drive().twist(&speeds),
             emergency_stop: report.stopped || report.button_pressed,
             battery_v: report
                 .battery_mv
                 .map(|millivolts| f64::from(millivolts) / 1000.0),
-            ticks: Some(ticks),
+            encoder_counts: Some(counts),
             yaw_rate: report.yaw_rate_mrad_s.map(|rate| f64::from(rate) / 1000.0),
-            faults: report.faults.and(self.meter.faults()),
-            behind_s,
+            faults: report.faults.union(self.encoder_speed.faults()),
+            command_delay_s,
         })
     }
 }
@@ -118,24 +112,24 @@ impl Session for NativeSession {
         BAUD
     }
 
-    fn command(&mut self, wanted: &Twist) -> Result<(), BaseError> {
-        let possible = self.settings.possible(wanted)?;
-        self.wanted = self.settings.drive().tracks(&possible);
-        self.is_due = true;
+    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
+        let limited = self.settings.limit(twist)?;
+        self.target = self.settings.drive().tracks(&limited);
+        self.is_pending = true;
         Ok(())
     }
 
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
         self.decoder.push(bytes);
         while let Some(report) = self.decoder.next() {
-            // The same again comes from a buffer, not from a controller that lives.
+            // A repeated sequence comes from a stuck buffer, not from a running controller.
             if self.reported.replace(report.sequence) == Some(report.sequence) {
                 continue;
             }
-            let behind_s = self.acknowledge(&report, now_s);
-            if let Some(feedback) = self.feedback(&report, behind_s) {
-                self.newest = Some(Heard {
-                    at_s: now_s,
+            let command_delay_s = self.acknowledge(&report, now_s);
+            if let Some(feedback) = self.feedback(&report, command_delay_s) {
+                self.latest = Some(TimedFeedback {
+                    received_s: now_s,
                     feedback,
                 });
             }
@@ -143,18 +137,18 @@ impl Session for NativeSession {
     }
 
     fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
-        if !self.is_due {
+        if !self.is_pending {
             return;
         }
-        self.is_due = false;
+        self.is_pending = false;
         self.sequence = self.sequence.wrapping_add(1);
-        let still = self.stop || self.release;
-        let speeds = if still {
+        let stands = self.stop || self.release;
+        let speeds = if stands {
             [0, 0]
         } else {
-            // The cast brings what does not fit to the nearest that does.
+            // The cast saturates.
             self.settings
-                .channel_rates(&self.wanted)
+                .channel_rates(&self.target)
                 .map(|rate| rate.round() as i32)
         };
         let command = Command {
@@ -164,10 +158,10 @@ impl Session for NativeSession {
             speeds,
         };
         self.release = false;
-        if self.under_way.len() == REMEMBERED {
-            self.under_way.pop_front();
+        if self.unacknowledged.len() == MAX_UNACKNOWLEDGED {
+            self.unacknowledged.pop_front();
         }
-        self.under_way.push_back((self.sequence, now_s));
+        self.unacknowledged.push_back((self.sequence, now_s));
         line.extend(command.encode());
     }
 
@@ -175,30 +169,30 @@ impl Session for NativeSession {
         false
     }
 
-    fn newest(&self) -> Option<&Heard> {
-        self.newest.as_ref()
+    fn latest(&self) -> Option<&TimedFeedback> {
+        self.latest.as_ref()
     }
 
-    fn counters(&self) -> Counters {
-        Counters {
+    fn counters(&self) -> SessionCounters {
+        SessionCounters {
             dropped_bytes: self.decoder.dropped_bytes(),
-            refused_readings: self.meter.refused(),
-            ..Counters::default()
+            rejected_readings: self.encoder_speed.rejected(),
+            ..SessionCounters::default()
         }
     }
 
     fn engage_stop(&mut self) {
-        self.wanted = TrackSpeeds::default();
+        self.target = TrackSpeeds::default();
         self.stop = true;
         self.release = false;
-        self.is_due = true;
+        self.is_pending = true;
     }
 
     fn release(&mut self) {
-        self.wanted = TrackSpeeds::default();
+        self.target = TrackSpeeds::default();
         self.stop = false;
         self.release = true;
-        self.is_due = true;
-        self.meter.release();
+        self.is_pending = true;
+        self.encoder_speed.clear_fault();
     }
 }

@@ -1,53 +1,53 @@
-//! Packets as questions, and what their answers say.
+//! Encoding and decoding of requests and replies.
 
 use crc::{CRC_16_XMODEM, Crc};
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_XMODEM);
 
-/// What a host asks of a controller. Of two channels the first is called M1 by the vendor, the second M2.
+/// A request to a controller. The vendor calls the first channel M1 and the second M2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// 14: set the watchdog, in 0.1 s.
     SetTimeout(u8),
-    /// 15: read it.
+    /// 15: read the watchdog.
     GetTimeout,
     /// 16 and 17: read the encoder of the first channel, or of the second.
     Encoder {
-        /// Whether of the second.
+        /// Whether the second channel is read.
         second: bool,
     },
     /// 18 and 19: read the speed of the first channel, or of the second.
     Speed {
-        /// Whether of the second.
+        /// Whether the second channel is read.
         second: bool,
     },
     /// 24: read the main battery's voltage.
     Battery,
-    /// 37: run both channels at speeds in pulses a second.
+    /// 37: set the speeds of both channels, pulses per second.
     Drive([i32; 2]),
     /// 90: read the status.
     Status,
 }
 
-/// What a controller answers.
+/// A reply of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// The byte `FF`: done.
-    Done,
+    /// The byte `FF`: the request was executed.
+    Ack,
     /// The watchdog, in 0.1 s.
     Timeout(u8),
-    /// A count of an encoder; the byte of flags behind it says nothing that the counts do not.
+    /// An encoder count; the flags that follow it add no information.
     Encoder(u32),
-    /// A speed, pulses a second.
+    /// A speed, pulses per second.
     Speed(i32),
     /// A voltage in 0.1 V.
     Battery(u16),
-    /// The bits of the status.
+    /// The status bits.
     Status(u32),
 }
 
 impl Request {
-    /// The number of the command.
+    /// Command number.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
@@ -61,7 +61,7 @@ impl Request {
         }
     }
 
-    /// The packet for a controller. Packets that only read have no CRC.
+    /// Encodes the packet. Packets that only read have no CRC.
     #[must_use]
     pub fn encode(self, address: u8) -> Vec<u8> {
         let mut packet = vec![address, self.code()];
@@ -77,7 +77,7 @@ impl Request {
         packet
     }
 
-    /// Bytes of its answer.
+    /// Length of the reply, bytes.
     #[must_use]
     pub const fn reply_length(self, status_bytes: usize) -> usize {
         match self {
@@ -89,11 +89,11 @@ impl Request {
         }
     }
 
-    /// The answer in so many bytes as [`Self::reply_length`] says, or none where they are damaged.
+    /// Decodes a reply of [`Self::reply_length`] bytes; returns none if it is damaged.
     #[must_use]
     pub fn reply(self, address: u8, bytes: &[u8]) -> Option<Reply> {
         if matches!(self, Self::SetTimeout(_) | Self::Drive(_)) {
-            return (bytes == [0xFF]).then_some(Reply::Done);
+            return (bytes == [0xFF]).then_some(Reply::Ack);
         }
         let (data, check) = bytes.split_last_chunk::<2>()?;
         if self.check(address, data).to_be_bytes() != *check {
@@ -104,7 +104,7 @@ impl Request {
             Self::GetTimeout => Reply::Timeout(*data.first()?),
             Self::Encoder { .. } => Reply::Encoder(u32::from_be_bytes(number()?)),
             Self::Speed { .. } => {
-                // The byte behind says the direction in some firmware, where the number is without a sign.
+                // Some firmware sends an unsigned speed and the direction in the byte that follows.
                 Reply::Speed(i32::from_be_bytes(number()?))
             }
             Self::Battery => Reply::Battery(u16::from_be_bytes(*data.first_chunk()?)),
@@ -115,9 +115,9 @@ impl Request {
         })
     }
 
-    /// The bytes of an answer with these data.
+    /// Encodes a reply with this data.
     #[must_use]
-    pub fn answer(self, address: u8, mut data: Vec<u8>) -> Vec<u8> {
+    pub fn encode_reply(self, address: u8, mut data: Vec<u8>) -> Vec<u8> {
         let check = self.check(address, &data);
         data.extend(check.to_be_bytes());
         data
@@ -130,10 +130,10 @@ impl Request {
         digest.finalize()
     }
 
-    /// The packet at the start of what came to a controller, and its length: none as long as it is not complete.
+    /// Decodes the packet at the start of the received bytes and returns it with its length; none while it is incomplete.
     ///
     /// # Errors
-    /// A packet that no controller obeys: damaged, unknown, or for another address.
+    /// The packet is damaged, unknown, or for another address.
     pub fn decode(bytes: &[u8], address: u8) -> Result<Option<(Self, usize)>, BadPacket> {
         let [to, code, ..] = *bytes else {
             return match bytes {
@@ -179,6 +179,6 @@ impl Request {
     }
 }
 
-/// A packet that is answered by silence.
+/// A packet that a controller ignores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadPacket;

@@ -1,20 +1,23 @@
-//! `RoboClaw` motor controllers by packet serial: questions and answers, with a check of 16 bits.
+//! Protocol of `RoboClaw` motor controllers in packet serial mode: requests and replies with a CRC-16.
 //!
 //! A packet is an address (80h to 87h), a command, its data and a CRC-16 of all of them: polynomial 1021h, initial value
 //! zero, the high byte first (CRC-16/XMODEM). Numbers are big-endian. A packet that only writes is answered by the byte
-//! `FF`, one that reads by its data and a CRC over address, command and these data; a packet that is wrong in any way not
-//! at all. A pause of 10 ms inside a packet makes the controller forget it (`RoboClaw` Series User Manual, "Packet Serial").
+//! `FF`, one that reads by its data and a CRC over address, command and data. An invalid packet is not answered. A pause of 10 ms
+//! inside a packet makes the controller discard it (`RoboClaw` Series User Manual, "Packet Serial").
 //!
-//! Its watchdog, command 14, counts any byte as a sign of life, questions too. So it does not notice a caller that
-//! only asks and commands no more.
+//! Any received byte resets its watchdog, command 14, including the bytes of queries. So the watchdog does not act on a host that
+//! sends queries but no commands.
 
+mod device;
 mod frames;
-mod peer;
 mod session;
 mod status;
 
+#[doc(hidden)]
+pub use device::RoboClawDevice;
+#[doc(hidden)]
 pub use frames::{Reply, Request};
-pub use peer::RoboClawPeer;
+#[doc(hidden)]
 pub use session::RoboClawSession;
 
 use serde::{Deserialize, Serialize};
@@ -23,29 +26,29 @@ use super::BaseError;
 use super::settings::{above_zero, require};
 use crate::documented::documented;
 
-/// A pause inside a packet after which a controller forgets its beginning, seconds.
+/// Pause inside a packet after which a controller discards it, seconds.
 const PACKET_PAUSE_S: f64 = 0.01;
 
 documented! {
-    /// The manners of a `RoboClaw`.
+    /// Protocol settings of a `RoboClaw`.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct RoboClawSettings {
         /// Address, 128 to 135 (80h to 87h). Default 128.
         pub address: u8,
-        /// Speed of the line, baud, above zero. Default 38,400, as the controller's.
+        /// Speed of the serial line, baud, above zero. Default 38,400, the controller's.
         pub baud: u32,
-        /// The watchdog to set in the controller, seconds in steps of 0.1, 0.1 to 25.5. Default 0.5 s.
+        /// Watchdog timeout to set in the controller, 0.1 to 25.5 s in steps of 0.1 s. Default 0.5 s.
         pub watchdog_s: f64,
-        /// Bytes of the status that command 90 reads, 2 or 4. Default 4; firmware before 2017 or so sends 2.
+        /// Length of the status that command 90 reads, 2 or 4 bytes. Default 4; firmware before about 2017 sends 2.
         pub status_bytes: usize,
-        /// Time until an answer counts as lost, seconds, above 0.01: by then the controller has forgotten a cut packet.
-        /// Default 0.02 s: the vendor's library waits 0.01 s, but USB adapters hold bytes back for up to 0.016 s.
-        pub answer_within_s: f64,
-        /// Tries of each question, at least one. Default 3, as the vendor's library.
-        pub tries: u32,
-        /// Time from the start of one round of questions to that of the next, seconds, above zero. Default 0.05 s.
-        pub poll_every_s: f64,
+        /// Time until an answer counts as lost, seconds, above 0.01: by then the controller has discarded a partial packet.
+        /// Default 0.02 s: the vendor's library waits 0.01 s, but USB adapters delay bytes for up to 0.016 s.
+        pub answer_timeout_s: f64,
+        /// Attempts of each request, at least one. Default 3, as in the vendor's library.
+        pub max_attempts: u32,
+        /// Time between the starts of poll cycles, seconds, above zero. Default 0.05 s.
+        pub poll_period_s: f64,
     }
 }
 
@@ -56,9 +59,9 @@ impl Default for RoboClawSettings {
             baud: 38_400,
             watchdog_s: 0.5,
             status_bytes: 4,
-            answer_within_s: 0.02,
-            tries: 3,
-            poll_every_s: 0.05,
+            answer_timeout_s: 0.02,
+            max_attempts: 3,
+            poll_period_s: 0.05,
         }
     }
 }
@@ -67,7 +70,7 @@ impl RoboClawSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BaseError::BadSetting`] names the first that is out of range.
+    /// [`BaseError::BadSetting`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
         require(
             (0x80..=0x87).contains(&self.address),
@@ -94,18 +97,18 @@ impl RoboClawSettings {
             "2 or 4",
         )?;
         require(
-            self.answer_within_s > PACKET_PAUSE_S && self.answer_within_s.is_finite(),
-            "roboclaw.answer_within_s",
-            self.answer_within_s,
+            self.answer_timeout_s > PACKET_PAUSE_S && self.answer_timeout_s.is_finite(),
+            "roboclaw.answer_timeout_s",
+            self.answer_timeout_s,
             "finite and above 0.01",
         )?;
         require(
-            self.tries > 0,
-            "roboclaw.tries",
-            self.tries.into(),
+            self.max_attempts > 0,
+            "roboclaw.max_attempts",
+            self.max_attempts.into(),
             "at least 1",
         )?;
-        above_zero("roboclaw.poll_every_s", self.poll_every_s)
+        above_zero("roboclaw.poll_period_s", self.poll_period_s)
     }
 
     /// The watchdog in the controller's unit of 0.1 s.

@@ -1,15 +1,15 @@
-//! The host's side: the watchdog first, then commands as they come and rounds of questions between them.
+//! The host's side: sets the watchdog first, then sends commands and polls the controller between them.
 
 use super::frames::{Reply, Request};
 use super::status;
-use crate::base::exchange::{Exchange, Patience, Turn};
-use crate::base::tick_meter::TickMeter;
-use crate::base::{BaseError, BaseSettings, Counters, Feedback, Heard, Session};
+use crate::base::encoder_speed::EncoderSpeed;
+use crate::base::request::{RequestState, RequestTracker, RetryPolicy};
+use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;
 use crate::robot::TrackSpeeds;
 
-/// The questions of a round, in order. The battery is asked for in each: a round takes some 20 ms at 38,400 baud.
-const ROUND: [Request; 6] = [
+/// The queries of a poll cycle, in order. Each cycle includes the battery: it takes about 20 ms at 38,400 baud.
+const POLL_CYCLE: [Request; 6] = [
     Request::Encoder { second: false },
     Request::Encoder { second: true },
     Request::Speed { second: false },
@@ -18,35 +18,36 @@ const ROUND: [Request; 6] = [
     Request::Battery,
 ];
 
-/// So many of them, the first, read the counters.
-const ENCODERS: usize = 2;
+/// Number of leading queries that read the encoders.
+const ENCODER_QUERIES: usize = 2;
 
-/// A base driven by a `RoboClaw`.
+/// Host session of a `RoboClaw`.
 ///
-/// One question is under way at a time, and a command goes before the next question of a round. Nothing but the setting
-/// of the watchdog and commands to stand are sent until the controller has confirmed it: a base that would not stop by
-/// itself is not driven; but one that hears and does not answer is stopped, for the questions alone keep its watchdog quiet.
+/// One request is outstanding at a time, and a command goes before the next query of a poll cycle. Until the controller has
+/// confirmed its watchdog the session sends only the watchdog setting and zero commands: it does not drive a base that would not
+/// stop by itself. A controller that receives but does not answer still gets zero commands, because queries alone keep its
+/// watchdog from acting.
 #[derive(Clone, Debug)]
 pub struct RoboClawSession {
     settings: BaseSettings,
-    wanted: TrackSpeeds,
-    is_due: bool,
-    exchange: Exchange<Request>,
+    target: TrackSpeeds,
+    is_pending: bool,
+    requests: RequestTracker<Request>,
     received: Vec<u8>,
     watchdog: Watchdog,
-    /// Position in the round, and what it brought so far.
-    asked: usize,
+    /// Position in the poll cycle.
+    next_query: usize,
     answers: Answers,
-    next_round_s: f64,
-    meter: TickMeter,
-    newest: Option<Heard>,
-    counters: Counters,
+    next_poll_s: f64,
+    encoder_speed: EncoderSpeed,
+    latest: Option<TimedFeedback>,
+    counters: SessionCounters,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Watchdog {
-    Unknown,
-    Sent,
+    Unconfirmed,
+    Set,
     Confirmed,
 }
 
@@ -59,68 +60,68 @@ struct Answers {
 }
 
 impl RoboClawSession {
-    /// A session that has sent nothing.
+    /// Creates a session.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
-        let patience = Patience {
-            answer_within_s: settings.roboclaw.answer_within_s,
-            tries: settings.roboclaw.tries,
+        let policy = RetryPolicy {
+            answer_timeout_s: settings.roboclaw.answer_timeout_s,
+            max_attempts: settings.roboclaw.max_attempts,
         };
         Ok(Self {
             settings,
-            wanted: TrackSpeeds::default(),
-            is_due: false,
-            exchange: Exchange::new(patience),
+            target: TrackSpeeds::default(),
+            is_pending: false,
+            requests: RequestTracker::new(policy),
             received: Vec::new(),
-            watchdog: Watchdog::Unknown,
-            asked: ROUND.len(),
+            watchdog: Watchdog::Unconfirmed,
+            next_query: POLL_CYCLE.len(),
             answers: Answers::default(),
-            next_round_s: f64::NEG_INFINITY,
-            meter: TickMeter::new(&settings),
-            newest: None,
-            counters: Counters::default(),
+            next_poll_s: f64::NEG_INFINITY,
+            encoder_speed: EncoderSpeed::new(&settings),
+            latest: None,
+            counters: SessionCounters::default(),
         })
     }
 
-    /// Whether the controller has confirmed its watchdog, so that it is commanded.
+    /// Whether the controller has confirmed its watchdog.
     #[must_use]
     pub fn is_ready(&self) -> bool {
         self.watchdog == Watchdog::Confirmed
     }
 
-    /// Whether the command may go now.
+    /// Whether the pending command may be sent.
     fn may_drive(&self) -> bool {
-        self.is_ready() || self.wanted == TrackSpeeds::default()
+        self.is_ready() || self.target == TrackSpeeds::default()
     }
 
-    /// What to ask next, if anything.
+    /// The next request, if one is due.
     fn next_request(&mut self, now_s: f64) -> Option<Request> {
-        if self.is_due && self.may_drive() {
+        if self.is_pending && self.may_drive() {
             return Some(self.drive());
         }
         match self.watchdog {
-            Watchdog::Unknown => {
+            Watchdog::Unconfirmed => {
                 let tenths = self.settings.roboclaw.watchdog_tenths();
                 return Some(Request::SetTimeout(tenths));
             }
-            Watchdog::Sent => return Some(Request::GetTimeout),
+            Watchdog::Set => return Some(Request::GetTimeout),
             Watchdog::Confirmed => {}
         }
-        if self.asked == ROUND.len() && now_s >= self.next_round_s {
-            self.asked = 0;
-            self.next_round_s = now_s + self.settings.roboclaw.poll_every_s;
+        if self.next_query == POLL_CYCLE.len() && now_s >= self.next_poll_s {
+            self.next_query = 0;
+            self.next_poll_s = now_s + self.settings.roboclaw.poll_period_s;
         }
-        ROUND.get(self.asked).copied()
+        POLL_CYCLE.get(self.next_query).copied()
     }
 
-    /// The newest command, which is then on its way.
+    /// Takes the latest command.
     fn drive(&mut self) -> Request {
-        self.is_due = false;
-        // The cast brings what does not fit to the nearest that does.
-        let rates = self.settings.channel_rates(&self.wanted);
+        self.is_pending = false;
+        // The cast saturates.
+        let rates = self.settings.channel_rates(&self.target);
         Request::Drive(rates.map(|rate| rate.round() as i32))
     }
 
@@ -136,13 +137,13 @@ impl RoboClawSession {
 
     fn take(&mut self, request: Request, reply: Reply, now_s: f64) {
         match (request, reply) {
-            (Request::SetTimeout(_), _) => self.watchdog = Watchdog::Sent,
+            (Request::SetTimeout(_), _) => self.watchdog = Watchdog::Set,
             (_, Reply::Timeout(tenths)) => {
                 let confirmed = tenths == self.settings.roboclaw.watchdog_tenths();
                 self.watchdog = if confirmed {
                     Watchdog::Confirmed
                 } else {
-                    Watchdog::Unknown
+                    Watchdog::Unconfirmed
                 };
             }
             (Request::Encoder { second }, Reply::Encoder(count)) => {
@@ -155,18 +156,18 @@ impl RoboClawSession {
             (_, Reply::Battery(decivolts)) => self.answers.battery = decivolts,
             _ => {}
         }
-        if ROUND.get(self.asked) == Some(&request) {
-            self.asked += 1;
-            if self.asked == ROUND.len() {
-                self.finish_round(now_s);
+        if POLL_CYCLE.get(self.next_query) == Some(&request) {
+            self.next_query += 1;
+            if self.next_query == POLL_CYCLE.len() {
+                self.finish_cycle(now_s);
             }
         }
     }
 
-    fn finish_round(&mut self, now_s: f64) {
-        let ticks = self.settings.track_ticks(self.answers.counts);
-        // Its speeds are better than ours, but its counters must be plausible before anything is believed.
-        if self.meter.read(ticks, now_s).is_none() {
+    fn finish_cycle(&mut self, now_s: f64) {
+        let counts = self.settings.track_counts(self.answers.counts);
+        // The controller's speeds are more accurate, but implausible counts invalidate the whole answer.
+        if self.encoder_speed.update(counts, now_s).is_none() {
             return;
         }
         let speeds = self.answers.speeds.map(f64::from);
@@ -176,12 +177,12 @@ impl RoboClawSession {
             twist: self.settings.drive().twist(&speeds),
             emergency_stop,
             battery_v: Some(f64::from(self.answers.battery) / 10.0),
-            ticks: Some(ticks),
-            faults: faults.and(self.meter.faults()),
+            encoder_counts: Some(counts),
+            faults: faults.union(self.encoder_speed.faults()),
             ..Feedback::default()
         };
-        self.newest = Some(Heard {
-            at_s: now_s,
+        self.latest = Some(TimedFeedback {
+            received_s: now_s,
             feedback,
         });
     }
@@ -196,18 +197,18 @@ impl Session for RoboClawSession {
         self.settings.roboclaw.baud
     }
 
-    fn command(&mut self, wanted: &Twist) -> Result<(), BaseError> {
-        let possible = self.settings.possible(wanted)?;
-        self.wanted = self.settings.drive().tracks(&possible);
-        self.is_due = true;
+    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
+        let limited = self.settings.limit(twist)?;
+        self.target = self.settings.drive().tracks(&limited);
+        self.is_pending = true;
         Ok(())
     }
 
-    /// An answer is taken as a whole or not at all: where its check fails everything that came is dropped, and the
-    /// question asked again when its time is up. Bytes that nobody waits for are dropped.
+    /// An answer is taken as a whole or not at all. If its check fails, all received bytes are dropped and the request is repeated
+    /// after its timeout. Unexpected bytes are dropped.
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
         self.received.extend_from_slice(bytes);
-        let Some(request) = self.exchange.question() else {
+        let Some(request) = self.requests.outstanding() else {
             self.drop_received();
             return;
         };
@@ -221,30 +222,32 @@ impl Session for RoboClawSession {
             return;
         };
         self.received.clear();
-        self.exchange.settle();
+        self.requests.finish();
         self.take(request, reply, now_s);
     }
 
     fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
-        match self.exchange.turn(now_s) {
-            Turn::Wait => return,
-            // A command does not wait for the second try of a question.
-            Turn::Again(request) if self.is_due && self.is_ready() && !is_drive(request) => {
-                self.exchange.settle();
+        match self.requests.poll(now_s) {
+            RequestState::Waiting => return,
+            // A command does not wait for the retry of a query.
+            RequestState::Retry(request)
+                if self.is_pending && self.is_ready() && !is_drive(request) =>
+            {
+                self.requests.finish();
                 self.counters.unanswered += 1;
-                // The round goes on where it was, or a slow line would never end one; but both counters are read together.
-                if self.asked < ENCODERS {
-                    self.asked = 0;
+                // The cycle continues where it was, or a slow line would never complete one; but both encoders are read together.
+                if self.next_query < ENCODER_QUERIES {
+                    self.next_query = 0;
                 }
             }
-            // It was to stand when the watchdog was not confirmed, and is to move by now.
-            Turn::Again(request) if is_drive(request) && !self.may_drive() => {
-                self.exchange.settle();
+            // A zero command sent before the watchdog was confirmed, which the latest command would turn into motion.
+            RequestState::Retry(request) if is_drive(request) && !self.may_drive() => {
+                self.requests.finish();
                 self.counters.unanswered += 1;
             }
-            Turn::Again(request) => {
-                self.counters.repeated += 1;
-                // A command is repeated as what is wanted by now.
+            RequestState::Retry(request) => {
+                self.counters.retries += 1;
+                // A repeated command carries the latest target.
                 let request = if is_drive(request) {
                     self.drive()
                 } else {
@@ -253,42 +256,42 @@ impl Session for RoboClawSession {
                 self.send(request, line);
                 return;
             }
-            Turn::GivenUp(_) => {
+            RequestState::GivenUp(_) => {
                 self.counters.unanswered += 1;
-                self.asked = ROUND.len();
-                // It may have been switched off and on, and knows of no watchdog then.
-                self.watchdog = Watchdog::Unknown;
+                self.next_query = POLL_CYCLE.len();
+                // A controller that was restarted has lost its watchdog setting.
+                self.watchdog = Watchdog::Unconfirmed;
             }
-            Turn::Free => {}
+            RequestState::Idle => {}
         }
         if let Some(request) = self.next_request(now_s) {
-            self.exchange.ask(request, now_s);
+            self.requests.start(request, now_s);
             self.send(request, line);
         }
     }
 
     fn is_waiting(&self) -> bool {
-        self.exchange.question().is_some()
+        self.requests.outstanding().is_some()
     }
 
-    fn newest(&self) -> Option<&Heard> {
-        self.newest.as_ref()
+    fn latest(&self) -> Option<&TimedFeedback> {
+        self.latest.as_ref()
     }
 
-    fn counters(&self) -> Counters {
-        Counters {
-            refused_readings: self.meter.refused(),
+    fn counters(&self) -> SessionCounters {
+        SessionCounters {
+            rejected_readings: self.encoder_speed.rejected(),
             ..self.counters
         }
     }
 
     fn engage_stop(&mut self) {
-        self.wanted = TrackSpeeds::default();
-        self.is_due = true;
+        self.target = TrackSpeeds::default();
+        self.is_pending = true;
     }
 
     fn release(&mut self) {
         self.engage_stop();
-        self.meter.release();
+        self.encoder_speed.clear_fault();
     }
 }

@@ -1,11 +1,11 @@
-//! The bits of the status, command 90.
+//! The status bits, command 90.
 
 use crate::base::{BaseSettings, Faults};
 
-/// Whether the emergency stop acts, and what is wrong. Warnings are none of our business.
+/// Returns whether the emergency stop is active, and the faults. Warnings are ignored.
 ///
 /// The tables are those of command 90 in Basicmicro's "`RoboClaw` Series User Manual": four bytes from firmware 4.1.34 on, two
-/// bytes in the editions before, where overcurrent is but a warning.
+/// bytes in earlier editions, where overcurrent is only a warning.
 pub(super) fn read(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
     let any = |mask: u32| bits & mask != 0;
     let wide = settings.roboclaw.status_bytes == 4;
@@ -24,20 +24,20 @@ pub(super) fn read(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
         (any(stalled), Faults::STALLED),
         (any(other), Faults::OTHER),
     ];
-    let all = faults.into_iter().fold(Faults::NONE, |all, (set, fault)| {
-        all.and(fault.only_if(set))
-    });
+    let all = faults
+        .into_iter()
+        .fold(Faults::NONE, |all, (set, fault)| all.union(fault.when(set)));
     (any(stop), all)
 }
 
-/// The bits that say so.
+/// Encodes the status bits: the inverse of [`read`].
 pub(super) fn write(settings: &BaseSettings, stopped: bool, faults: Faults) -> u32 {
-    // Sixteen bits are little enough to try them all, and the two tables cannot then disagree.
+    // Trying all sixteen bits keeps the two directions consistent.
     (0..16)
         .map(|bit| 1 << bit)
         .filter(|bit| {
             let (stops, fault) = read(settings, *bit);
-            stops && stopped || !fault.is_none() && faults.contain(fault)
+            stops && stopped || !fault.is_empty() && faults.contains(fault)
         })
         .sum()
 }
@@ -48,7 +48,7 @@ mod tests {
     use crate::base::roboclaw::RoboClawSettings;
 
     #[test]
-    fn what_is_written_is_read_in_both_widths() {
+    fn status_round_trips_in_both_widths() {
         for status_bytes in [2, 4] {
             let settings = BaseSettings {
                 swap_tracks: true,
@@ -61,7 +61,7 @@ mod tests {
             for faults in [
                 Faults::NONE,
                 Faults::MOTOR_LEFT,
-                Faults::SUPPLY.and(Faults::OVERHEATED),
+                Faults::SUPPLY.union(Faults::OVERHEATED),
             ] {
                 for stopped in [false, true] {
                     let bits = write(&settings, stopped, faults);
@@ -76,16 +76,16 @@ mod tests {
     }
 
     #[test]
-    fn warnings_are_no_faults() {
+    fn status_warnings_are_no_faults() {
         let settings = BaseSettings::default();
         assert_eq!(read(&settings, 0xFFFF_0000), (false, Faults::NONE));
         assert_eq!(read(&settings, 0x0001), (true, Faults::NONE));
         assert_eq!(read(&settings, 0x0040), (false, Faults::MOTOR_LEFT));
     }
 
-    /// Bit by bit as the manual's two tables have them.
+    /// The expected values are the manual's two tables.
     #[test]
-    fn every_bit_is_read_as_the_manual_says() {
+    fn every_status_bit_matches_manual() {
         use Faults as F;
         let stop = (true, F::NONE);
         let fault = |fault| (false, fault);

@@ -1,9 +1,9 @@
-//! Bytes and numbers of the two frames, and the finding of frames in a stream.
+//! Encoding and decoding of the command and report frames.
 
 use std::collections::VecDeque;
 use std::marker::PhantomData;
 
-use crate::base::{BaseError, Feedback, finite};
+use crate::base::{BaseError, Feedback, require_finite};
 use crate::geometry::Twist;
 
 const HEAD: u8 = 0x7B;
@@ -15,10 +15,10 @@ pub const COMMAND_LENGTH: usize = 11;
 /// Length of a feedback frame, bytes.
 pub const FEEDBACK_LENGTH: usize = 24;
 
-/// Raw accelerometer counts for one m/s^2.
+/// Raw accelerometer counts per m/s^2.
 const COUNTS_PER_M_S2: f64 = 1671.84;
 
-/// Turn rate of one raw gyro count, rad/s (range of 500 degrees per second either way).
+/// Turn rate of one raw gyro count, rad/s (range of +-500 degrees per second).
 const RAD_S_PER_COUNT: f64 = 0.000_266_44;
 
 /// One kind of frame, for [`Decoder`].
@@ -26,23 +26,23 @@ pub trait Frame: Sized {
     /// Bytes from head to tail.
     const LENGTH: usize;
 
-    /// The frame in bytes that are [`Self::LENGTH`] long and whose marks and check byte agree.
+    /// Decodes [`Self::LENGTH`] bytes whose marks and check byte are valid.
     fn from_checked(bytes: &[u8]) -> Self;
 }
 
-/// What the host asks for, as the base reads it.
+/// A velocity command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
-    /// Wanted motion.
+    /// Commanded velocity.
     pub twist: Twist,
 }
 
-/// What the base reports, about 20 times a second.
+/// A report of the base, about 20 per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     /// Whether the motors are disabled.
     pub motors_disabled: bool,
-    /// Measured motion.
+    /// Measured velocity.
     pub twist: Twist,
     /// Measured speed to the left, m/s: zero on tracks.
     pub lateral: f64,
@@ -55,13 +55,12 @@ pub struct Report {
 }
 
 impl Command {
-    /// The bytes of a command. Rates beyond what 16 bits hold (32.767 m/s or rad/s) become the largest that fit,
-    /// others are rounded to the nearest mm/s and mrad/s, halves away from zero.
+    /// Encodes the frame. Rates are rounded to mm/s and mrad/s, halves away from zero, and saturate at 32.767 m/s or rad/s.
     ///
     /// # Errors
     /// [`BaseError::NotFinite`] for a rate that is NaN or infinite.
     pub fn encode(&self) -> Result<[u8; COMMAND_LENGTH], BaseError> {
-        let twist = finite(&self.twist)?;
+        let twist = require_finite(&self.twist)?;
         let mut bytes = [0; COMMAND_LENGTH];
         write_i16(&mut bytes, 3, twist.linear * 1000.0);
         write_i16(&mut bytes, 7, twist.angular * 1000.0);
@@ -81,8 +80,7 @@ impl Frame for Command {
 }
 
 impl Report {
-    /// The bytes of a report, as a base sends it: for an emulated base. Rounded and limited as commands are; NaN
-    /// becomes zero.
+    /// Encodes the frame, for an emulated base. Rounds and saturates like [`Command::encode`]; NaN becomes zero.
     #[must_use]
     pub fn encode(&self) -> [u8; FEEDBACK_LENGTH] {
         let mut bytes = [0; FEEDBACK_LENGTH];
@@ -134,10 +132,10 @@ impl From<Report> for Feedback {
     }
 }
 
-/// Finds frames of one kind in a stream that arrives in pieces and may be damaged.
+/// Extracts frames of one kind from a stream that arrives in pieces and may be damaged.
 ///
-/// An iterator that ends for want of bytes and goes on after the next [`Decoder::push`]. Where no frame fits, one
-/// byte is dropped and the next position tried, so that a damaged frame costs itself and not the one behind it.
+/// The iterator ends when bytes are missing and continues after the next [`Decoder::push`]. If no frame fits, it drops one byte and
+/// tries the next position, so that a damaged frame never costs the frame after it.
 #[derive(Clone, Debug)]
 pub struct Decoder<F> {
     pending: VecDeque<u8>,
@@ -156,12 +154,12 @@ impl<F> Default for Decoder<F> {
 }
 
 impl<F: Frame> Decoder<F> {
-    /// Adds bytes in the order they came. They are kept until [`Iterator::next`] has used them.
+    /// Appends received bytes. They are kept until [`Iterator::next`] consumes them.
     pub fn push(&mut self, bytes: &[u8]) {
         self.pending.extend(bytes);
     }
 
-    /// Bytes thrown away so far because no frame fitted them: zero on a clean line.
+    /// Bytes dropped so far because no frame fitted: zero on a clean line.
     #[must_use]
     pub const fn dropped_bytes(&self) -> u64 {
         self.dropped
@@ -192,7 +190,7 @@ impl<F: Frame> Iterator for Decoder<F> {
 }
 
 fn write_i16(bytes: &mut [u8], at: usize, value: f64) {
-    // The cast brings what does not fit to the nearest that does; `round` takes halves away from zero.
+    // The cast saturates; `round` rounds halves away from zero.
     bytes[at..at + 2].copy_from_slice(&(value.round() as i16).to_be_bytes());
 }
 

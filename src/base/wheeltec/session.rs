@@ -1,48 +1,48 @@
-//! The host's side: a frame for each motion, and the newest report.
+//! The host's side: sends command frames, keeps the latest report.
 
 use super::BAUD;
 use super::frames::{Command, Decoder, Report};
-use crate::base::tick_meter::highest_m_s;
-use crate::base::{BaseError, BaseSettings, Counters, Feedback, Heard, Session};
+use crate::base::encoder_speed::max_plausible_speed;
+use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;
 
-/// A base that speaks WHEELTEC's frames.
+/// Host session of the WHEELTEC protocol.
 ///
-/// Its firmware mixes the tracks by the geometric width, so that turn rates are scaled by the effective width's ratio on
-/// their way there and back. A stop cannot be latched in it.
+/// The firmware mixes the tracks by the geometric width, so the session scales turn rates by the ratio of the effective width in
+/// both directions. The protocol cannot latch a stop.
 #[derive(Clone, Debug)]
 pub struct WheeltecSession {
     settings: BaseSettings,
-    /// What did not go out yet.
-    due: Option<Command>,
+    /// The command to send.
+    pending: Option<Command>,
     decoder: Decoder<Report>,
-    newest: Option<Heard>,
-    refused: u64,
+    latest: Option<TimedFeedback>,
+    rejected: u64,
 }
 
 impl WheeltecSession {
-    /// A session that has sent nothing.
+    /// Creates a session.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
         Ok(Self {
             settings,
-            due: None,
+            pending: None,
             decoder: Decoder::default(),
-            newest: None,
-            refused: 0,
+            latest: None,
+            rejected: 0,
         })
     }
 
-    /// What a report says, or none where no track runs so fast: its check lets one of 256 damaged frames through.
+    /// Converts a report, or returns none if no track runs that fast: the check byte accepts one of 256 damaged frames.
     fn feedback(&self, report: Report) -> Option<Feedback> {
         let mut feedback = Feedback::from(report);
         feedback.twist.angular /= self.settings.effective_width_ratio;
         let tracks = self.settings.drive().tracks(&feedback.twist);
-        let most = highest_m_s(&self.settings);
-        (tracks.left.abs().max(tracks.right.abs()) <= most).then_some(feedback)
+        let max = max_plausible_speed(&self.settings);
+        (tracks.left.abs().max(tracks.right.abs()) <= max).then_some(feedback)
     }
 }
 
@@ -51,11 +51,11 @@ impl Session for WheeltecSession {
         BAUD
     }
 
-    fn command(&mut self, wanted: &Twist) -> Result<(), BaseError> {
-        let possible = self.settings.possible(wanted)?;
-        let angular = possible.angular * self.settings.effective_width_ratio;
-        self.due = Some(Command {
-            twist: Twist::new(possible.linear, angular),
+    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
+        let limited = self.settings.limit(twist)?;
+        let angular = limited.angular * self.settings.effective_width_ratio;
+        self.pending = Some(Command {
+            twist: Twist::new(limited.linear, angular),
         });
         Ok(())
     }
@@ -65,19 +65,19 @@ impl Session for WheeltecSession {
         while let Some(report) = self.decoder.next() {
             match self.feedback(report) {
                 Some(feedback) => {
-                    self.newest = Some(Heard {
-                        at_s: now_s,
+                    self.latest = Some(TimedFeedback {
+                        received_s: now_s,
                         feedback,
                     });
                 }
-                None => self.refused += 1,
+                None => self.rejected += 1,
             }
         }
     }
 
     fn transmit(&mut self, _now_s: f64, line: &mut Vec<u8>) {
-        if let Some(command) = self.due.take() {
-            // Only finite commands are taken in.
+        if let Some(command) = self.pending.take() {
+            // `command` accepts finite motions only.
             line.extend(command.encode().into_iter().flatten());
         }
     }
@@ -86,23 +86,23 @@ impl Session for WheeltecSession {
         false
     }
 
-    fn newest(&self) -> Option<&Heard> {
-        self.newest.as_ref()
+    fn latest(&self) -> Option<&TimedFeedback> {
+        self.latest.as_ref()
     }
 
-    fn counters(&self) -> Counters {
-        Counters {
+    fn counters(&self) -> SessionCounters {
+        SessionCounters {
             dropped_bytes: self.decoder.dropped_bytes(),
-            refused_readings: self.refused,
-            ..Counters::default()
+            rejected_readings: self.rejected,
+            ..SessionCounters::default()
         }
     }
 
     fn engage_stop(&mut self) {
-        self.due = Some(Command { twist: Twist::STOP });
+        self.pending = Some(Command { twist: Twist::STOP });
     }
 
     fn release(&mut self) {
-        self.due = Some(Command { twist: Twist::STOP });
+        self.engage_stop();
     }
 }

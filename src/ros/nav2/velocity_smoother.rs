@@ -73,10 +73,10 @@ pub(super) fn read(mut section: Section, draft: &mut Draft) -> Result<(), Nav2Er
         );
     }
     if let Some(rate) = section.number("smoothing_frequency")? {
-        draft.set("keeper.rate_hz", rate, "");
+        draft.set("supervisor.rate_hz", rate, "");
     }
     if let Some(timeout) = section.number("velocity_timeout")? {
-        draft.set("keeper.plan_within_s", timeout, "");
+        draft.set("supervisor.target_timeout_s", timeout, "");
     }
     if let Some(deadband) = section.triple("deadband_velocity")? {
         draft.set(

@@ -199,9 +199,9 @@ mod serial {
 
     /// Bounds so generous that a busy machine does not trip them.
     const PATIENT: SerialSettings = SerialSettings {
-        send_within: Duration::from_secs(20),
-        ask_within: Duration::from_secs(20),
-        feedback_within: Duration::from_secs(60),
+        send_timeout: Duration::from_secs(20),
+        request_timeout: Duration::from_secs(20),
+        feedback_timeout: Duration::from_secs(60),
     };
 
     type Wheeltec = SerialBase<WheeltecSession>;
@@ -216,7 +216,7 @@ mod serial {
             .expect("a timeout");
         (
             peer,
-            SerialBase::on(Box::new(port), "pty", session(), settings),
+            SerialBase::from_port(Box::new(port), "pty", session(), settings),
         )
     }
 
@@ -290,13 +290,20 @@ mod serial {
     #[test]
     fn silence_beyond_the_bound_is_an_error_even_after_feedback() {
         let (mut peer, mut base) = connect(SerialSettings {
-            feedback_within: Duration::from_millis(200),
+            feedback_timeout: Duration::from_millis(200),
             ..PATIENT
         });
         peer.write_all(&GOLDEN_FEEDBACK).unwrap();
         // The bound may pass before the first answer on a busy machine; silence must be told in either case.
-        let told = std::iter::repeat_with(|| base.feedback())
-            .find(|answer| matches!(answer, Err(BaseError::TimedOut { bound_ms: 200, .. })));
+        let told = std::iter::repeat_with(|| base.feedback()).find(|answer| {
+            matches!(
+                answer,
+                Err(BaseError::TimedOut {
+                    timeout_ms: 200,
+                    ..
+                })
+            )
+        });
         assert!(told.is_some());
     }
 
@@ -304,7 +311,7 @@ mod serial {
     fn a_dropped_peer_is_an_error_and_no_hang() {
         let (peer, mut base) = connect(PATIENT);
         drop(peer);
-        let gone = BaseError::Unplugged {
+        let gone = BaseError::Disconnected {
             port: "pty".to_owned(),
         };
         assert_eq!(base.send(&Twist::STOP), Err(gone.clone()));
@@ -314,7 +321,7 @@ mod serial {
     #[test]
     fn a_peer_that_never_reads_does_not_block_beyond_the_bound() {
         let (mut peer, mut base) = connect(SerialSettings {
-            send_within: Duration::from_millis(50),
+            send_timeout: Duration::from_millis(50),
             ..PATIENT
         });
         // The terminal holds a few thousand commands; that it fills up at all is what ends this loop.
@@ -322,7 +329,7 @@ mod serial {
             .find_map(|_| base.send(&Twist::new(0.5, -0.1)).err())
             .expect("the line never filled up");
         assert!(
-            matches!(refusal, BaseError::TimedOut { bound_ms: 50, .. }),
+            matches!(refusal, BaseError::TimedOut { timeout_ms: 50, .. }),
             "{refusal}"
         );
         // Once the peer reads again the line recovers, and what it reads are whole commands but for the one cut off.

@@ -3,15 +3,15 @@
 
 mod conversations;
 mod emulator;
+mod fault_detector;
 mod goldens;
-mod guard;
-mod keeper;
 mod ld19;
 mod line;
 mod mixing;
-mod plausibility;
 #[cfg(all(unix, feature = "serial"))]
 mod port;
+mod safety;
 mod stops;
 mod streams;
+mod supervisor;
 mod sure;

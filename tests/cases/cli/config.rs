@@ -75,7 +75,7 @@ fn a_file_is_checked_by_the_words_of_those_who_use_it() {
     let place = place();
     place.write("good.toml", "[local]\nvx_samples = 8\n");
     place.write("bad.toml", "[local]\nvx_sample = 8\n");
-    place.write("base.toml", "[keeper]\nrate_hz = 1.0\n");
+    place.write("base.toml", "[supervisor]\nrate_hz = 1.0\n");
     let run = place.run("config --check good.toml");
     assert_eq!(
         (run.status, &*run.stdout),
@@ -92,11 +92,11 @@ fn a_file_is_checked_by_the_words_of_those_who_use_it() {
         ("--check gone.toml", "--check gone.toml: cannot be read"),
         (
             "--check base.toml",
-            "base.toml: line 1; unknown field `keeper`",
+            "base.toml: line 1; unknown field `supervisor`",
         ),
         (
             "--base --check base.toml",
-            "base.toml: [keeper] rate_hz is 1; from 5 to 1000",
+            "base.toml: [supervisor] rate_hz is 1; from 5 to 1000",
         ),
         (
             "--base --check good.toml",
@@ -140,7 +140,7 @@ fn a_nav2_file_becomes_settings_that_drive() {
     for words in [
         "not mapped: controller_server.FollowPath.PathDist.scale: another meaning here",
         "not mapped: controller_server.FollowPath.colour: unknown",
-        "plan_within_s = 0.5",
+        "target_timeout_s = 0.5",
         "nodes not read: planner_server",
         "7 parameters taken over, 4 not",
     ] {

@@ -1,8 +1,8 @@
 //! The emulated base against every session: it drives as it is told, and each trouble is found and named.
 
 use inbye::base::{
-    BaseSettings, Emulator, Faults, Observation, Orders, PlannedTrouble, Plausibility,
-    PlausibilitySettings, Protocol, Session, Trouble, Verdict,
+    BaseSample, BaseSettings, CommandStats, Emulator, FaultDetector, FaultDetectorSettings, Faults,
+    InjectedFault, Protocol, ScheduledFault, Session, StopCause,
 };
 use inbye::geometry::Twist;
 use inbye::robot::{Mixer, Side};
@@ -19,9 +19,9 @@ struct Pair {
     emulator: Emulator,
     session: Box<dyn Session>,
     mixer: Mixer,
-    judge: Plausibility,
+    judge: FaultDetector,
     turns: usize,
-    verdict: Option<(f64, Verdict)>,
+    verdict: Option<(f64, StopCause)>,
     bytes: Vec<u8>,
 }
 
@@ -32,7 +32,7 @@ impl Pair {
             emulator: Emulator::new(protocol, settings, seed).expect("valid settings"),
             session: protocol.session(settings).expect("valid settings"),
             mixer: Mixer::new(settings.drive(), settings.tracks),
-            judge: Plausibility::new(&settings, PlausibilitySettings::default())
+            judge: FaultDetector::new(&settings, FaultDetectorSettings::default())
                 .expect("valid settings"),
             turns: 0,
             verdict: None,
@@ -40,10 +40,10 @@ impl Pair {
         }
     }
 
-    fn with(protocol: Protocol, troubles: &[PlannedTrouble]) -> Self {
+    fn with(protocol: Protocol, troubles: &[ScheduledFault]) -> Self {
         let mut pair = Self::new(protocol, 1);
         for trouble in troubles {
-            pair.emulator.plan(*trouble);
+            pair.emulator.schedule(*trouble);
         }
         pair
     }
@@ -60,23 +60,23 @@ impl Pair {
                 let told = self.mixer.mix(&wanted, TURN_S * TURNS_PER_COMMAND as f64);
                 let told = self.mixer.twist(&told);
                 self.session.command(&told).expect("a finite command");
-                self.judge(told);
+                self.update(told);
             }
             self.turn();
         }
     }
 
-    fn judge(&mut self, sent: Twist) {
+    fn update(&mut self, sent: Twist) {
         let now_s = self.now_s();
-        let Some(heard) = self.session.newest() else {
+        let Some(heard) = self.session.latest() else {
             return;
         };
-        let look = Observation {
+        let look = BaseSample {
             now_s,
             sent,
             feedback: heard.feedback,
         };
-        if let (None, Some(verdict)) = (self.verdict, self.judge.judge(&look)) {
+        if let (None, Some(verdict)) = (self.verdict, self.judge.update(&look)) {
             self.verdict = Some((now_s, *verdict));
         }
     }
@@ -108,7 +108,7 @@ fn every_protocol_drives_the_machine_and_reports_its_way() {
         pair.keep_on(CURVE, 4.0);
         let (truth, reported) = (
             pair.emulator.twist(),
-            pair.session.newest().expect("feedback").feedback.twist,
+            pair.session.latest().expect("feedback").feedback.twist,
         );
         for twist in [truth, reported] {
             assert!((twist.linear - 0.4).abs() < 0.03, "{protocol:?}: {twist:?}");
@@ -123,8 +123,8 @@ fn every_protocol_drives_the_machine_and_reports_its_way() {
         assert_eq!(pair.verdict, None);
         pair.keep_on(Twist::STOP, 1.5);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
-        let orders = pair.emulator.orders();
-        assert!(orders.commands > 200 && orders.zeros_at_end > 40);
+        let orders = pair.emulator.command_stats();
+        assert!(orders.commands > 200 && orders.final_zero_commands > 40);
         assert_eq!(orders.watchdog_stops, 0);
     }
 }
@@ -140,12 +140,16 @@ fn a_base_whose_host_is_gone_stops_by_its_watchdog_where_it_has_one() {
         let mut pair = Pair::new(protocol, 1);
         pair.keep_on(CURVE, 2.0);
         pair.wait(4.0);
-        let Orders {
+        let CommandStats {
             watchdog_stops,
-            zeros_at_end,
+            final_zero_commands,
             ..
-        } = pair.emulator.orders();
-        assert_eq!((watchdog_stops, zeros_at_end), (stops, 0), "{protocol:?}");
+        } = pair.emulator.command_stats();
+        assert_eq!(
+            (watchdog_stops, final_zero_commands),
+            (stops, 0),
+            "{protocol:?}"
+        );
         let stands = pair.emulator.twist() == Twist::STOP;
         assert_eq!(stands, stops == 1, "{protocol:?}");
     }
@@ -169,8 +173,8 @@ fn the_battery_sags_under_load_and_runs_down() {
 }
 
 /// What a healthy machine is told, and when a trouble begins.
-fn judged(protocol: Protocol, trouble: Trouble) -> Option<(f64, Verdict)> {
-    let mut pair = Pair::with(protocol, &[PlannedTrouble::from(trouble, 2.0)]);
+fn judged(protocol: Protocol, fault: InjectedFault) -> Option<(f64, StopCause)> {
+    let mut pair = Pair::with(protocol, &[ScheduledFault::from(fault, 2.0)]);
     pair.keep_on(Twist::new(0.5, 0.0), 6.0);
     let (at_s, verdict) = pair.verdict?;
     Some((at_s - 2.0, verdict))
@@ -179,31 +183,31 @@ fn judged(protocol: Protocol, trouble: Trouble) -> Option<(f64, Verdict)> {
 #[test]
 fn each_trouble_of_the_machine_is_found_by_every_host() {
     for protocol in Protocol::ALL {
-        let side = |verdict: &Verdict| match verdict {
-            Verdict::Stuck { side, .. } => Some(*side),
+        let side = |verdict: &StopCause| match verdict {
+            StopCause::Stuck { side, .. } => Some(*side),
             _ => None,
         };
         for (trouble, at) in [
-            (Trouble::StuckLeft, Side::Left),
-            (Trouble::StuckRight, Side::Right),
+            (InjectedFault::StuckLeft, Side::Left),
+            (InjectedFault::StuckRight, Side::Right),
         ] {
             let (after_s, verdict) = judged(protocol, trouble).expect("a verdict");
             assert_eq!(side(&verdict), Some(at), "{protocol:?}: {verdict}");
             assert!(after_s < 1.5, "{protocol:?}: {after_s}");
         }
-        let (after_s, verdict) = judged(protocol, Trouble::Runaway).expect("a verdict");
+        let (after_s, verdict) = judged(protocol, InjectedFault::Runaway).expect("a verdict");
         assert!(matches!(
             verdict,
-            Verdict::Runaway {
+            StopCause::Runaway {
                 side: Side::Left,
                 ..
             }
         ));
         assert!(after_s < 1.0, "{protocol:?}: {after_s}");
-        let (after_s, verdict) = judged(protocol, Trouble::Reversed).expect("a verdict");
+        let (after_s, verdict) = judged(protocol, InjectedFault::Reversed).expect("a verdict");
         assert!(matches!(
             verdict,
-            Verdict::Reversed {
+            StopCause::Reversed {
                 side: Side::Left,
                 ..
             }
@@ -215,7 +219,7 @@ fn each_trouble_of_the_machine_is_found_by_every_host() {
 #[test]
 fn the_button_stops_the_motors_and_is_told_where_the_protocol_can() {
     for protocol in Protocol::ALL {
-        let button = PlannedTrouble::from(Trouble::Button, 2.0);
+        let button = ScheduledFault::from(InjectedFault::Button, 2.0);
         let mut pair = Pair::with(protocol, &[button]);
         pair.keep_on(Twist::new(0.5, 0.0), 3.0);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
@@ -224,7 +228,7 @@ fn the_button_stops_the_motors_and_is_told_where_the_protocol_can() {
             Protocol::Arduino => assert_eq!(pair.verdict, None),
             _ => assert_eq!(
                 pair.verdict.map(|(_, verdict)| verdict),
-                Some(Verdict::EmergencyStop),
+                Some(StopCause::EmergencyStop),
                 "{protocol:?}"
             ),
         }
@@ -237,7 +241,7 @@ fn the_button_stops_even_a_runaway() {
     let mut pair = Pair::with(
         Protocol::Native,
         &[
-            PlannedTrouble::from(Trouble::Runaway, 0.5),
+            ScheduledFault::from(InjectedFault::Runaway, 0.5),
             "button@2..3".parse().expect("a name and times"),
         ],
     );
@@ -252,8 +256,8 @@ fn the_button_stops_even_a_runaway() {
 #[test]
 fn a_damaged_line_costs_commands_and_never_invents_motion() {
     for protocol in [Protocol::Native, Protocol::Wheeltec, Protocol::Roboclaw] {
-        for trouble in [Trouble::Garbage, Trouble::BitFlips] {
-            let mut pair = Pair::with(protocol, &[PlannedTrouble::from(trouble, 1.0)]);
+        for trouble in [InjectedFault::Garbage, InjectedFault::BitFlips] {
+            let mut pair = Pair::with(protocol, &[ScheduledFault::from(trouble, 1.0)]);
             for _ in 0..50 {
                 pair.keep_on(Twist::new(0.4, 0.0), 0.2);
                 let speed = pair.emulator.twist().linear;
@@ -261,7 +265,7 @@ fn a_damaged_line_costs_commands_and_never_invents_motion() {
             }
             let counters = pair.session.counters();
             assert!(
-                counters.dropped_bytes + counters.repeated > 0,
+                counters.dropped_bytes + counters.retries > 0,
                 "{protocol:?} {trouble}: {counters:?}"
             );
             assert!(pair.emulator.twist().linear > 0.3, "{protocol:?} {trouble}");
@@ -271,11 +275,11 @@ fn a_damaged_line_costs_commands_and_never_invents_motion() {
 
 #[test]
 fn silence_ends_the_feedback_and_slow_reads_delay_the_commands() {
-    let silence = PlannedTrouble::from(Trouble::Silence, 1.0);
+    let silence = ScheduledFault::from(InjectedFault::Silence, 1.0);
     for protocol in Protocol::ALL {
         let mut pair = Pair::with(protocol, &[silence]);
         pair.keep_on(CURVE, 2.0);
-        let heard_s = pair.session.newest().expect("feedback before").at_s;
+        let heard_s = pair.session.latest().expect("feedback before").received_s;
         assert!(heard_s < 1.01, "{protocol:?}: {heard_s}");
         assert!(pair.emulator.twist().linear > 0.3, "{protocol:?}");
         // It still hears: the host's zeros stop it, by whichever conversation.
@@ -284,35 +288,39 @@ fn silence_ends_the_feedback_and_slow_reads_delay_the_commands() {
             .expect("as before");
         pair.keep_on(Twist::STOP, 1.5);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
-        assert_eq!(pair.emulator.orders().watchdog_stops, 0, "{protocol:?}");
+        assert_eq!(
+            pair.emulator.command_stats().watchdog_stops,
+            0,
+            "{protocol:?}"
+        );
     }
 
-    let slow = PlannedTrouble::from(Trouble::SlowReads, 0.0);
+    let slow = ScheduledFault::from(InjectedFault::SlowReads, 0.0);
     let mut pair = Pair::with(Protocol::Native, &[slow]);
     pair.keep_on(CURVE, 0.29);
-    assert_eq!(pair.emulator.orders().commands, 0);
+    assert_eq!(pair.emulator.command_stats().commands, 0);
     pair.keep_on(CURVE, 0.1);
-    assert!(pair.emulator.orders().commands > 0);
+    assert!(pair.emulator.command_stats().commands > 0);
 }
 
 /// Our own frames say which command was taken last; without that a late base looks like one that is slow to start.
 #[test]
 fn a_base_that_is_behind_with_its_commands_is_found_where_it_says_so() {
-    let (after_s, verdict) = judged(Protocol::Native, Trouble::SlowReads).expect("a verdict");
+    let (after_s, verdict) = judged(Protocol::Native, InjectedFault::SlowReads).expect("a verdict");
     assert!(
-        matches!(verdict, Verdict::Late { behind_s } if (0.2..0.5).contains(&behind_s)),
+        matches!(verdict, StopCause::CommandDelay { delay_s } if (0.2..0.5).contains(&delay_s)),
         "{verdict}"
     );
     assert!(after_s < 1.2, "{after_s}");
-    assert_eq!(judged(Protocol::Wheeltec, Trouble::SlowReads), None);
+    assert_eq!(judged(Protocol::Wheeltec, InjectedFault::SlowReads), None);
 }
 
 #[test]
 fn the_same_seed_is_the_same_base_and_another_is_not() {
     let run = |seed| {
         let mut pair = Pair::new(Protocol::Native, seed);
-        for trouble in [Trouble::Garbage, Trouble::BitFlips] {
-            pair.emulator.plan(PlannedTrouble::from(trouble, 0.5));
+        for trouble in [InjectedFault::Garbage, InjectedFault::BitFlips] {
+            pair.emulator.schedule(ScheduledFault::from(trouble, 0.5));
         }
         pair.keep_on(CURVE, 3.0);
         pair.bytes
@@ -325,7 +333,7 @@ fn the_same_seed_is_the_same_base_and_another_is_not() {
 fn a_healthy_base_reports_no_fault() {
     let mut pair = Pair::new(Protocol::Native, 1);
     pair.keep_on(CURVE, 1.0);
-    let feedback = pair.session.newest().expect("feedback").feedback;
+    let feedback = pair.session.latest().expect("feedback").feedback;
     assert_eq!(feedback.faults, Faults::NONE);
     assert!(feedback.battery_v.is_some_and(|volts| volts > 24.0));
     assert!(

@@ -16,7 +16,7 @@
 //! ```
 
 use inbye::base::Faults;
-use inbye::base::arduino::{Answer, read_answer};
+use inbye::base::arduino::{Answer, parse_answer};
 use inbye::base::native::{Command, Decoder, Frame, Report};
 use inbye::base::roboclaw::{Reply, Request};
 
@@ -171,7 +171,7 @@ fn roboclaw_replies_equal_the_golden_bytes() {
         (Request::Battery, "00 F0 D8 E5", Reply::Battery(240)),
         (Request::Status, "00 00 00 01 97 9D", Reply::Status(1)),
         (Request::GetTimeout, "05 7B C1", Reply::Timeout(5)),
-        (Request::Drive([1, 2]), "FF", Reply::Done),
+        (Request::Drive([1, 2]), "FF", Reply::Ack),
     ] {
         let reply_bytes = bytes(hex);
         assert_eq!(request.reply_length(4), reply_bytes.len());
@@ -190,8 +190,8 @@ fn roboclaw_replies_equal_the_golden_bytes() {
 #[test]
 fn arduino_answers_are_exact() {
     assert_eq!(
-        read_answer(b"12 -5"),
+        parse_answer(b"12 -5"),
         Some(Answer::Counts([12, 5_u32.wrapping_neg()]))
     );
-    assert_eq!(read_answer(b"12 -5 7"), None);
+    assert_eq!(parse_answer(b"12 -5 7"), None);
 }

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use inbye::base::ld19::{
-    Decoder, LidarKeeper, LidarSettings, LidarTrouble, PACKET_LENGTH, POINTS, Packet, Point,
-    Revolutions,
+    Decoder, LidarFault, LidarReader, LidarSettings, PACKET_LENGTH, POINTS, Packet, Point,
+    RevolutionAssembler,
 };
 use inbye::base::{BaseConfig, BaseError};
 use inbye::geometry::{Point as Place, Pose, Twist};
@@ -211,13 +211,13 @@ fn turns(
     packets: &[Packet],
     late: impl Fn(usize) -> f64,
 ) -> Vec<TimedScan> {
-    let mut revolutions = Revolutions::new(settings);
+    let mut revolutions = RevolutionAssembler::new(settings);
     let mut now_s = 0.0_f64;
     let mut all = Vec::new();
     for (number, packet) in packets.iter().enumerate() {
         let measured_s = 7.0 + (12 * number + 11) as f64 / 4500.0;
         now_s = now_s.max(measured_s + late(number));
-        all.extend(revolutions.take(packet, now_s));
+        all.extend(revolutions.push(packet, now_s));
     }
     all
 }
@@ -320,7 +320,7 @@ fn lost_packets_cost_their_points_and_a_gap_costs_the_turn() {
 fn any_packets_make_sound_turns() {
     let packets = vec((packet(), 0..7200_u16, 0.0..0.1_f64), 0..200);
     for_all(200, packets, |packets| {
-        let mut revolutions = Revolutions::new(LidarSettings::default());
+        let mut revolutions = RevolutionAssembler::new(LidarSettings::default());
         let mut now_s = 0.0;
         for (packet, speed_deg_s, pause_s) in packets {
             now_s += pause_s;
@@ -328,7 +328,7 @@ fn any_packets_make_sound_turns() {
                 speed_deg_s,
                 ..packet
             };
-            if let Some(sweep) = revolutions.take(&packet, now_s) {
+            if let Some(sweep) = revolutions.push(&packet, now_s) {
                 prop_assert_eq!(sweep.is_valid(), true);
                 let times = || sweep.beams.iter().map(|beam| beam.time_s);
                 prop_assert_eq!(times().is_sorted(), true);
@@ -366,7 +366,7 @@ fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
     let (start, twist) = (Pose::new(2.5, 2.0, 0.3), Twist::new(0.8, 0.7));
     let (mut decoder, mut revolutions) = (
         Decoder::default(),
-        Revolutions::new(LidarSettings::default()),
+        RevolutionAssembler::new(LidarSettings::default()),
     );
     let (mut track, mut looks) = (PoseHistory::new(), 0);
     for tick in 0..400 {
@@ -377,7 +377,7 @@ fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
         track.record(now_s, &pose);
         decoder.push(&line);
         for packet in decoder.by_ref() {
-            let Some(sweep) = revolutions.take(&packet, now_s) else {
+            let Some(sweep) = revolutions.push(&packet, now_s) else {
                 continue;
             };
             let mut view = DeskewedScan::default();
@@ -418,18 +418,18 @@ impl std::io::Read for Line {
     }
 }
 
-/// Waits, for longer than any machine needs, until the keeper's status is as wanted.
+/// Waits, for longer than any machine needs, until the reader's status is as wanted.
 fn await_status(
-    keeper: &LidarKeeper,
+    reader: &LidarReader,
     what: &str,
     wanted: impl Fn(&inbye::base::ld19::LidarStatus) -> bool,
 ) {
     let began = Instant::now();
-    while !wanted(&keeper.status()) {
+    while !wanted(&reader.status()) {
         assert!(
             began.elapsed() < Duration::from_secs(20),
             "{what}: {:?}",
-            keeper.status()
+            reader.status()
         );
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -442,45 +442,45 @@ fn a_keeper_says_what_is_wrong_and_goes_on_when_it_is_mended() {
     let open = Box::new(
         move || -> Result<Box<dyn std::io::Read + Send>, BaseError> {
             if opened.0.lock().expect("nobody panicked").1 {
-                return Err(BaseError::Unplugged {
+                return Err(BaseError::Disconnected {
                     port: "a line".to_owned(),
                 });
             }
             Ok(Box::new(opened.clone()))
         },
     );
-    let keeper = LidarKeeper::start(open, LidarSettings::default()).expect("open");
+    let reader = LidarReader::start(open, LidarSettings::default()).expect("open");
     let say = |bytes: &[u8]| line.0.lock().expect("nobody panicked").0.extend(bytes);
     let stream =
         |packets: &[Packet]| -> Vec<u8> { packets.iter().flat_map(Packet::encode).collect() };
     let silent = |status: &inbye::base::ld19::LidarStatus| {
-        matches!(status.trouble, Some(LidarTrouble::Silent { .. }))
+        matches!(status.fault, Some(LidarFault::Silent { .. }))
     };
-    await_status(&keeper, "nothing yet", silent);
+    await_status(&reader, "nothing yet", silent);
     say(&stream(&turning(0.5, 0)));
-    await_status(&keeper, "turns", |status| {
-        status.turns == 4 && status.sweep.is_some()
+    await_status(&reader, "turns", |status| {
+        status.revolutions == 4 && status.scan.is_some()
     });
-    await_status(&keeper, "silent", silent);
+    await_status(&reader, "silent", silent);
     say(&[0x55; 5000]);
-    await_status(&keeper, "strange", |status| {
-        status.trouble == Some(LidarTrouble::Strange)
+    await_status(&reader, "strange", |status| {
+        status.fault == Some(LidarFault::UnknownData)
     });
     let standing = Packet {
         speed_deg_s: 0,
         ..turning(0.1, 0)[0]
     };
     say(&standing.encode());
-    await_status(&keeper, "stands", |status| {
-        status.trouble == Some(LidarTrouble::Stands)
+    await_status(&reader, "stands", |status| {
+        status.fault == Some(LidarFault::NotRotating)
     });
     line.0.lock().expect("nobody panicked").1 = true;
-    let gone = |status: &inbye::base::ld19::LidarStatus| matches!(&status.trouble, Some(why @ LidarTrouble::Unplugged { .. }) if why.to_string().contains("plug it in"));
-    await_status(&keeper, "gone", gone);
+    let gone = |status: &inbye::base::ld19::LidarStatus| matches!(&status.fault, Some(why @ LidarFault::Disconnected { .. }) if why.to_string().contains("plug it in"));
+    await_status(&reader, "gone", gone);
     line.0.lock().expect("nobody panicked").1 = false;
-    await_status(&keeper, "open again", |status| status.opened == 2);
+    await_status(&reader, "open again", |status| status.connections == 2);
     say(&stream(&turning(0.5, 0)));
-    await_status(&keeper, "turns again", |status| status.turns == 8);
+    await_status(&reader, "turns again", |status| status.revolutions == 8);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use inbye::base::{BaseSettings, Feedback, Machine, Peer, Protocol, Session};
+use inbye::base::{BaseSettings, DeviceProtocol, Feedback, MachineState, Protocol, Session};
 use inbye::geometry::Twist;
 use inbye::robot::{PerTrack, TrackSpeeds};
 
@@ -23,8 +23,8 @@ pub type Damage = Box<dyn FnMut(Way, Vec<u8>) -> Vec<u8>>;
 
 pub struct Conversation {
     pub session: Box<dyn Session>,
-    pub peer: Box<dyn Peer>,
-    pub machine: Machine,
+    pub peer: Box<dyn DeviceProtocol>,
+    pub machine: MachineState,
     /// Whether the host runs at all.
     pub host_runs: bool,
     pub damage: Damage,
@@ -51,10 +51,10 @@ impl Conversation {
     pub fn between(protocol: Protocol, host: BaseSettings, base: BaseSettings) -> Self {
         Self {
             session: protocol.session(host).expect("valid settings"),
-            peer: protocol.peer(base).expect("valid settings"),
-            machine: Machine {
+            peer: protocol.device(base).expect("valid settings"),
+            machine: MachineState {
                 battery_v: 24.0,
-                ..Machine::default()
+                ..MachineState::default()
             },
             host_runs: true,
             damage: Box::new(|_, bytes| bytes),
@@ -95,7 +95,7 @@ impl Conversation {
     }
 
     pub fn feedback(&self) -> Feedback {
-        self.session.newest().expect("feedback by now").feedback
+        self.session.latest().expect("feedback by now").feedback
     }
 
     /// How fast the tracks truly run.
@@ -139,7 +139,7 @@ impl Conversation {
     }
 
     fn count(&mut self) {
-        self.machine.ticks = self
+        self.machine.encoder_counts = self
             .travel
             .zip(self.settings.ticks_per_m, |travel_m, per_m| {
                 (travel_m * per_m).floor() as i64 as u32

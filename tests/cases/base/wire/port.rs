@@ -7,8 +7,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use inbye::base::{
-    Base, BaseError, BaseSettings, Condition, Keeper, KeeperSettings, Machine, Open, Peer,
-    Protocol, SerialBase, SerialSettings,
+    Base, BaseError, BaseSettings, BaseSupervisor, DeviceProtocol, DriveStatus, MachineState,
+    OpenBase, Protocol, SerialBase, SerialSettings, SupervisorSettings,
 };
 use inbye::geometry::Twist;
 use inbye::robot::PerTrack;
@@ -18,11 +18,17 @@ use serialport::{SerialPort, TTYPort};
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Runs a controller whose motors are at once where they are told to be, until it is told to end.
-fn control(mut port: TTYPort, mut peer: Box<dyn Peer>, settings: &BaseSettings, end: &AtomicBool) {
+fn control(
+    mut port: TTYPort,
+    mut peer: Box<dyn DeviceProtocol>,
+    settings: &BaseSettings,
+    end: &AtomicBool,
+) {
     port.set_timeout(Duration::from_millis(1))
         .expect("a timeout");
     let start = Instant::now();
-    let (mut machine, mut travel_m, mut last_s) = (Machine::default(), PerTrack::both(0.0), 0.0);
+    let (mut machine, mut travel_m, mut last_s) =
+        (MachineState::default(), PerTrack::both(0.0), 0.0);
     let mut bytes = [0; 256];
     while !end.load(Ordering::Relaxed) {
         let now_s = start.elapsed().as_secs_f64();
@@ -36,7 +42,7 @@ fn control(mut port: TTYPort, mut peer: Box<dyn Peer>, settings: &BaseSettings, 
         travel_m = travel_m.zip(speeds, |travel_m, speed| {
             travel_m + speed * (now_s - last_s)
         });
-        machine.ticks = travel_m.zip(settings.ticks_per_m, |travel_m, per_m| {
+        machine.encoder_counts = travel_m.zip(settings.ticks_per_m, |travel_m, per_m| {
             (travel_m * per_m).floor() as i64 as u32
         });
         last_s = now_s;
@@ -61,17 +67,17 @@ fn every_protocol_drives_over_a_port() {
     for protocol in Protocol::ALL {
         let settings = BaseSettings::default();
         let (peer_port, port) = TTYPort::pair().expect("pseudo-terminals");
-        let peer = protocol.peer(settings).expect("valid settings");
+        let peer = protocol.device(settings).expect("valid settings");
         let end = AtomicBool::new(false);
         thread::scope(|scope| {
             scope.spawn(|| control(peer_port, peer, &settings, &end));
             let patient = SerialSettings {
-                send_within: PATIENCE,
-                feedback_within: PATIENCE,
+                send_timeout: PATIENCE,
+                feedback_timeout: PATIENCE,
                 ..SerialSettings::default()
             };
             let session = protocol.session(settings).expect("valid settings");
-            let mut base = SerialBase::on(Box::new(port), "pty", session, patient);
+            let mut base = SerialBase::from_port(Box::new(port), "pty", session, patient);
             let drove = drive_until_reported(&mut base, Twist::new(0.5, 0.0));
             let stopped = drive_until_reported(&mut base, Twist::STOP);
             end.store(true, Ordering::Relaxed);
@@ -93,7 +99,8 @@ fn a_base_that_never_answers_is_told_and_does_not_hang() {
         let session = protocol
             .session(BaseSettings::default())
             .expect("valid settings");
-        let mut base = SerialBase::on(Box::new(port), "pty", session, SerialSettings::default());
+        let mut base =
+            SerialBase::from_port(Box::new(port), "pty", session, SerialSettings::default());
         let told = std::iter::repeat_with(|| {
             base.send(&Twist::new(0.3, 0.0)).expect("an open line");
             base.feedback()
@@ -103,7 +110,7 @@ fn a_base_that_never_answers_is_told_and_does_not_hang() {
             matches!(told, Some(Err(BaseError::TimedOut { .. }))),
             "{told:?}"
         );
-        assert!(base.counters().repeated > 0);
+        assert!(base.counters().retries > 0);
     }
 }
 
@@ -115,10 +122,10 @@ fn a_sender_that_was_held_up_past_its_bound_goes_on() {
         .session(BaseSettings::default())
         .expect("valid settings");
     let held_up = SerialSettings {
-        send_within: Duration::ZERO,
+        send_timeout: Duration::ZERO,
         ..SerialSettings::default()
     };
-    let mut base = SerialBase::on(Box::new(port), "pty", session, held_up);
+    let mut base = SerialBase::from_port(Box::new(port), "pty", session, held_up);
     for _ in 0..20 {
         assert_eq!(base.send(&Twist::STOP), Ok(()));
     }
@@ -129,39 +136,40 @@ fn a_sender_that_was_held_up_past_its_bound_goes_on() {
 fn a_line_that_takes_no_more_is_given_up() {
     let (_wedged, port) = TTYPort::pair().expect("pseudo-terminals");
     let mut port = Some(port);
-    let open: Open = Box::new(move || {
-        let gone = || BaseError::Unplugged {
+    let open: OpenBase = Box::new(move || {
+        let gone = || BaseError::Disconnected {
             port: "pty".to_owned(),
         };
         let port = port.take().ok_or_else(gone)?;
         let session = Protocol::Native.session(BaseSettings::default())?;
         // Its silence alone is no reason yet.
         let patient = SerialSettings {
-            feedback_within: 10 * PATIENCE,
+            feedback_timeout: 10 * PATIENCE,
             ..SerialSettings::default()
         };
-        Ok(Box::new(SerialBase::on(
+        Ok(Box::new(SerialBase::from_port(
             Box::new(port),
             "pty",
             session,
             patient,
         )))
     });
-    let settings = KeeperSettings {
+    let settings = SupervisorSettings {
         rate_hz: 1000.0,
-        first_pause_s: 1000.0,
-        longest_pause_s: 1000.0,
-        ..KeeperSettings::default()
+        reconnect_min_s: 1000.0,
+        reconnect_max_s: 1000.0,
+        ..SupervisorSettings::default()
     };
-    let keeper = Keeper::start(open, &BaseSettings::default(), settings, Arc::default())
-        .expect("an open line");
+    let supervisor =
+        BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default())
+            .expect("an open line");
     let began = Instant::now();
     let why = loop {
-        let _ = keeper.want(&Twist::new(0.3, 0.0), keeper.now_s());
-        if let Condition::NoLine(why) = keeper.status().condition {
+        let _ = supervisor.set_target(&Twist::new(0.3, 0.0), supervisor.now_s());
+        if let DriveStatus::Disconnected(why) = supervisor.status().drive_status {
             break why;
         }
-        assert!(began.elapsed() < PATIENCE, "{:?}", keeper.status());
+        assert!(began.elapsed() < PATIENCE, "{:?}", supervisor.status());
         thread::sleep(Duration::from_millis(5));
     };
     assert!(why.to_string().contains("writing a command"), "{why}");

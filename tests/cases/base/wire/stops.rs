@@ -1,7 +1,7 @@
 //! What stops a base: its watchdog, its latched stop, and a set-up that was not confirmed.
 
-use inbye::base::native::{Command, NativePeer, NativeSession, Report};
-use inbye::base::{BaseSettings, Faults, Machine, Peer, Protocol, Session};
+use inbye::base::native::{Command, NativeDevice, NativeSession, Report};
+use inbye::base::{BaseSettings, DeviceProtocol, Faults, MachineState, Protocol, Session};
 use inbye::geometry::Twist;
 use inbye::robot::TrackSpeeds;
 
@@ -129,7 +129,7 @@ fn a_button_stops_the_others_and_those_that_can_say_so_do() {
 #[test]
 fn a_repeated_report_is_no_news_to_the_host() {
     let mut session = NativeSession::new(BaseSettings::default()).unwrap();
-    let heard_s = |session: &NativeSession| session.newest().map(|heard| heard.at_s);
+    let heard_s = |session: &NativeSession| session.latest().map(|heard| heard.received_s);
     let mut report = Report {
         sequence: 7,
         ..Report::default()
@@ -146,7 +146,7 @@ fn a_repeated_report_is_no_news_to_the_host() {
 /// The same frame again and again, as a stuck adapter would send it, is no sign of life.
 #[test]
 fn a_repeated_frame_does_not_hold_the_watchdog_off() {
-    let mut peer = NativePeer::new(BaseSettings::default()).unwrap();
+    let mut peer = NativeDevice::new(BaseSettings::default()).unwrap();
     let command = |sequence| Command {
         sequence,
         speeds: [4000, 4000],
@@ -158,7 +158,7 @@ fn a_repeated_frame_does_not_hold_the_watchdog_off() {
             let now_s = f64::from(turn) * 0.01;
             let sequence = if repeats { 1000 } else { turn };
             peer.receive(&command(sequence).encode(), now_s);
-            set = peer.step(now_s, &Machine::default(), &mut Vec::new());
+            set = peer.step(now_s, &MachineState::default(), &mut Vec::new());
         }
         set
     };
@@ -168,7 +168,7 @@ fn a_repeated_frame_does_not_hold_the_watchdog_off() {
 
 #[test]
 fn a_release_with_a_speed_in_it_releases_nothing() {
-    let mut peer = NativePeer::new(BaseSettings::default()).unwrap();
+    let mut peer = NativeDevice::new(BaseSettings::default()).unwrap();
     let mut tell = |sequence, stop, release, speed| {
         let command = Command {
             sequence,
@@ -178,7 +178,7 @@ fn a_release_with_a_speed_in_it_releases_nothing() {
         };
         let now_s = f64::from(sequence) * 0.01;
         peer.receive(&command.encode(), now_s);
-        peer.step(now_s, &Machine::default(), &mut Vec::new())
+        peer.step(now_s, &MachineState::default(), &mut Vec::new())
     };
     tell(1, true, false, 0);
     for (sequence, stop, release, speed) in [(2, false, true, 5000), (4, true, true, 0)] {
@@ -220,7 +220,7 @@ fn a_roboclaw_is_not_driven_before_its_watchdog_is_confirmed() {
     assert!(talk.twist().linear > 0.39);
     let counters = talk.session.counters();
     assert!(
-        counters.repeated >= 3 && counters.unanswered >= 1,
+        counters.retries >= 3 && counters.unanswered >= 1,
         "{counters:?}"
     );
 }
@@ -230,7 +230,7 @@ fn a_roboclaw_that_was_switched_off_and_on_gets_its_watchdog_again() {
     let mut talk = driving(Protocol::Roboclaw);
     talk.damage = Box::new(|_, _| Vec::new());
     talk.wait(0.3);
-    talk.peer = Protocol::Roboclaw.peer(BaseSettings::default()).unwrap();
+    talk.peer = Protocol::Roboclaw.device(BaseSettings::default()).unwrap();
     talk.damage = Box::new(|_, bytes| bytes);
     talk.keep_on(AHEAD, 0.5);
     talk.host_runs = false;
@@ -244,7 +244,7 @@ fn a_counter_that_jumps_for_good_is_a_fault_until_released() {
         talk.start_encoders_at(5_000_000.0);
         talk.keep_on(AHEAD, 0.5);
         assert!(
-            talk.feedback().faults.contain(Faults::ENCODER),
+            talk.feedback().faults.contains(Faults::ENCODER),
             "{protocol:?}"
         );
         assert!(

@@ -4,9 +4,9 @@
 use std::cell::Cell;
 use std::fmt::Debug;
 
-use inbye::base::arduino::{Answer, read_answer};
+use inbye::base::arduino::{Answer, parse_answer};
 use inbye::base::roboclaw::Request;
-use inbye::base::{BaseSettings, Faults, Machine, Protocol, native, wheeltec};
+use inbye::base::{BaseSettings, Faults, MachineState, Protocol, native, wheeltec};
 use inbye::geometry::Twist;
 use inbye::robot::TrackSpeeds;
 use proptest::collection::vec;
@@ -338,7 +338,7 @@ fn arduino_lines_are_read_only_as_they_are_written() {
     for_all(2000, (number(), number()), |(first, second)| {
         let line = format!("{first} {second}");
         let counts = Answer::Counts([first as u32, second as u32]);
-        prop_assert_eq!(read_answer(line.as_bytes()), Some(counts));
+        prop_assert_eq!(parse_answer(line.as_bytes()), Some(counts));
         Ok(())
     });
     let letters = vec(
@@ -346,7 +346,7 @@ fn arduino_lines_are_read_only_as_they_are_written() {
         0..24,
     );
     for_all(5000, letters, |line| {
-        if let Some(Answer::Counts(counts)) = read_answer(&line) {
+        if let Some(Answer::Counts(counts)) = parse_answer(&line) {
             let [first, second] = counts.map(|count| count as i32);
             prop_assert_eq!(format!("{first} {second}").into_bytes(), line);
         }
@@ -363,18 +363,18 @@ fn noise_moves_nothing() {
         for protocol in Protocol::ALL {
             let settings = BaseSettings::default();
             let mut session = protocol.session(settings).expect("valid settings");
-            let mut peer = protocol.peer(settings).expect("valid settings");
+            let mut peer = protocol.device(settings).expect("valid settings");
             let mut now_s = 0.0;
             for (bytes, pause_s) in &noise {
                 now_s += pause_s;
                 session.receive(bytes, now_s);
                 session.transmit(now_s, &mut Vec::new());
                 peer.receive(bytes, now_s);
-                let set = peer.step(now_s, &Machine::default(), &mut Vec::new());
+                let set = peer.step(now_s, &MachineState::default(), &mut Vec::new());
                 let guarded = matches!(protocol, Protocol::Native | Protocol::Roboclaw);
                 prop_assert!(!guarded || set == TrackSpeeds::default(), "{set:?}");
             }
-            prop_assert!(session.newest().is_none());
+            prop_assert!(session.latest().is_none());
         }
         Ok(())
     });

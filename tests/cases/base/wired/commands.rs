@@ -31,7 +31,7 @@ fn a_motion_is_sent_in_every_protocol() {
         assert!(off_m < 0.1, "{protocol}: {sent} {summary}");
         assert_eq!(summary["linear"], json!(0.0), "{protocol}: {summary}");
         assert_eq!(summary["watchdog_stops"], json!(0), "{protocol}: {summary}");
-        assert!(number(&summary, "zeros_at_end") >= 3.0, "{summary}");
+        assert!(number(&summary, "final_zero_commands") >= 3.0, "{summary}");
     }
 }
 
@@ -44,7 +44,7 @@ fn a_stuck_track_stops_the_base_and_says_so() {
         let sent = ended.object();
         let why = sent["stopped"].as_str().expect("words");
         assert!(why.starts_with("the right track stands"), "{why}");
-        assert!(number(&base.end(), "zeros_at_end") >= 3.0);
+        assert!(number(&base.end(), "final_zero_commands") >= 3.0);
     }
 }
 
@@ -72,10 +72,13 @@ fn silence_of_the_base_is_told_and_it_is_left_standing() {
     let ended = base.host("base send --linear 0.3 --for 4").wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let sent = ended.object();
-    assert!(number(&sent["counters"], "line_failures") >= 1.0, "{sent}");
+    assert!(
+        number(&sent["counters"], "connection_failures") >= 1.0,
+        "{sent}"
+    );
     let summary = base.end();
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
-    assert!(number(&summary, "zeros_at_end") >= 3.0, "{summary}");
+    assert!(number(&summary, "final_zero_commands") >= 3.0, "{summary}");
 }
 
 #[test]

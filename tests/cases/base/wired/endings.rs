@@ -7,7 +7,8 @@ use std::thread;
 use std::time::Duration;
 
 use inbye::base::{
-    BaseSettings, Keeper, KeeperSettings, Open, Protocol, SerialBase, SerialSettings,
+    BaseSettings, BaseSupervisor, OpenBase, Protocol, SerialBase, SerialSettings,
+    SupervisorSettings,
 };
 use inbye::geometry::Twist;
 use serde_json::json;
@@ -33,7 +34,7 @@ fn assert_left_with_zeros(base: Emulated, case: &str) {
     // Bytes on their way, and a ramp of the motors.
     thread::sleep(Duration::from_millis(700));
     let summary = base.end();
-    let zeros = summary["zeros_at_end"].as_u64().expect("a count");
+    let zeros = summary["final_zero_commands"].as_u64().expect("a count");
     assert!(zeros >= 3, "{case}: {summary}");
     assert_eq!(summary["watchdog_stops"], json!(0), "{case}: {summary}");
     assert_eq!(summary["linear"], json!(0.0), "{case}: {summary}");
@@ -99,15 +100,20 @@ fn panics_under_way() {
     let (protocol, port) = base.split_once(' ').expect("two words");
     let (protocol, port): (Protocol, String) = (protocol.parse().unwrap(), port.to_owned());
     let settings = BaseSettings::default();
-    let open: Open = Box::new(move || {
+    let open: OpenBase = Box::new(move || {
         let session = protocol.session(settings)?;
         let within = SerialSettings::default();
         Ok(Box::new(SerialBase::open(&port, session, within)?))
     });
-    let keeper = Keeper::start(open, &settings, KeeperSettings::default(), Arc::default())
-        .expect("an open line");
-    while keeper.status().travelled_m < 0.1 {
-        let _ = keeper.want(&Twist::new(0.4, 0.0), keeper.now_s());
+    let supervisor = BaseSupervisor::start(
+        open,
+        &settings,
+        SupervisorSettings::default(),
+        Arc::default(),
+    )
+    .expect("an open line");
+    while supervisor.status().travelled_m < 0.1 {
+        let _ = supervisor.set_target(&Twist::new(0.4, 0.0), supervisor.now_s());
         thread::sleep(Duration::from_millis(20));
     }
     panic!("the planner has a bug");
@@ -136,7 +142,7 @@ fn after_a_kill_the_bases_watchdog_acts_where_it_has_one() {
         // On a machine that is held up, the sender stops on the age of its plan; the kill then meets one that stands.
         let summary = (0..3)
             .map(|_| kill_and_wait(protocol))
-            .find(|summary| summary["zeros_at_end"] == json!(0))
+            .find(|summary| summary["final_zero_commands"] == json!(0))
             .expect("a host that is killed sends no zeros");
         assert_eq!(
             summary["watchdog_stops"],

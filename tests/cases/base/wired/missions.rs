@@ -130,7 +130,7 @@ fn a_base_that_is_stuck_ends_its_mission_and_says_why() {
         listed.contains(&format!("</b> base: {why}</button>")),
         "{why}"
     );
-    assert!(number(&base.end(), "zeros_at_end") >= 3.0);
+    assert!(number(&base.end(), "final_zero_commands") >= 3.0);
 }
 
 #[test]
@@ -145,6 +145,6 @@ fn a_signal_ends_a_mission_and_stops_the_base() {
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     assert_eq!(ended.object()["base"]["interrupted"], json!(true));
     let summary = base.end();
-    assert!(number(&summary, "zeros_at_end") >= 3.0, "{summary}");
+    assert!(number(&summary, "final_zero_commands") >= 3.0, "{summary}");
     assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
 }

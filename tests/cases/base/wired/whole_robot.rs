@@ -107,7 +107,7 @@ fn a_lidar_that_is_unplugged_stops_the_robot_which_says_why() {
     assert_eq!(driven["base"]["stopped"], Value::Null, "{driven}");
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
     assert!(
-        summary["zeros_at_end"]
+        summary["final_zero_commands"]
             .as_u64()
             .is_some_and(|zeros| zeros >= 3),
         "{summary}"

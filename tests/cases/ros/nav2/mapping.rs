@@ -41,7 +41,7 @@ fn dwb_and_the_smoother_give_the_tighter_limits() {
     assert_eq!(navigator.xy_goal_tolerance, 0.15);
     assert_eq!(navigator.yaw_goal_tolerance, core::f64::consts::PI);
     assert_eq!(
-        (base.keeper.rate_hz, base.keeper.plan_within_s),
+        (base.supervisor.rate_hz, base.supervisor.target_timeout_s),
         (30.0, 0.8)
     );
     assert_eq!(base.base.tracks.deadband, 0.03);

@@ -7,7 +7,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use inbye::base::{
-    Base, BaseError, BaseSettings, Condition, Feedback, Keeper, KeeperSettings, Open, Status,
+    Base, BaseError, BaseSettings, BaseSupervisor, DriveStatus, Feedback, OpenBase,
+    SupervisorSettings, SupervisorStatus,
 };
 use inbye::geometry::Twist;
 
@@ -36,7 +37,7 @@ impl Obedient {
 }
 
 fn unplugged() -> BaseError {
-    BaseError::Unplugged {
+    BaseError::Disconnected {
         port: "memory".to_owned(),
     }
 }
@@ -75,9 +76,9 @@ impl Place {
         }
     }
 
-    fn keeper(&self) -> Keeper {
+    fn supervisor(&self) -> BaseSupervisor {
         let (told, cut) = (Arc::clone(&self.told), Arc::clone(&self.cut));
-        let open: Open = Box::new(move || {
+        let open: OpenBase = Box::new(move || {
             if cut.load(Ordering::Relaxed) {
                 return Err(unplugged());
             }
@@ -88,16 +89,16 @@ impl Place {
                 now: Twist::STOP,
             }))
         });
-        let settings = KeeperSettings {
+        let settings = SupervisorSettings {
             rate_hz: 200.0,
-            first_pause_s: 0.01,
-            longest_pause_s: 0.04,
+            reconnect_min_s: 0.01,
+            reconnect_max_s: 0.04,
             // A busy machine is not to be taken for a hung planner.
-            plan_within_s: 2.0,
-            ..KeeperSettings::default()
+            target_timeout_s: 2.0,
+            ..SupervisorSettings::default()
         };
         let end = Arc::clone(&self.end);
-        Keeper::start(open, &BaseSettings::default(), settings, end).expect("an open line")
+        BaseSupervisor::start(open, &BaseSettings::default(), settings, end).expect("an open line")
     }
 
     /// The last commands on the newest line.
@@ -109,11 +110,14 @@ impl Place {
 }
 
 /// Plans until something holds.
-fn drive_until(keeper: &Keeper, holds: impl Fn(&Status) -> bool) -> Status {
+fn drive_until(
+    supervisor: &BaseSupervisor,
+    holds: impl Fn(&SupervisorStatus) -> bool,
+) -> SupervisorStatus {
     let began = Instant::now();
     loop {
-        let _ = keeper.want(&AHEAD, keeper.now_s());
-        let status = keeper.status();
+        let _ = supervisor.set_target(&AHEAD, supervisor.now_s());
+        let status = supervisor.status();
         if holds(&status) {
             return status;
         }
@@ -122,17 +126,17 @@ fn drive_until(keeper: &Keeper, holds: impl Fn(&Status) -> bool) -> Status {
     }
 }
 
-fn is_fast(status: &Status) -> bool {
+fn is_fast(status: &SupervisorStatus) -> bool {
     status.sent == AHEAD
 }
 
 #[test]
 fn it_ends_with_three_zeros_when_it_is_dropped() {
     let place = Place::new();
-    let keeper = place.keeper();
-    drive_until(&keeper, is_fast);
+    let supervisor = place.supervisor();
+    drive_until(&supervisor, is_fast);
     assert_ne!(place.last(1), [Twist::STOP]);
-    drop(keeper);
+    drop(supervisor);
     assert_eq!(place.last(3), [Twist::STOP; 3]);
     assert_ne!(place.last(6)[0], Twist::STOP, "it drove to the last");
 }
@@ -140,9 +144,9 @@ fn it_ends_with_three_zeros_when_it_is_dropped() {
 #[test]
 fn it_ends_with_three_zeros_when_its_owner_panics() {
     let place = Place::new();
-    let keeper = place.keeper();
+    let supervisor = place.supervisor();
     let outcome = catch_unwind(AssertUnwindSafe(move || {
-        drive_until(&keeper, is_fast);
+        drive_until(&supervisor, is_fast);
         panic!("a planner's error");
     }));
     assert!(outcome.is_err());
@@ -152,28 +156,32 @@ fn it_ends_with_three_zeros_when_its_owner_panics() {
 #[test]
 fn it_ends_with_three_zeros_when_its_end_is_asked_for() {
     let place = Place::new();
-    let keeper = place.keeper();
-    drive_until(&keeper, is_fast);
+    let supervisor = place.supervisor();
+    drive_until(&supervisor, is_fast);
     place.end.store(true, Ordering::Relaxed);
     // The owner goes on to plan, in vain.
-    drive_until(&keeper, |status| !status.is_running);
-    drop(keeper);
+    drive_until(&supervisor, |status| !status.is_running);
+    drop(supervisor);
     assert_eq!(place.last(3), [Twist::STOP; 3]);
 }
 
 #[test]
 fn a_hung_planner_whose_threads_live_is_stopped_by_the_age_of_its_plan() {
     let place = Place::new();
-    let keeper = place.keeper();
-    drive_until(&keeper, is_fast);
-    let planned_s = keeper.now_s();
-    keeper.want(&AHEAD, planned_s).expect("a good plan");
+    let supervisor = place.supervisor();
+    drive_until(&supervisor, is_fast);
+    let planned_s = supervisor.now_s();
+    supervisor
+        .set_target(&AHEAD, planned_s)
+        .expect("a good plan");
     let began = Instant::now();
     // It lives and speaks, and repeats what it planned.
     loop {
-        let _ = keeper.want(&AHEAD, planned_s);
-        let status = keeper.status();
-        if matches!(status.condition, Condition::PlanTooOld { .. }) && status.sent == Twist::STOP {
+        let _ = supervisor.set_target(&AHEAD, planned_s);
+        let status = supervisor.status();
+        if matches!(status.drive_status, DriveStatus::TargetExpired { .. })
+            && status.sent == Twist::STOP
+        {
             break;
         }
         assert!(began.elapsed() < PATIENCE, "{status:?}");
@@ -185,26 +193,28 @@ fn a_hung_planner_whose_threads_live_is_stopped_by_the_age_of_its_plan() {
 #[test]
 fn a_lost_line_is_opened_anew_and_begins_with_zero() {
     let place = Place::new();
-    let keeper = place.keeper();
-    drive_until(&keeper, is_fast);
+    let supervisor = place.supervisor();
+    drive_until(&supervisor, is_fast);
     place.cut.store(true, Ordering::Relaxed);
-    let status = drive_until(&keeper, |status| status.counters.line_failures >= 3);
-    assert!(matches!(status.condition, Condition::NoLine(_)));
+    let status = drive_until(&supervisor, |status| {
+        status.counters.connection_failures >= 3
+    });
+    assert!(matches!(status.drive_status, DriveStatus::Disconnected(_)));
     assert_eq!(status.sent, Twist::STOP);
     place.cut.store(false, Ordering::Relaxed);
-    drive_until(&keeper, is_fast);
+    drive_until(&supervisor, is_fast);
     let told = place.told.lock().expect("no test fails with it");
     assert_eq!(told.len(), 2);
     assert_eq!(told[1][0], Twist::STOP);
     drop(told);
-    assert_eq!(keeper.status().counters.opened, 2);
+    assert_eq!(supervisor.status().counters.connections, 2);
 }
 
 #[test]
 fn a_line_that_cannot_be_opened_at_first_is_told_at_once() {
-    let open: Open = Box::new(|| Err(unplugged()));
-    let settings = KeeperSettings::default();
-    let kept = Keeper::start(open, &BaseSettings::default(), settings, Arc::default());
+    let open: OpenBase = Box::new(|| Err(unplugged()));
+    let settings = SupervisorSettings::default();
+    let kept = BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
     assert_eq!(kept.err(), Some(unplugged()));
 }
 
@@ -224,7 +234,7 @@ fn a_panic_of_the_sender_itself_leaves_zeros() {
     }
     let place = Place::new();
     let told = Arc::clone(&place.told);
-    let open: Open = Box::new(move || {
+    let open: OpenBase = Box::new(move || {
         told.lock().expect("no test fails with it").push(Vec::new());
         let base = Obedient {
             told: Arc::clone(&told),
@@ -233,14 +243,15 @@ fn a_panic_of_the_sender_itself_leaves_zeros() {
         };
         Ok(Box::new(Buggy(base, 0)))
     });
-    let settings = KeeperSettings {
+    let settings = SupervisorSettings {
         rate_hz: 200.0,
-        plan_within_s: 2.0,
-        ..KeeperSettings::default()
+        target_timeout_s: 2.0,
+        ..SupervisorSettings::default()
     };
-    let keeper = Keeper::start(open, &BaseSettings::default(), settings, Arc::default());
-    let keeper = keeper.expect("an open line");
-    drive_until(&keeper, |status| !status.is_running);
-    drop(keeper);
+    let supervisor =
+        BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
+    let supervisor = supervisor.expect("an open line");
+    drive_until(&supervisor, |status| !status.is_running);
+    drop(supervisor);
     assert_eq!(place.last(3), [Twist::STOP; 3]);
 }

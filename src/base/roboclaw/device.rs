@@ -1,28 +1,28 @@
-//! The base's side: what a controller answers.
+//! The base's side: the controller's answers.
 
 use super::frames::Request;
 use super::{PACKET_PAUSE_S, status};
-use crate::base::peer::{OrderBook, Orders};
-use crate::base::{BaseError, BaseSettings, Machine, Peer};
+use crate::base::device::{CommandCounter, CommandStats};
+use crate::base::{BaseError, BaseSettings, DeviceProtocol, MachineState};
 use crate::robot::TrackSpeeds;
 
-/// A `RoboClaw`. Its watchdog is off at power-on, and counts every byte as a sign of life.
+/// A `RoboClaw` controller. Its watchdog is off at power-on, and any received byte resets it.
 #[derive(Clone, Debug)]
-pub struct RoboClawPeer {
+pub struct RoboClawDevice {
     settings: BaseSettings,
     received: Vec<u8>,
     requests: Vec<Request>,
     last_byte_s: f64,
     watchdog_tenths: u8,
     set: [i32; 2],
-    orders: OrderBook,
+    commands: CommandCounter,
 }
 
-impl RoboClawPeer {
-    /// A controller that was just switched on, of a machine that is as the settings say.
+impl RoboClawDevice {
+    /// Creates a controller at power-on.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
         Ok(Self {
@@ -32,13 +32,13 @@ impl RoboClawPeer {
             last_byte_s: f64::NEG_INFINITY,
             watchdog_tenths: 0,
             set: [0, 0],
-            orders: OrderBook::default(),
+            commands: CommandCounter::default(),
         })
     }
 
-    fn answer(&mut self, request: Request, machine: &Machine) -> Vec<u8> {
+    fn answer(&mut self, request: Request, machine: &MachineState) -> Vec<u8> {
         let settings = &self.settings;
-        let counted = |number: [u8; 4]| [&number[..], &[0]].concat();
+        let with_flags = |number: [u8; 4]| [&number[..], &[0]].concat();
         let data = match request {
             Request::SetTimeout(tenths) => {
                 self.watchdog_tenths = tenths;
@@ -46,17 +46,17 @@ impl RoboClawPeer {
             }
             Request::Drive(speeds) => {
                 self.set = speeds;
-                self.orders.command(speeds == [0, 0]);
+                self.commands.command(speeds == [0, 0]);
                 return vec![0xFF];
             }
             Request::GetTimeout => vec![self.watchdog_tenths],
             Request::Encoder { second } => {
-                let counts = settings.channel_counts(machine.ticks);
-                counted(counts[usize::from(second)].to_be_bytes())
+                let counts = settings.channel_counts(machine.encoder_counts);
+                with_flags(counts[usize::from(second)].to_be_bytes())
             }
             Request::Speed { second } => {
                 let rate = settings.channel_rates(&machine.speeds)[usize::from(second)];
-                counted((rate.round() as i32).to_be_bytes())
+                with_flags((rate.round() as i32).to_be_bytes())
             }
             Request::Battery => {
                 let decivolts = (machine.battery_v * 10.0).round() as u16;
@@ -67,11 +67,11 @@ impl RoboClawPeer {
                 bits.to_be_bytes()[4 - settings.roboclaw.status_bytes..].to_vec()
             }
         };
-        request.answer(settings.roboclaw.address, data)
+        request.encode_reply(settings.roboclaw.address, data)
     }
 }
 
-impl Peer for RoboClawPeer {
+impl DeviceProtocol for RoboClawDevice {
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
         if bytes.is_empty() {
             return;
@@ -88,7 +88,7 @@ impl Peer for RoboClawPeer {
                     self.received.drain(..length);
                 }
                 Ok(None) => return,
-                // Silence is the answer, and the host's pause the way out.
+                // The controller stays silent; the host's pause resynchronizes it.
                 Err(_) => {
                     self.received.clear();
                     return;
@@ -97,15 +97,15 @@ impl Peer for RoboClawPeer {
         }
     }
 
-    fn step(&mut self, now_s: f64, machine: &Machine, line: &mut Vec<u8>) -> TrackSpeeds {
+    fn step(&mut self, now_s: f64, machine: &MachineState, line: &mut Vec<u8>) -> TrackSpeeds {
         for request in std::mem::take(&mut self.requests) {
             line.extend(self.answer(request, machine));
         }
         let watchdog_s = f64::from(self.watchdog_tenths) / 10.0;
         let is_silent = self.watchdog_tenths > 0 && now_s - self.last_byte_s >= watchdog_s;
-        self.orders.starved(is_silent && self.set != [0, 0]);
+        self.commands.watchdog(is_silent && self.set != [0, 0]);
         if is_silent {
-            // The set speeds are gone, not only held back: questions that come later do not start the motors again.
+            // The set speeds are cleared, so that later queries do not restart the motors.
             self.set = [0, 0];
         }
         if machine.button_pressed {
@@ -115,7 +115,7 @@ impl Peer for RoboClawPeer {
         }
     }
 
-    fn orders(&self) -> Orders {
-        self.orders.orders()
+    fn command_stats(&self) -> CommandStats {
+        self.commands.stats()
     }
 }

@@ -1,29 +1,29 @@
-//! The base's side: what the published firmware does.
+//! The base's side: behaviour of the published firmware.
 
-use super::REPORT_EVERY_S;
+use super::REPORT_PERIOD_S;
 use super::frames::{Command, Decoder, Report};
-use crate::base::peer::{OrderBook, Orders};
-use crate::base::{BaseError, BaseSettings, Machine, Peer};
+use crate::base::device::{CommandCounter, CommandStats};
+use crate::base::{BaseError, BaseSettings, DeviceProtocol, MachineState};
 use crate::geometry::Twist;
 use crate::robot::{TrackSpeeds, TrackedDrive};
 
-/// A lower controller that speaks WHEELTEC's frames. It obeys the last command for ever: the command-loss stop of the
-/// published firmware is commented out.
+/// A lower controller with the WHEELTEC protocol. It follows the last command forever: the command-loss stop of the published
+/// firmware is commented out.
 #[derive(Clone, Debug)]
-pub struct WheeltecPeer {
-    /// The firmware's own drive, of the geometric width.
+pub struct WheeltecDevice {
+    /// The firmware's kinematics, with the geometric track width.
     drive: TrackedDrive,
     decoder: Decoder<Command>,
     set: Twist,
     next_report_s: f64,
-    orders: OrderBook,
+    commands: CommandCounter,
 }
 
-impl WheeltecPeer {
-    /// A controller that was just switched on, of a machine that is as the settings say.
+impl WheeltecDevice {
+    /// Creates a controller at power-on.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn new(settings: &BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
         Ok(Self {
@@ -33,29 +33,29 @@ impl WheeltecPeer {
             decoder: Decoder::default(),
             set: Twist::STOP,
             next_report_s: f64::NEG_INFINITY,
-            orders: OrderBook::default(),
+            commands: CommandCounter::default(),
         })
     }
 }
 
-impl Peer for WheeltecPeer {
+impl DeviceProtocol for WheeltecDevice {
     fn receive(&mut self, bytes: &[u8], _now_s: f64) {
         self.decoder.push(bytes);
         for command in self.decoder.by_ref() {
-            self.orders.command(command.twist == Twist::STOP);
+            self.commands.command(command.twist == Twist::STOP);
             self.set = command.twist;
         }
     }
 
-    fn step(&mut self, now_s: f64, machine: &Machine, line: &mut Vec<u8>) -> TrackSpeeds {
-        let stopped = machine.button_pressed || !machine.faults.is_none();
+    fn step(&mut self, now_s: f64, machine: &MachineState, line: &mut Vec<u8>) -> TrackSpeeds {
+        let stopped = machine.button_pressed || !machine.faults.is_empty();
         if now_s >= self.next_report_s {
-            let next_s = self.next_report_s + REPORT_EVERY_S;
+            let next_s = self.next_report_s + REPORT_PERIOD_S;
             // No burst of reports after a pause.
             self.next_report_s = if next_s > now_s {
                 next_s
             } else {
-                now_s + REPORT_EVERY_S
+                now_s + REPORT_PERIOD_S
             };
             let report = Report {
                 motors_disabled: stopped,
@@ -73,7 +73,7 @@ impl Peer for WheeltecPeer {
         }
     }
 
-    fn orders(&self) -> Orders {
-        self.orders.orders()
+    fn command_stats(&self) -> CommandStats {
+        self.commands.stats()
     }
 }

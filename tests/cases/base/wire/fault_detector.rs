@@ -1,7 +1,7 @@
 //! The judge of what a base does: each fault is found in time and named, and a healthy base is left alone.
 
 use inbye::base::{
-    BaseSettings, Faults, Feedback, Observation, Plausibility, PlausibilitySettings, Verdict,
+    BaseSample, BaseSettings, FaultDetector, FaultDetectorSettings, Faults, Feedback, StopCause,
 };
 use inbye::geometry::Twist;
 use inbye::robot::{Mixer, PerTrack, Side};
@@ -13,7 +13,7 @@ const LAG_S: f64 = 0.1;
 
 /// A base with a fault, driven by ramped commands under the eyes of the judge.
 struct Drive {
-    judge: Plausibility,
+    judge: FaultDetector,
     mixer: Mixer,
     settings: BaseSettings,
     speeds: PerTrack<f64>,
@@ -27,7 +27,7 @@ impl Drive {
             ..BaseSettings::default()
         };
         Self {
-            judge: Plausibility::new(&settings, PlausibilitySettings::default())
+            judge: FaultDetector::new(&settings, FaultDetectorSettings::default())
                 .expect("valid settings"),
             mixer: Mixer::new(settings.drive(), settings.tracks),
             settings,
@@ -42,7 +42,7 @@ impl Drive {
         wanted: Twist,
         time_s: f64,
         fault: impl Fn(&mut PerTrack<f64>, &mut Feedback),
-    ) -> Option<(f64, Verdict)> {
+    ) -> Option<(f64, StopCause)> {
         let start_s = self.now_s;
         for _ in 0..(time_s / LOOK_S).round() as usize {
             self.now_s += LOOK_S;
@@ -61,12 +61,12 @@ impl Drive {
             if feedback.yaw_rate.is_none() {
                 feedback.yaw_rate = Some(feedback.twist.angular);
             }
-            let look = Observation {
+            let look = BaseSample {
                 now_s: self.now_s,
                 sent: self.mixer.twist(&told),
                 feedback,
             };
-            if let Some(verdict) = self.judge.judge(&look) {
+            if let Some(verdict) = self.judge.update(&look) {
                 return Some((self.now_s - start_s, *verdict));
             }
         }
@@ -107,7 +107,7 @@ fn a_stuck_track_is_found_on_its_side_and_says_so() {
         };
         let (after_s, verdict) = drive.keep_on(Twist::new(0.5, 0.0), 3.0, stuck).unwrap();
         assert!(
-            matches!(verdict, Verdict::Stuck { side: found, .. } if found == side),
+            matches!(verdict, StopCause::Stuck { side: found, .. } if found == side),
             "{verdict}"
         );
         // A ramp to 0.1 m/s, and a second.
@@ -127,7 +127,7 @@ fn a_reversed_track_is_found_before_it_has_gone_far() {
     assert!(
         matches!(
             verdict,
-            Verdict::Reversed {
+            StopCause::Reversed {
                 side: Side::Right,
                 ..
             }
@@ -147,7 +147,7 @@ fn a_runaway_is_found_at_rest_and_under_way() {
         assert!(
             matches!(
                 verdict,
-                Verdict::Runaway {
+                StopCause::Runaway {
                     side: Side::Left,
                     ..
                 }
@@ -168,7 +168,7 @@ fn slip_is_found_by_the_gyro_and_only_where_it_is_gross() {
         };
         let verdict = drive.keep_on(turn, 4.0, slip);
         assert_eq!(
-            matches!(verdict, Some((_, Verdict::Slip { .. }))),
+            matches!(verdict, Some((_, StopCause::Slip { .. }))),
             found,
             "{share}: {verdict:?}"
         );
@@ -193,17 +193,17 @@ fn what_the_base_says_itself_is_found_at_once() {
         let verdict = Drive::new().keep_on(Twist::STOP, 0.1, say);
         verdict.map(|(_, verdict)| verdict)
     };
-    let faults = Faults::OVERHEATED.and(Faults::WATCHDOG);
+    let faults = Faults::OVERHEATED.union(Faults::WATCHDOG);
     let fault = reports(Feedback {
         faults,
         ..Feedback::default()
     });
-    assert_eq!(fault, Some(Verdict::Fault(Faults::OVERHEATED)));
+    assert_eq!(fault, Some(StopCause::Fault(Faults::OVERHEATED)));
     let button = reports(Feedback {
         emergency_stop: true,
         ..Feedback::default()
     });
-    assert_eq!(button, Some(Verdict::EmergencyStop));
+    assert_eq!(button, Some(StopCause::EmergencyStop));
     let watchdog = reports(Feedback {
         faults: Faults::WATCHDOG,
         ..Feedback::default()
@@ -219,7 +219,6 @@ fn a_verdict_is_kept_until_it_is_released_and_found_again_where_it_still_holds()
     let (after_s, kept) = drive.keep_on(Twist::STOP, 3.0, healthy).unwrap();
     assert_eq!((kept, after_s < 0.06), (first, true));
     drive.judge.release();
-    assert_eq!(drive.judge.verdict(), None);
     assert_eq!(drive.keep_on(Twist::STOP, 3.0, healthy), None);
     assert!(drive.keep_on(Twist::STOP, 3.0, away).is_some());
 }
@@ -227,8 +226,8 @@ fn a_verdict_is_kept_until_it_is_released_and_found_again_where_it_still_holds()
 #[test]
 fn motion_that_is_not_a_number_is_refused() {
     let settings = BaseSettings::default();
-    let mut judge = Plausibility::new(&settings, PlausibilitySettings::default()).unwrap();
-    let look = Observation {
+    let mut judge = FaultDetector::new(&settings, FaultDetectorSettings::default()).unwrap();
+    let look = BaseSample {
         now_s: 0.0,
         sent: Twist::STOP,
         feedback: Feedback {
@@ -236,5 +235,5 @@ fn motion_that_is_not_a_number_is_refused() {
             ..Feedback::default()
         },
     };
-    assert_eq!(judge.judge(&look), Some(&Verdict::NotFinite));
+    assert_eq!(judge.update(&look), Some(&StopCause::NotFinite));
 }

@@ -1,32 +1,32 @@
-//! The base's side: what the firmware owes the host.
+//! The base's side: reference behaviour of the firmware.
 
 use super::frames::{Command, Decoder, Report};
-use super::{REPORT_EVERY_S, WATCHDOG_S};
-use crate::base::peer::{OrderBook, Orders};
-use crate::base::{BaseError, BaseSettings, Faults, Machine, Peer};
+use super::{REPORT_PERIOD_S, WATCHDOG_S};
+use crate::base::device::{CommandCounter, CommandStats};
+use crate::base::{BaseError, BaseSettings, DeviceProtocol, Faults, MachineState};
 use crate::robot::TrackSpeeds;
 
-/// A lower controller that speaks our own frames, with its watchdog and its latched stop.
+/// A lower controller with the native protocol, its watchdog and its latched stop.
 #[derive(Clone, Debug)]
-pub struct NativePeer {
+pub struct NativeDevice {
     settings: BaseSettings,
     decoder: Decoder<Command>,
     set: TrackSpeeds,
-    /// The last command accepted, and when.
+    /// Sequence and time of the last accepted command.
     accepted: Option<(u16, f64)>,
     stopped: bool,
-    /// A release that waits for the next look at the button.
+    /// Whether to release the stop in the next cycle, unless the button is pressed.
     release: bool,
     next_report_s: f64,
     sequence: u16,
-    orders: OrderBook,
+    commands: CommandCounter,
 }
 
-impl NativePeer {
-    /// A controller that was just switched on, of a machine that is as the settings say.
+impl NativeDevice {
+    /// Creates a controller at power-on.
     ///
     /// # Errors
-    /// Those of [`BaseSettings::validate`].
+    /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
         Ok(Self {
@@ -38,11 +38,11 @@ impl NativePeer {
             release: false,
             next_report_s: f64::NEG_INFINITY,
             sequence: 0,
-            orders: OrderBook::default(),
+            commands: CommandCounter::default(),
         })
     }
 
-    fn obey(&mut self, command: &Command, now_s: f64) {
+    fn accept(&mut self, command: &Command, now_s: f64) {
         if self
             .accepted
             .is_some_and(|(last, _)| last == command.sequence)
@@ -50,7 +50,7 @@ impl NativePeer {
             return;
         }
         self.accepted = Some((command.sequence, now_s));
-        self.orders.command(command.speeds == [0, 0]);
+        self.commands.command(command.speeds == [0, 0]);
         let rates = command.speeds.map(f64::from);
         self.set = self.settings.track_speeds(rates);
         if command.stop {
@@ -62,32 +62,32 @@ impl NativePeer {
     }
 }
 
-impl Peer for NativePeer {
+impl DeviceProtocol for NativeDevice {
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
         self.decoder.push(bytes);
         while let Some(command) = self.decoder.next() {
-            self.obey(&command, now_s);
+            self.accept(&command, now_s);
         }
     }
 
-    fn step(&mut self, now_s: f64, machine: &Machine, line: &mut Vec<u8>) -> TrackSpeeds {
+    fn step(&mut self, now_s: f64, machine: &MachineState, line: &mut Vec<u8>) -> TrackSpeeds {
         if self.release {
             self.stopped = false;
             self.release = false;
         }
-        self.stopped |= machine.button_pressed || !machine.faults.is_none();
+        self.stopped |= machine.button_pressed || !machine.faults.is_empty();
         let silent = self
             .accepted
             .is_none_or(|(_, at_s)| now_s - at_s >= WATCHDOG_S);
-        self.orders
-            .starved(silent && !self.stopped && self.set != TrackSpeeds::default());
+        self.commands
+            .watchdog(silent && !self.stopped && self.set != TrackSpeeds::default());
         if now_s >= self.next_report_s {
-            let next_s = self.next_report_s + REPORT_EVERY_S;
+            let next_s = self.next_report_s + REPORT_PERIOD_S;
             // No burst of reports after a pause.
             self.next_report_s = if next_s > now_s {
                 next_s
             } else {
-                now_s + REPORT_EVERY_S
+                now_s + REPORT_PERIOD_S
             };
             self.sequence = self.sequence.wrapping_add(1);
             let report = Report {
@@ -95,9 +95,9 @@ impl Peer for NativePeer {
                 echo: self.accepted.map(|(sequence, _)| sequence),
                 stopped: self.stopped,
                 button_pressed: machine.button_pressed,
-                faults: machine.faults.and(Faults::WATCHDOG.only_if(silent)),
+                faults: machine.faults.union(Faults::WATCHDOG.when(silent)),
                 time_ms: (now_s * 1000.0).round() as i64 as u32,
-                counts: self.settings.channel_counts(machine.ticks),
+                counts: self.settings.channel_counts(machine.encoder_counts),
                 yaw_rate_mrad_s: Some((machine.yaw_rate * 1000.0).round() as i16),
                 battery_mv: Some((machine.battery_v * 1000.0).round() as u16),
             };
@@ -110,7 +110,7 @@ impl Peer for NativePeer {
         }
     }
 
-    fn orders(&self) -> Orders {
-        self.orders.orders()
+    fn command_stats(&self) -> CommandStats {
+        self.commands.stats()
     }
 }

@@ -1,8 +1,8 @@
 //! The sender's policy by a made clock: what it tells a base when, and why.
 
 use inbye::base::{
-    BaseError, BaseSettings, Condition, Faults, Feedback, Guard, KeeperSettings, Order, Refusal,
-    StopReason, Verdict,
+    BaseError, BaseSettings, CommandRejected, DriveStatus, Faults, Feedback, OutgoingCommand,
+    SafetyController, StopCause, SupervisorSettings,
 };
 use inbye::geometry::Twist;
 
@@ -11,12 +11,12 @@ const AHEAD: Twist = Twist::new(0.6, 0.0);
 
 /// A guard, a base that does what it is told, and a clock.
 struct Watch {
-    guard: Guard,
+    guard: SafetyController,
     now_s: f64,
     /// What the base says besides its motion.
     says: Feedback,
     is_obedient: bool,
-    orders: Vec<Order>,
+    orders: Vec<OutgoingCommand>,
 }
 
 impl Watch {
@@ -28,9 +28,10 @@ impl Watch {
     }
 
     fn unheard() -> Self {
-        let settings = KeeperSettings::default();
+        let settings = SupervisorSettings::default();
         Self {
-            guard: Guard::new(&BaseSettings::default(), settings).expect("valid settings"),
+            guard: SafetyController::new(&BaseSettings::default(), settings)
+                .expect("valid settings"),
             now_s: 100.0,
             says: Feedback::default(),
             is_obedient: true,
@@ -38,25 +39,25 @@ impl Watch {
         }
     }
 
-    fn order(&mut self) -> Order {
+    fn next_command(&mut self) -> OutgoingCommand {
         self.now_s += PERIOD_S;
-        let order = self.guard.order(self.now_s);
+        let order = self.guard.next_command(self.now_s);
         self.orders.push(order);
         order
     }
 
-    fn round(&mut self) -> Order {
-        let order = self.order();
+    fn round(&mut self) -> OutgoingCommand {
+        let order = self.next_command();
         let motion = match order {
-            Order::Run(twist) if self.is_obedient => twist,
-            Order::Run(_) => self.says.twist,
-            Order::Stop | Order::Release => Twist::STOP,
+            OutgoingCommand::Drive(twist) if self.is_obedient => twist,
+            OutgoingCommand::Drive(_) => self.says.twist,
+            OutgoingCommand::EngageStop | OutgoingCommand::ReleaseStop => Twist::STOP,
         };
         let feedback = Feedback {
             twist: motion,
             ..self.says
         };
-        self.guard.heard(&feedback, self.now_s);
+        self.guard.on_feedback(&feedback, self.now_s);
         order
     }
 
@@ -70,7 +71,7 @@ impl Watch {
     fn plan(&mut self, twist: Twist, time_s: f64) {
         for _ in 0..(time_s / 0.1).round() as usize {
             self.guard
-                .want(&twist, self.now_s, self.now_s)
+                .set_target(&twist, self.now_s, self.now_s)
                 .expect("a good plan");
             self.rounds(0.1);
         }
@@ -84,17 +85,17 @@ impl Watch {
 #[test]
 fn a_plan_is_ramped_up_and_followed() {
     let mut watch = Watch::new();
-    assert_eq!(*watch.guard.condition(), Condition::NotHeard);
+    assert_eq!(*watch.guard.status(), DriveStatus::AwaitingFeedback);
     watch.round();
-    assert_eq!(*watch.guard.condition(), Condition::NoPlan);
+    assert_eq!(*watch.guard.status(), DriveStatus::NoTarget);
     watch.plan(AHEAD, 1.0);
-    assert_eq!(*watch.guard.condition(), Condition::Driving);
+    assert_eq!(*watch.guard.status(), DriveStatus::Driving);
     assert_eq!(watch.speed(), 0.6);
     let speeds: Vec<f64> = watch
         .orders
         .iter()
         .map(|order| match order {
-            Order::Run(twist) => twist.linear,
+            OutgoingCommand::Drive(twist) => twist.linear,
             other => panic!("{other:?}"),
         })
         .collect();
@@ -111,7 +112,7 @@ fn a_plan_that_is_too_old_brakes_the_base_whoever_repeats_it() {
     let mut stopped_after_s = None;
     for _ in 0..100 {
         // A hung planner that sends the same plan again and again.
-        let _ = watch.guard.want(&AHEAD, stuck_s - 0.1, watch.now_s);
+        let _ = watch.guard.set_target(&AHEAD, stuck_s - 0.1, watch.now_s);
         watch.round();
         if watch.speed() == 0.0 {
             stopped_after_s = stopped_after_s.or(Some(watch.now_s - stuck_s));
@@ -121,8 +122,8 @@ fn a_plan_that_is_too_old_brakes_the_base_whoever_repeats_it() {
     let stopped_after_s = stopped_after_s.expect("it stopped");
     assert!((0.55..0.67).contains(&stopped_after_s), "{stopped_after_s}");
     assert!(matches!(
-        watch.guard.condition(),
-        Condition::PlanTooOld { age_s } if *age_s > 1.0
+        watch.guard.status(),
+        DriveStatus::TargetExpired { age_s } if *age_s > 1.0
     ));
     watch.plan(AHEAD, 1.0);
     assert_eq!(watch.speed(), 0.6, "a new plan is followed again");
@@ -133,23 +134,23 @@ fn plans_that_make_no_sense_are_refused_counted_and_change_nothing() {
     let mut watch = Watch::new();
     watch.plan(AHEAD, 1.0);
     let now_s = watch.now_s;
-    let mut want = |twist, for_s| watch.guard.want(&twist, for_s, now_s);
+    let mut want = |twist, for_s| watch.guard.set_target(&twist, for_s, now_s);
     let bad = Twist::new(f64::NAN, 0.0);
-    assert_eq!(want(bad, now_s), Err(Refusal::NotFinite));
+    assert_eq!(want(bad, now_s), Err(CommandRejected::NotFinite));
     assert_eq!(
         want(Twist::new(0.0, f64::INFINITY), now_s),
-        Err(Refusal::NotFinite)
+        Err(CommandRejected::NotFinite)
     );
-    assert_eq!(want(Twist::STOP, f64::NAN), Err(Refusal::NotFinite));
+    assert_eq!(want(Twist::STOP, f64::NAN), Err(CommandRejected::NotFinite));
     assert!(matches!(
         want(Twist::STOP, now_s - 0.5),
-        Err(Refusal::OutOfOrder { .. })
+        Err(CommandRejected::OutOfOrder { .. })
     ));
     assert!(matches!(
         want(Twist::STOP, now_s + 0.4),
-        Err(Refusal::Ahead { .. })
+        Err(CommandRejected::TooFarAhead { .. })
     ));
-    assert_eq!(watch.guard.refused(), 5);
+    assert_eq!(watch.guard.rejected(), 5);
     watch.round();
     assert_eq!(watch.speed(), 0.6);
 }
@@ -170,7 +171,10 @@ fn after_a_pause_of_the_sender_speeds_do_not_jump() {
     let before = watch.speed();
     watch.now_s += 5.0;
     let now_s = watch.now_s;
-    watch.guard.want(&AHEAD, now_s, now_s).expect("a good plan");
+    watch
+        .guard
+        .set_target(&AHEAD, now_s, now_s)
+        .expect("a good plan");
     watch.round();
     assert!(watch.speed() - before <= 0.15 + 1e-9);
 }
@@ -179,24 +183,24 @@ fn after_a_pause_of_the_sender_speeds_do_not_jump() {
 fn a_stop_is_latched_until_it_is_released_and_then_a_new_plan_is_needed() {
     let mut watch = Watch::new();
     watch.plan(AHEAD, 1.0);
-    watch.guard.stop(StopReason::Asked);
-    assert_eq!(watch.round(), Order::Stop);
+    watch.guard.stop(StopCause::Requested);
+    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
     let now_s = watch.now_s;
     assert_eq!(
-        watch.guard.want(&AHEAD, now_s, now_s),
-        Err(Refusal::Stopped)
+        watch.guard.set_target(&AHEAD, now_s, now_s),
+        Err(CommandRejected::Stopped)
     );
     watch.rounds(5.0);
-    assert_eq!(watch.guard.stopped(), Some(&StopReason::Asked));
+    assert_eq!(watch.guard.stop_cause(), Some(&StopCause::Requested));
     assert!(
         watch.orders[watch.orders.len() - 200..]
             .iter()
-            .all(|order| *order == Order::Stop)
+            .all(|order| *order == OutgoingCommand::EngageStop)
     );
     watch.guard.release().expect("it stands");
-    assert_eq!(watch.round(), Order::Release);
+    assert_eq!(watch.round(), OutgoingCommand::ReleaseStop);
     watch.rounds(1.0);
-    assert_eq!(watch.round(), Order::Run(Twist::STOP));
+    assert_eq!(watch.round(), OutgoingCommand::Drive(Twist::STOP));
     watch.plan(AHEAD, 1.0);
     assert_eq!(watch.speed(), 0.6);
 }
@@ -204,15 +208,15 @@ fn a_stop_is_latched_until_it_is_released_and_then_a_new_plan_is_needed() {
 #[test]
 fn a_base_that_moves_is_not_released() {
     let mut watch = Watch::new();
-    watch.guard.stop(StopReason::Asked);
+    watch.guard.stop(StopCause::Requested);
     watch.round();
     let runs = Feedback {
         twist: Twist::new(0.3, 0.0),
         ..Feedback::default()
     };
-    watch.guard.heard(&runs, watch.now_s);
-    assert_eq!(watch.guard.release(), Err(Refusal::StillMoving));
-    assert_eq!(watch.round(), Order::Stop);
+    watch.guard.on_feedback(&runs, watch.now_s);
+    assert_eq!(watch.guard.release(), Err(CommandRejected::StillMoving));
+    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
     watch.guard.release().expect("it stands by now");
 }
 
@@ -223,14 +227,14 @@ fn a_base_that_is_doubted_is_stopped_with_the_judges_words() {
     // It stands, whatever it is told.
     for _ in 0..20 {
         let now_s = watch.now_s;
-        let _ = watch.guard.want(&AHEAD, now_s, now_s);
+        let _ = watch.guard.set_target(&AHEAD, now_s, now_s);
         watch.rounds(0.1);
     }
-    let reason = watch.guard.stopped().expect("a stuck base is stopped");
-    assert!(matches!(reason, StopReason::Verdict(Verdict::Stuck { .. })));
+    let reason = watch.guard.stop_cause().expect("a stuck base is stopped");
+    assert!(matches!(reason, StopCause::Stuck { .. }));
     let words = reason.to_string();
     assert!(words.starts_with("the left track stands"), "{words}");
-    assert_eq!(watch.round(), Order::Stop);
+    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
 }
 
 #[test]
@@ -238,21 +242,21 @@ fn the_bases_own_stop_is_kept_and_may_end_late_after_a_release() {
     let mut watch = Watch::new();
     watch.says.emergency_stop = true;
     watch.round();
-    let button = StopReason::Verdict(Verdict::EmergencyStop);
-    assert_eq!(watch.guard.stopped(), Some(&button));
+    let button = StopCause::EmergencyStop;
+    assert_eq!(watch.guard.stop_cause(), Some(&button));
     // Released too early: it is found again.
     watch.guard.release().expect("it stands");
     watch.rounds(0.6);
-    assert_eq!(watch.guard.stopped(), Some(&button));
+    assert_eq!(watch.guard.stop_cause(), Some(&button));
     // The button is out, and the base needs a moment to say so.
     watch.guard.release().expect("it stands");
     watch.rounds(0.2);
     watch.says.emergency_stop = false;
     watch.rounds(1.0);
-    assert_eq!(watch.guard.stopped(), None);
+    assert_eq!(watch.guard.stop_cause(), None);
     watch.says.emergency_stop = true;
     watch.round();
-    assert_eq!(watch.guard.stopped(), Some(&button));
+    assert_eq!(watch.guard.stop_cause(), Some(&button));
 }
 
 #[test]
@@ -260,10 +264,10 @@ fn a_fault_of_the_base_is_a_stop_and_its_watchdog_is_none() {
     let mut watch = Watch::new();
     watch.says.faults = Faults::WATCHDOG;
     watch.rounds(0.2);
-    assert_eq!(watch.guard.stopped(), None);
+    assert_eq!(watch.guard.stop_cause(), None);
     watch.says.faults = Faults::OVERHEATED;
     watch.round();
-    let words = watch.guard.stopped().expect("a stop").to_string();
+    let words = watch.guard.stop_cause().expect("a stop").to_string();
     assert_eq!(words, "the base reports: overheated");
 }
 
@@ -271,26 +275,29 @@ fn a_fault_of_the_base_is_a_stop_and_its_watchdog_is_none() {
 fn a_lost_line_stops_and_a_new_one_begins_with_zeros() {
     let mut watch = Watch::new();
     watch.plan(AHEAD, 1.0);
-    let why = BaseError::Unplugged {
+    let why = BaseError::Disconnected {
         port: "port".to_owned(),
     };
-    watch.guard.line_lost(why.clone());
-    watch.order();
-    assert_eq!(*watch.guard.condition(), Condition::NoLine(why));
+    watch.guard.on_disconnect(why.clone());
+    watch.next_command();
+    assert_eq!(*watch.guard.status(), DriveStatus::Disconnected(why));
     let new_line = |watch: &mut Watch| {
-        watch.guard.line_opened();
+        watch.guard.on_connect();
         let now_s = watch.now_s;
-        watch.guard.want(&AHEAD, now_s, now_s).expect("a good plan");
-        watch.order()
+        watch
+            .guard
+            .set_target(&AHEAD, now_s, now_s)
+            .expect("a good plan");
+        watch.next_command()
     };
-    assert_eq!(new_line(&mut watch), Order::Run(Twist::STOP));
+    assert_eq!(new_line(&mut watch), OutgoingCommand::Drive(Twist::STOP));
     // Zeros until the base is heard, and then the ramp from a standstill.
     for _ in 0..5 {
-        assert_eq!(watch.order(), Order::Run(Twist::STOP));
+        assert_eq!(watch.next_command(), OutgoingCommand::Drive(Twist::STOP));
     }
-    assert_eq!(*watch.guard.condition(), Condition::NotHeard);
-    watch.guard.heard(&Feedback::default(), watch.now_s);
-    let Order::Run(first) = watch.order() else {
+    assert_eq!(*watch.guard.status(), DriveStatus::AwaitingFeedback);
+    watch.guard.on_feedback(&Feedback::default(), watch.now_s);
+    let OutgoingCommand::Drive(first) = watch.next_command() else {
         panic!("no stop was asked for");
     };
     assert!(first.linear <= 0.03 + 1e-9, "{first:?}");
@@ -300,11 +307,11 @@ fn a_lost_line_stops_and_a_new_one_begins_with_zeros() {
 #[test]
 fn a_stop_outlives_its_line() {
     let mut watch = Watch::new();
-    watch.guard.stop(StopReason::Asked);
-    watch.guard.line_lost(BaseError::Unplugged {
+    watch.guard.stop(StopCause::Requested);
+    watch.guard.on_disconnect(BaseError::Disconnected {
         port: "port".to_owned(),
     });
-    watch.guard.line_opened();
-    assert_eq!(watch.round(), Order::Stop);
-    assert_eq!(watch.guard.stopped(), Some(&StopReason::Asked));
+    watch.guard.on_connect();
+    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
+    assert_eq!(watch.guard.stop_cause(), Some(&StopCause::Requested));
 }

@@ -1,0 +1,209 @@
+//! Track speeds from encoder counts, and rejection of implausible counts.
+
+use std::collections::VecDeque;
+
+use super::{BaseSettings, Faults};
+use crate::robot::{PerTrack, TrackSpeeds, travel_m};
+
+/// Averaging time of speeds, seconds: three readings at 30 Hz, so that neither one tick nor a late byte changes the speed much.
+const WINDOW_S: f64 = 0.1;
+
+/// Factor by which a track may exceed its highest speed: downhill, or because a setting is inaccurate.
+const SPEED_MARGIN: f64 = 1.5;
+
+/// Time by which readings may be early or late, seconds: a USB adapter delays bytes for up to 16 ms, and a busy host longer.
+const JITTER_S: f64 = 0.05;
+
+/// Number of consecutive rejected readings that agree with one another after which the counter itself has jumped.
+const CONSISTENT_READINGS: u32 = 3;
+
+/// Time, seconds, and counts of both tracks.
+type Reading = (f64, PerTrack<u32>);
+
+/// Derives speeds from recent readings of both encoders.
+#[derive(Clone, Debug)]
+pub(super) struct EncoderSpeed {
+    ticks_per_m: PerTrack<f64>,
+    max_speed_m_s: f64,
+    readings: VecDeque<Reading>,
+    /// The last reading, if it was rejected, and the number of consecutive rejected readings that agree with it, including it.
+    rejected: Option<(Reading, u32)>,
+    rejections: u64,
+    has_jumped: bool,
+}
+
+impl EncoderSpeed {
+    pub(super) fn new(settings: &BaseSettings) -> Self {
+        Self {
+            ticks_per_m: settings.ticks_per_m,
+            max_speed_m_s: max_plausible_speed(settings),
+            readings: VecDeque::new(),
+            rejected: None,
+            rejections: 0,
+            has_jumped: false,
+        }
+    }
+
+    /// Takes the counts of both tracks at a time in seconds and returns their speeds. Returns none if no track can have run that
+    /// far since the last reading, or if time ran backwards. The third consecutive rejected reading that agrees with the others
+    /// restarts the measurement and sets [`Faults::ENCODER`].
+    pub(super) fn update(&mut self, counts: PerTrack<u32>, time_s: f64) -> Option<TrackSpeeds> {
+        let reading = (time_s, counts);
+        if self
+            .readings
+            .back()
+            .is_some_and(|last| !self.is_plausible(last, &reading))
+        {
+            self.rejections += 1;
+            let consistent = match &self.rejected {
+                Some((last, consistent)) if self.is_plausible(last, &reading) => consistent + 1,
+                _ => 1,
+            };
+            if consistent < CONSISTENT_READINGS {
+                self.rejected = Some((reading, consistent));
+                return None;
+            }
+            self.has_jumped = true;
+            self.readings.clear();
+        }
+        self.rejected = None;
+        // A base's clock may stand still, or a report come twice. Only one reading per time is kept, or readings would never
+        // leave the window.
+        if self.readings.len() > 1 && self.readings.back().is_some_and(|last| last.0 == time_s) {
+            self.readings.pop_back();
+        }
+        self.readings.push_back(reading);
+        while self.readings.len() > 2 && time_s - self.readings[1].0 >= WINDOW_S {
+            self.readings.pop_front();
+        }
+        let (first_s, first) = self.readings[0];
+        let elapsed_s = time_s - first_s;
+        if elapsed_s <= 0.0 {
+            return Some(TrackSpeeds::default());
+        }
+        let travelled_m = travel_m(&first, &counts, &self.ticks_per_m);
+        Some(
+            travelled_m
+                .map(|travelled_m| travelled_m / elapsed_s)
+                .into(),
+        )
+    }
+
+    /// Whether the tracks can have run from one reading to the next.
+    fn is_plausible(&self, before: &Reading, now: &Reading) -> bool {
+        let travelled_m = travel_m(&before.1, &now.1, &self.ticks_per_m);
+        is_plausible_travel(&travelled_m, now.0 - before.0, self.max_speed_m_s)
+    }
+
+    /// Number of rejected readings.
+    pub(super) const fn rejected(&self) -> u64 {
+        self.rejections
+    }
+
+    /// [`Faults::ENCODER`] after a counter jumped, until it is cleared.
+    pub(super) const fn faults(&self) -> Faults {
+        Faults::ENCODER.when(self.has_jumped)
+    }
+
+    /// Clears the fault.
+    pub(super) fn clear_fault(&mut self) {
+        self.has_jumped = false;
+    }
+}
+
+/// Whether tracks can run this distance in this time, seconds, at the speed of [`max_plausible_speed`].
+pub(super) fn is_plausible_travel(
+    travelled_m: &PerTrack<f64>,
+    elapsed_s: f64,
+    max_speed_m_s: f64,
+) -> bool {
+    let farther_m = travelled_m.left.abs().max(travelled_m.right.abs());
+    elapsed_s >= 0.0 && farther_m <= max_speed_m_s * (elapsed_s + JITTER_S)
+}
+
+/// The highest plausible speed of a track, m/s.
+pub(super) fn max_plausible_speed(settings: &BaseSettings) -> f64 {
+    SPEED_MARGIN * settings.tracks.max_track_speed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoder_speed() -> EncoderSpeed {
+        // At most 1.25 m/s and 10,000 ticks per metre: with all margins 937.5 ticks at once and 18,750 per second.
+        EncoderSpeed::new(&BaseSettings::default())
+    }
+
+    #[test]
+    fn speeds_are_averaged_across_counter_wrap() {
+        let mut speed = encoder_speed();
+        let start = u32::MAX - 50;
+        for tick in 0..20_u32 {
+            let counts = PerTrack::new(
+                start.wrapping_add(100 * tick),
+                start.wrapping_sub(50 * tick),
+            );
+            let speeds = speed.update(counts, 0.02 * f64::from(tick));
+            let speeds = speeds.expect("plausible");
+            if tick > 0 {
+                assert!((speeds.left - 0.5).abs() < 1e-9, "{speeds:?}");
+                assert!((speeds.right + 0.25).abs() < 1e-9, "{speeds:?}");
+            }
+        }
+        assert!(speed.readings.len() <= 7, "{}", speed.readings.len());
+    }
+
+    #[test]
+    fn single_jump_is_rejected_without_fault() {
+        let mut speed = encoder_speed();
+        speed.update(PerTrack::both(0), 0.0);
+        assert_eq!(speed.update(PerTrack::new(100_000, 0), 0.02), None);
+        assert!(speed.update(PerTrack::both(200), 0.04).is_some());
+        assert_eq!((speed.rejected(), speed.faults()), (1, Faults::NONE));
+    }
+
+    #[test]
+    fn counter_reset_is_fault_and_no_motion() {
+        let mut speed = encoder_speed();
+        speed.update(PerTrack::both(1_000_000), 0.0);
+        assert_eq!(speed.update(PerTrack::both(0), 0.02), None);
+        assert_eq!(speed.update(PerTrack::both(10), 0.04), None);
+        assert_eq!(
+            speed.update(PerTrack::both(20), 0.06),
+            Some(TrackSpeeds::default())
+        );
+        assert_eq!(speed.faults(), Faults::ENCODER);
+        speed.clear_fault();
+        assert_eq!((speed.rejected(), speed.faults()), (3, Faults::NONE));
+    }
+
+    #[test]
+    fn inconsistent_readings_are_always_rejected() {
+        let mut speed = encoder_speed();
+        speed.update(PerTrack::both(0), 0.0);
+        for step in 1..50_u32 {
+            let wild = PerTrack::new(step.wrapping_mul(0x9E37_79B9), 0);
+            assert_eq!(speed.update(wild, 0.02 * f64::from(step)), None);
+        }
+        assert_eq!((speed.rejected(), speed.faults()), (49, Faults::NONE));
+    }
+
+    #[test]
+    fn constant_time_keeps_two_readings() {
+        let mut speed = encoder_speed();
+        for tick in 0..1000 {
+            assert!(speed.update(PerTrack::both(tick), 3.0).is_some());
+        }
+        assert_eq!(speed.readings.len(), 2);
+        let speeds = speed.update(PerTrack::both(1999), 3.1).expect("plausible");
+        assert!((speeds.left - 1.0).abs() < 1e-9, "{speeds:?}");
+    }
+
+    #[test]
+    fn backward_time_is_rejected() {
+        let mut speed = encoder_speed();
+        speed.update(PerTrack::both(0), 5.0);
+        assert_eq!(speed.update(PerTrack::both(0), 0.1), None);
+    }
+}

@@ -1,0 +1,161 @@
+//! Pose of a base from its reports: from its encoders if it has them, else from its speeds.
+
+use crate::base::encoder_speed::{is_plausible_travel, max_plausible_speed};
+use crate::base::{BaseSettings, Feedback};
+use crate::geometry::Pose;
+use crate::robot::{PerTrack, TrackOdometry, travel_m};
+
+/// Longest time a reported speed is integrated over, seconds: ten reports of the slowest controller.
+const MAX_STEP_S: f64 = 0.5;
+
+/// Integrates a base's reports to a pose relative to the first report.
+#[derive(Clone, Debug)]
+pub(super) struct Odometer {
+    tracks: TrackOdometry,
+    ticks_per_m: PerTrack<f64>,
+    max_speed_m_s: f64,
+    /// Time and counts of the last report before an interruption.
+    before: Option<(f64, PerTrack<u32>)>,
+    /// The latest counts, for a base with encoders.
+    counts: Option<PerTrack<u32>>,
+    /// Time of the last report.
+    last_s: Option<f64>,
+    /// The pose integrated from speeds, for a base without encoders.
+    by_speeds: Option<Pose>,
+    travelled_m: f64,
+}
+
+impl Odometer {
+    /// Creates an odometer without reports. The settings are valid.
+    pub(super) fn new(base: &BaseSettings) -> Self {
+        Self {
+            tracks: TrackOdometry::new(base.drive(), base.ticks_per_m, Pose::default()),
+            ticks_per_m: base.ticks_per_m,
+            max_speed_m_s: max_plausible_speed(base),
+            before: None,
+            counts: None,
+            last_s: None,
+            by_speeds: None,
+            travelled_m: 0.0,
+        }
+    }
+
+    /// Takes the latest report, which may be the previous one again.
+    pub(super) fn update(&mut self, feedback: &Feedback, now_s: f64) {
+        let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
+        if let Some(counts) = feedback.encoder_counts {
+            self.resume(&counts, now_s);
+            self.counts = Some(counts);
+            self.travelled_m += self.tracks.read(counts).linear.abs();
+            return;
+        }
+        let elapsed_s = elapsed_s.clamp(0.0, MAX_STEP_S);
+        if feedback.twist.is_finite() {
+            let pose = self.by_speeds.unwrap_or_default();
+            self.by_speeds = Some(pose.after(&feedback.twist, elapsed_s));
+            self.travelled_m += feedback.twist.linear.abs() * elapsed_s;
+        }
+    }
+
+    /// Marks the start of a time without reports. The encoder counts afterwards give the motion meanwhile; without encoders,
+    /// or after a counter reset, that motion is unknown and counts as zero.
+    pub(super) fn interrupt(&mut self) {
+        self.before = self.last_s.take().zip(self.counts).or(self.before);
+    }
+
+    /// Continues from the counts before an interruption, if the tracks can have run that far meanwhile.
+    fn resume(&mut self, counts: &PerTrack<u32>, now_s: f64) {
+        if let Some((before_s, before)) = self.before.take()
+            && !is_plausible_travel(
+                &travel_m(&before, counts, &self.ticks_per_m),
+                now_s - before_s,
+                self.max_speed_m_s,
+            )
+        {
+            self.tracks.reset_counters();
+        }
+    }
+
+    /// Pose relative to the first report.
+    pub(super) fn pose(&self) -> Pose {
+        self.by_speeds.unwrap_or(*self.tracks.pose())
+    }
+
+    /// Distance travelled by the base's centre, forwards and backwards, metres.
+    pub(super) const fn travelled_m(&self) -> f64 {
+        self.travelled_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Twist;
+    use crate::robot::PerTrack;
+
+    #[test]
+    fn odometer_gives_same_pose_from_counts_and_speeds() {
+        let base = BaseSettings::default();
+        let (mut counts, mut speeds) = (Odometer::new(&base), Odometer::new(&base));
+        for step in 0..=100_u32 {
+            let now_s = 0.02 * f64::from(step);
+            // 0.4 and 0.6 m/s at 10,000 ticks per metre.
+            let by_counts = Feedback {
+                encoder_counts: Some(PerTrack::new(80 * step, 120 * step)),
+                ..Feedback::default()
+            };
+            counts.update(&by_counts, now_s);
+            counts.update(&by_counts, now_s);
+            let by_speeds = Feedback {
+                twist: Twist::new(0.5, 0.4),
+                ..Feedback::default()
+            };
+            speeds.update(&by_speeds, now_s);
+        }
+        let (one, other) = (counts.pose(), speeds.pose());
+        assert!(
+            (one.position() - other.position()).norm() < 1e-6,
+            "{one:?} {other:?}"
+        );
+        assert!((one.yaw - 0.8).abs() < 1e-6 && (other.yaw - 0.8).abs() < 1e-6);
+        assert!((counts.travelled_m() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn odometer_bridges_interruption_unless_counters_reset() {
+        let base = BaseSettings::default();
+        let mut odometer = Odometer::new(&base);
+        let at = |count| Feedback {
+            encoder_counts: Some(PerTrack::both(count)),
+            ..Feedback::default()
+        };
+        let x_m = |odometer: &Odometer| odometer.pose().x;
+        odometer.update(&at(0), 0.0);
+        odometer.update(&at(1000), 0.1);
+        odometer.interrupt();
+        // A failed attempt to reconnect.
+        odometer.interrupt();
+        odometer.update(&at(9000), 5.0);
+        assert!((x_m(&odometer) - 0.9).abs() < 1e-12, "{odometer:?}");
+        odometer.interrupt();
+        odometer.update(&at(90_000), 6.0);
+        odometer.update(&at(90_100), 6.1);
+        assert!((x_m(&odometer) - 0.91).abs() < 1e-12, "{odometer:?}");
+        assert!((odometer.travelled_m() - 0.91).abs() < 1e-12);
+    }
+
+    #[test]
+    fn odometer_without_encoders_ignores_motion_during_interruption() {
+        let mut odometer = Odometer::new(&BaseSettings::default());
+        let feedback = Feedback {
+            twist: Twist::new(0.5, 0.0),
+            ..Feedback::default()
+        };
+        odometer.update(&feedback, 0.0);
+        odometer.update(&feedback, 0.2);
+        odometer.interrupt();
+        odometer.update(&feedback, 0.6);
+        odometer.update(&feedback, 0.8);
+        assert!((odometer.pose().x - 0.2).abs() < 1e-12, "{odometer:?}");
+    }
+}

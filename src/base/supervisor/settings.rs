@@ -1,0 +1,105 @@
+//! Settings of the supervisor.
+
+use serde::{Deserialize, Serialize};
+
+use crate::base::settings::{above_zero, require};
+use crate::base::{BaseError, FaultDetectorSettings};
+use crate::documented::documented;
+
+documented! {
+    /// Command rate, target timeout, reconnection and fault detection.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct SupervisorSettings {
+        /// Commands per second, 5 to 1000. Default 50.
+        pub rate_hz: f64,
+        /// Age at which a target expires, seconds, above zero. Default 0.3 s: three periods of the planner. The ROS differential
+        /// drive controller allows 0.5 s, and cannot tell that a hung planner repeats an old target.
+        pub target_timeout_s: f64,
+        /// Pause after the first failure of the connection, seconds, above zero. Default 0.1 s.
+        pub reconnect_min_s: f64,
+        /// Longest pause between attempts to reconnect, seconds, at least `reconnect_min_s`. Default 5 s.
+        pub reconnect_max_s: f64,
+        /// Thresholds of the fault detector.
+        pub fault_detector: FaultDetectorSettings,
+    }
+}
+
+impl Default for SupervisorSettings {
+    fn default() -> Self {
+        Self {
+            rate_hz: 50.0,
+            target_timeout_s: 0.3,
+            reconnect_min_s: 0.1,
+            reconnect_max_s: 5.0,
+            fault_detector: FaultDetectorSettings::default(),
+        }
+    }
+}
+
+impl SupervisorSettings {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`BaseError::BadSetting`] for the first number out of range.
+    pub fn validate(&self) -> Result<(), BaseError> {
+        require(
+            (5.0..=1000.0).contains(&self.rate_hz),
+            "rate_hz",
+            self.rate_hz,
+            "from 5 to 1000",
+        )?;
+        above_zero("target_timeout_s", self.target_timeout_s)?;
+        above_zero("reconnect_min_s", self.reconnect_min_s)?;
+        require(
+            self.reconnect_max_s.is_finite() && self.reconnect_max_s >= self.reconnect_min_s,
+            "reconnect_max_s",
+            self.reconnect_max_s,
+            "finite and at least reconnect_min_s",
+        )?;
+        self.fault_detector.validate()
+    }
+
+    /// Time between commands, seconds.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.rate_hz.recip()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn supervisor_settings_reject_bad_values_by_name() {
+        let valid = SupervisorSettings::default();
+        valid.validate().expect("valid settings");
+        for (settings, words) in [
+            (
+                SupervisorSettings {
+                    rate_hz: 1.0,
+                    ..valid
+                },
+                "rate_hz is 1",
+            ),
+            (
+                SupervisorSettings {
+                    target_timeout_s: f64::NAN,
+                    ..valid
+                },
+                "target_timeout_s is NaN",
+            ),
+            (
+                SupervisorSettings {
+                    reconnect_max_s: 0.01,
+                    ..valid
+                },
+                "reconnect_max_s is 0.01",
+            ),
+        ] {
+            let message = settings.validate().unwrap_err().to_string();
+            assert!(message.starts_with(words), "{message}");
+        }
+    }
+}

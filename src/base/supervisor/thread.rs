@@ -1,0 +1,255 @@
+//! The thread that owns the connection to the base.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::connection::{Connection, Exchange, OpenBase};
+use super::odometer::Odometer;
+use super::{CommandRejected, DriveStatus, SafetyController, SupervisorSettings};
+use crate::base::{BaseError, BaseSettings, Feedback, StopCause};
+use crate::geometry::{Pose, Twist};
+
+/// Event counts since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct SupervisorCounters {
+    /// Commands sent.
+    pub commands: u64,
+    /// Invalid targets.
+    pub rejected_targets: u64,
+    /// Commands sent more than one period late.
+    pub late_commands: u64,
+    /// Failures of the connection, including failed attempts to open it.
+    pub connection_failures: u64,
+    /// Connections opened, including the first.
+    pub connections: u64,
+}
+
+/// Snapshot of a supervisor and its base.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SupervisorStatus {
+    /// What the base is commanded to do, and why.
+    pub drive_status: DriveStatus,
+    /// Cause of the latched stop, if a stop is latched.
+    pub stop_cause: Option<StopCause>,
+    /// The last motion sent.
+    pub sent: Twist,
+    /// The latest report since the connection was opened.
+    pub feedback: Option<Feedback>,
+    /// Odometry pose relative to the first report.
+    pub pose: Pose,
+    /// Distance travelled by odometry, forwards and backwards, metres.
+    pub travelled_m: f64,
+    /// Event counts.
+    pub counters: SupervisorCounters,
+    /// The last failure of the connection, if there was one.
+    pub last_failure: Option<BaseError>,
+    /// Whether commands are still sent; false after the shutdown flag was set.
+    pub is_running: bool,
+}
+
+/// Sends the current target to a base at a fixed rate, with the guarantees of [its module](super).
+///
+/// Dropping it stops the base with three or more zero commands and waits for them: about 0.2 s in the worst case.
+pub struct BaseSupervisor {
+    started: Instant,
+    shared: Arc<Mutex<SharedState>>,
+    shutdown: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// State shared by the thread and its owner. Never locked during I/O.
+struct SharedState {
+    controller: SafetyController,
+    odometer: Odometer,
+    feedback: Option<Feedback>,
+    counters: SupervisorCounters,
+    last_failure: Option<BaseError>,
+    is_running: bool,
+}
+
+impl BaseSupervisor {
+    /// Opens the connection and starts sending. The base stands until the first target. The supervisor ends when it is dropped
+    /// or when `shutdown` is set, for example by a signal handler.
+    ///
+    /// # Errors
+    /// Settings out of range, and errors of the first `open`.
+    pub fn start(
+        open: OpenBase,
+        base: &BaseSettings,
+        settings: SupervisorSettings,
+        shutdown: Arc<AtomicBool>,
+    ) -> Result<Self, BaseError> {
+        let shared = Arc::new(Mutex::new(SharedState {
+            controller: SafetyController::new(base, settings)?,
+            odometer: Odometer::new(base),
+            feedback: None,
+            counters: SupervisorCounters {
+                connections: 1,
+                ..SupervisorCounters::default()
+            },
+            last_failure: None,
+            is_running: true,
+        }));
+        let connection = Connection::new(open, &settings)?;
+        let started = Instant::now();
+        let send_loop = SendLoop {
+            started,
+            period: Duration::from_secs_f64(settings.period_s()),
+            connection,
+            shared: Arc::clone(&shared),
+            shutdown: Arc::clone(&shutdown),
+        };
+        let thread = thread::Builder::new()
+            .name("base supervisor".to_owned())
+            .spawn(move || send_loop.run())
+            .map_err(|error| BaseError::CannotOpen {
+                port: "supervisor thread".to_owned(),
+                reason: error.to_string(),
+            })?;
+        Ok(Self {
+            started,
+            shared,
+            shutdown,
+            thread: Some(thread),
+        })
+    }
+
+    /// The supervisor's clock, seconds since its start: the time base of [`Self::set_target`].
+    #[must_use]
+    pub fn now_s(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// Replaces the target motion; `stamp_s` is its time stamp by [`Self::now_s`]. Does no I/O.
+    ///
+    /// # Errors
+    /// Those of [`SafetyController::set_target`].
+    pub fn set_target(&self, twist: &Twist, stamp_s: f64) -> Result<(), CommandRejected> {
+        let now_s = self.now_s();
+        lock(&self.shared)
+            .controller
+            .set_target(twist, stamp_s, now_s)
+    }
+
+    /// Latches a stop, which goes out with the next command.
+    pub fn stop(&self) {
+        lock(&self.shared).controller.stop(StopCause::Requested);
+    }
+
+    /// Ends a latched stop.
+    ///
+    /// # Errors
+    /// Those of [`SafetyController::release`].
+    pub fn release(&self) -> Result<(), CommandRejected> {
+        lock(&self.shared).controller.release()
+    }
+
+    /// Returns a snapshot of the state.
+    #[must_use]
+    pub fn status(&self) -> SupervisorStatus {
+        let shared = lock(&self.shared);
+        let controller = &shared.controller;
+        SupervisorStatus {
+            drive_status: controller.status().clone(),
+            stop_cause: controller.stop_cause().copied(),
+            sent: *controller.sent(),
+            feedback: shared.feedback,
+            pose: shared.odometer.pose(),
+            travelled_m: shared.odometer.travelled_m(),
+            counters: SupervisorCounters {
+                rejected_targets: controller.rejected(),
+                ..shared.counters
+            },
+            last_failure: shared.last_failure.clone(),
+            is_running: shared.is_running,
+        }
+    }
+}
+
+impl Drop for BaseSupervisor {
+    fn drop(&mut self) {
+        self.shutdown.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has sent its zero commands while unwinding.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The thread's state. Dropping it, for any reason, closes the connection.
+struct SendLoop {
+    started: Instant,
+    period: Duration,
+    connection: Connection,
+    shared: Arc<Mutex<SharedState>>,
+    shutdown: Arc<AtomicBool>,
+}
+
+impl SendLoop {
+    fn run(mut self) {
+        let mut due = Instant::now();
+        while !self.shutdown.load(Ordering::Relaxed) {
+            self.cycle();
+            due += self.period;
+            let now = Instant::now();
+            if due + self.period < now {
+                // Missed cycles are not made up for by a burst.
+                lock(&self.shared).counters.late_commands += 1;
+                due = now;
+            }
+            thread::sleep(due.saturating_duration_since(now));
+        }
+    }
+
+    fn cycle(&mut self) {
+        let now_s = self.started.elapsed().as_secs_f64();
+        let command = lock(&self.shared).controller.next_command(now_s);
+        let exchange = self.connection.exchange(command, now_s);
+        let now_s = self.started.elapsed().as_secs_f64();
+        lock(&self.shared).update(exchange, now_s);
+    }
+}
+
+impl Drop for SendLoop {
+    fn drop(&mut self) {
+        lock(&self.shared).is_running = false;
+    }
+}
+
+impl SharedState {
+    fn update(&mut self, exchange: Exchange, now_s: f64) {
+        match exchange {
+            Exchange::Done(feedback) => {
+                self.counters.commands += 1;
+                if let Some(feedback) = feedback {
+                    self.feedback = Some(feedback);
+                    self.odometer.update(&feedback, now_s);
+                    self.controller.on_feedback(&feedback, now_s);
+                }
+            }
+            Exchange::Waiting => {}
+            Exchange::Opened => {
+                self.counters.connections += 1;
+                self.controller.on_connect();
+            }
+            Exchange::Lost(error) => {
+                self.counters.connection_failures += 1;
+                self.feedback = None;
+                self.odometer.interrupt();
+                self.last_failure = Some(error.clone());
+                self.controller.on_disconnect(error);
+            }
+        }
+    }
+}
+
+/// Locks the state. A thread that panicked while it held the lock left nothing half done that a stop depends on.
+fn lock(shared: &Mutex<SharedState>) -> MutexGuard<'_, SharedState> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
