@@ -26,7 +26,7 @@ pub fn problem_json(data: &[u8]) {
     };
     // No file is opened for a name that chance has written.
     let load = |name: &str, resolution_m: f64| match name {
-        "" => Err(MapError::NoRows.into()),
+        "" => Err(MapError::Empty.into()),
         _ => Ok(OccupancyGrid::from_text(
             "....\n.##.\n....\n",
             resolution_m,

@@ -38,7 +38,7 @@ pub enum Heuristic {
         k: f64,
     },
     /// Octile distance times the cross product times `k`: eq. 19 as printed. Zero on the whole start-goal line and
-    /// cubic off it, so neither informed nor admissible; kept to re-run the paper's own claim.
+    /// cubic off it, so nor informed nor admissible; kept to re-run the paper's own claim.
     Literal {
         /// Weight of the product, at least zero.
         k: f64,

@@ -85,7 +85,7 @@ fn first_blocked_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> Option<f
         let to = cell_of(low.0.max(high.0) + TOUCH);
         let are_clear = lines
             .into_iter()
-            .all(|line| bits.all_of_row(line, from..=to));
+            .all(|line| bits.all_set_in_row(line, from..=to));
         return (!are_clear).then_some(0.5);
     }
     let run = (high.0 - low.0) / rise;
@@ -96,7 +96,7 @@ fn first_blocked_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> Option<f
         let leaves = along(f64::from(line + 1) + TOUCH);
         let from = cell_of(enters.min(leaves) - TOUCH);
         let to = cell_of(enters.max(leaves) + TOUCH);
-        !bits.all_of_row(line, from..=to)
+        !bits.all_set_in_row(line, from..=to)
     };
     let line = lines.into_iter().find(is_blocked)?;
     let share = ((f64::from(line) + 0.5 - low.1) / rise).clamp(0.0, 1.0);

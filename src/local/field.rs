@@ -52,7 +52,7 @@ impl ClearanceField {
         let units_per_cell = f64::from(1_u32 << cell_bits);
         let width = frame.width as usize;
         let mut units = vec![0; frame.len() + 1];
-        DistanceField::each_row(obstacles, |row, squared| {
+        DistanceField::for_each_row(obstacles, |row, squared| {
             all_in_units(squared, units_per_cell, &mut units[row * width..][..width]);
         });
         Ok(Self {

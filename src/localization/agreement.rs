@@ -64,7 +64,7 @@ impl Agreement {
             let (from, end) = (turned(&hit.from), turned(&hit.end));
             let off_m = walls.level(end.x, end.y).map(|level| level.distance_m);
             all.beams += 1;
-            // What lies off the map is neither open nor a wall of it.
+            // What lies off the map is nor open nor a wall of it.
             let Some(off_m) = off_m else {
                 continue;
             };

@@ -14,7 +14,7 @@ const FARTHEST: f64 = 127.0;
 /// The exact distance field is that between cells' centres. A wall begins half a cell before the centre of its first cell, and the
 /// last open centre is half a cell before that: so half a cell is taken off the distance of an open cell to the nearest wall, and
 /// half a cell off the depth of a wall's cell below the nearest open one. Between a cell of each kind the value then crosses zero
-/// where the two squares touch, with slope one on both sides, and a beam that ends on the surface has neither bias nor a kink.
+/// where the two squares touch, with slope one on both sides, and a beam that ends on the surface has nor bias nor a kink.
 #[derive(Clone, Debug)]
 pub(super) struct SignedDistanceField {
     frame: GridFrame,
@@ -40,13 +40,13 @@ impl SignedDistanceField {
             let cells = (f64::from(squared).sqrt() - 0.5).clamp(-0.5, FARTHEST);
             (cells * STEPS).round() as i16
         };
-        DistanceField::each_row(obstacles, |row, squared| {
+        DistanceField::for_each_row(obstacles, |row, squared| {
             for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
                 *out = stored(squared);
             }
         });
         let open = obstacles.cells().iter().map(|blocked| !blocked).collect();
-        DistanceField::each_row(&ObstacleGrid::new(frame, open), |row, squared| {
+        DistanceField::for_each_row(&ObstacleGrid::new(frame, open), |row, squared| {
             for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
                 // An open cell is at zero distance from itself.
                 if squared > 0 {

@@ -1,15 +1,15 @@
-//! One bit for each cell of a grid, packed so that a search can look at 64 cells at once.
+//! A bit for each grid cell, packed so that a search reads 64 cells at once.
 
 use super::Cell;
 
-/// Bits of a word.
+/// Bits in a word.
 const WORD: usize = u64::BITS as usize;
 
-/// A yes or no for each cell, with a rim of noes all round.
+/// A boolean for each cell, with a border of false bits on all sides.
 ///
-/// The rows lie one behind the other in one long line of bits, lowest row first, each padded with noes to whole words:
-/// at least one behind every row, which the next row has before it, and a row of them below the first and above the
-/// last. So what surrounds a cell of the grid can be read without asking where the grid ends.
+/// Rows are stored one after the other, lowest row first. Each row is padded with false bits to whole words, with at
+/// least one bit of padding, and one false row lies below the first and above the last. The neighbours of any cell can
+/// therefore be read without a bounds check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct BitGrid {
     width: i32,
@@ -20,11 +20,11 @@ pub(crate) struct BitGrid {
 }
 
 impl BitGrid {
-    /// Of so many columns and rows, all noes.
+    /// Creates an all-false grid with the given size.
     pub fn new(width: i32, height: i32) -> Self {
-        // One more than the last column asks for.
+        // At least one bit of padding after the last column.
         let stride = (width as usize / WORD + 1) * WORD;
-        // A word before and behind, for windows that begin before the first row or run over the end of the last.
+        // One extra word at each end, for windows that start before the first row or end after the last.
         let words = vec![0; stride / WORD * (height as usize + 2) + 2];
         Self {
             width,
@@ -34,7 +34,7 @@ impl BitGrid {
         }
     }
 
-    /// From a value for each cell, row-major, lowest row first.
+    /// Creates a grid from one value per cell, row-major, lowest row first.
     pub fn from_cells(width: i32, height: i32, cells: &[bool]) -> Self {
         let mut grid = Self::new(width, height);
         for (row, cells) in (0..height).zip(cells.chunks_exact(width as usize)) {
@@ -51,7 +51,7 @@ impl BitGrid {
         grid
     }
 
-    /// Rows become columns and columns rows.
+    /// Returns the grid with rows and columns exchanged.
     pub fn transposed(&self) -> Self {
         let mut turned = Self::new(self.height, self.width);
         let mut block = [0; WORD];
@@ -75,8 +75,8 @@ impl BitGrid {
         turned
     }
 
-    /// The cells that are set neither here nor in another grid of the same size.
-    pub fn neither(&self, other: &Self) -> Self {
+    /// Returns the cells that are false in both grids. The grids have the same size.
+    pub fn nor(&self, other: &Self) -> Self {
         let mut grid = Self::new(self.width, self.height);
         for row in 0..self.height {
             let pairs = self.row(row).iter().zip(other.row(row));
@@ -88,30 +88,30 @@ impl BitGrid {
         grid
     }
 
-    /// Bits from a cell to the one above it.
+    /// Distance in bits from a cell to the cell above it.
     pub const fn stride(&self) -> usize {
         self.stride
     }
 
-    /// Position of a cell in the line of bits. It may lie one cell outside the grid.
+    /// Bit position of a cell, which may lie one cell outside the grid.
     pub const fn position(&self, column: i32, row: i32) -> usize {
         ((row + 1) as usize * self.stride + WORD).wrapping_add_signed(column as isize)
     }
 
-    /// 64 bits from a position on, which is the lowest of them.
+    /// The 64 bits from a position upwards; the lowest bit is the position's own.
     #[inline]
     pub fn window(&self, position: usize) -> u64 {
         let (word, shift) = (position / WORD, position % WORD);
         self.words[word] >> shift | self.words[word + 1] << 1 << (WORD - 1 - shift)
     }
 
-    /// The bit of a position.
+    /// The bit at a position.
     #[inline]
     pub fn at(&self, position: usize) -> bool {
         self.words[position / WORD] >> (position % WORD) & 1 != 0
     }
 
-    /// The bit of a cell; no outside the grid.
+    /// The bit of a cell; false outside the grid.
     pub fn get(&self, cell: Cell) -> bool {
         let inside = (0..self.width).contains(&cell.column) && (0..self.height).contains(&cell.row);
         inside && self.at(self.position(cell.column, cell.row))
@@ -128,20 +128,20 @@ impl BitGrid {
         *word = if value { *word | bit } else { *word & !bit };
     }
 
-    /// The words of a row, its padding included.
+    /// The words of a row, including its padding.
     pub fn row(&self, row: i32) -> &[u64] {
         let first = self.position(0, row) / WORD;
         &self.words[first..first + self.stride / WORD]
     }
 
-    /// The same, to change. The padding must stay zero.
+    /// The words of a row, mutable. The padding must stay zero.
     pub fn row_mut(&mut self, row: i32) -> &mut [u64] {
         let first = self.position(0, row) / WORD;
         &mut self.words[first..first + self.stride / WORD]
     }
 
-    /// Whether all cells of a row between two columns, both included, are set; not when one lies outside the grid.
-    pub fn all_of_row(&self, row: i32, columns: core::ops::RangeInclusive<i32>) -> bool {
+    /// Whether all cells of a row between two columns, both included, are set. False if a cell lies outside the grid.
+    pub fn all_set_in_row(&self, row: i32, columns: core::ops::RangeInclusive<i32>) -> bool {
         let inside = *columns.start() >= 0 && *columns.end() < self.width;
         if !(inside && (0..self.height).contains(&row)) {
             return columns.is_empty();
@@ -158,7 +158,7 @@ impl BitGrid {
         left == 0 || !self.window(position) << (WORD - left) == 0
     }
 
-    /// Number of cells that are set.
+    /// Number of set cells.
     pub fn count(&self) -> usize {
         self.words
             .iter()
@@ -166,7 +166,7 @@ impl BitGrid {
             .sum()
     }
 
-    /// The cells that are set, in storage order.
+    /// The set cells, in storage order.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..self.height).flat_map(move |row| {
             self.row(row)
@@ -184,19 +184,19 @@ impl BitGrid {
     }
 }
 
-/// Eight values, the first as the lowest bit.
+/// Packs eight values into a byte, the first as the lowest bit.
 fn packed(cells: &[bool; 8]) -> u64 {
-    // Byte i moves by 7 (8 - i) bits, which puts it on bit i of the highest byte; no other sum comes near that byte.
+    // The product moves byte i by 7 (8 - i) bits, onto bit i of the highest byte; no other term reaches that byte.
     u64::from_le_bytes(cells.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56
 }
 
-/// Clears what lies behind the last column of a row.
+/// Clears the padding after the last column of a row.
 pub(super) fn clear_padding(row: &mut [u64], width: i32) {
     let (whole, rest) = (width as usize / WORD, width as usize % WORD);
     row[whole] &= (1 << rest) - 1;
 }
 
-/// Turns a square of bits: bit `i` of word `j` becomes bit `j` of word `i`. Swaps halves of halves of halves.
+/// Transposes a square of bits: bit `i` of word `j` becomes bit `j` of word `i`. Swaps halves recursively.
 fn transpose(block: &mut [u64; WORD]) {
     let (mut width, mut mask) = (WORD / 2, u64::MAX >> (WORD / 2));
     while width > 0 {
@@ -214,7 +214,7 @@ fn transpose(block: &mut [u64; WORD]) {
 mod tests {
     use super::*;
 
-    /// Sides below, at and above whole words.
+    /// Widths and heights below, at and above multiples of a word.
     const SIDES: [(i32, i32); 7] = [
         (1, 1),
         (5, 70),
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_where_they_were_put_and_the_rim_is_empty() {
+    fn bit_grid_keeps_cells_and_an_empty_border() {
         for (width, height) in SIDES {
             let grid = grid(width, height);
             let turned = grid.transposed();
@@ -261,18 +261,18 @@ mod tests {
     }
 
     #[test]
-    fn a_stretch_of_a_row_is_all_set_or_not() {
+    fn all_set_in_row_checks_every_column_of_the_range() {
         let (width, height) = (200, 3);
         let mut grid = BitGrid::from_cells(width, height, &[true; 600]);
         for (row, columns) in [(-1, 0..=1), (3, 0..=1), (0, -1..=3), (0, 4..=200)] {
-            assert!(!grid.all_of_row(row, columns));
+            assert!(!grid.all_set_in_row(row, columns));
         }
         grid.set(Cell::new(100, 1), false);
         for from in 0..width {
             for to in from - 1..width {
-                assert!(grid.all_of_row(0, from..=to));
+                assert!(grid.all_set_in_row(0, from..=to));
                 let holds = to < 100 || from > 100 || to < from;
-                assert_eq!(grid.all_of_row(1, from..=to), holds, "{from} to {to}");
+                assert_eq!(grid.all_set_in_row(1, from..=to), holds, "{from} to {to}");
             }
         }
     }

@@ -1,32 +1,34 @@
-//! Obstacles grown by a distance, exactly: which cells are nearer than that to one of them.
+//! Dilation of obstacles by an exact distance.
 
 use super::bit_grid::{BitGrid, clear_padding};
 
-/// The cells whose square is nearer than a distance, in cells, to the square of a cell that is set; a set cell is as near
-/// as can be. At a distance of zero or less there is none, and at one that is not a number all are.
+/// Returns the cells whose square is nearer than `distance`, in cells, to the square of a set cell.
 ///
-/// Row by row: what is within reach in a row `dy` further is the row itself, spread sideways by as much as the distance
-/// leaves at that `dy`. The spread grows from the furthest row to the nearest, so each row is spread once, in passing.
-pub(super) fn nearer_than(cells: &BitGrid, width: i32, height: i32, distance: f64) -> BitGrid {
+/// Set cells themselves have distance zero. A distance of zero or less gives no cell; NaN gives all cells. Each row is
+/// dilated sideways once, from the farthest target row to the nearest: a row `dy` away receives the row dilated by what
+/// the distance leaves at that `dy`.
+pub(super) fn dilate(cells: &BitGrid, width: i32, height: i32, distance: f64) -> BitGrid {
     if distance.is_nan() {
-        let nothing = BitGrid::new(width, height);
-        return nothing.neither(&nothing);
+        let empty = BitGrid::new(width, height);
+        return empty.nor(&empty);
     }
-    let spreads = spreads(distance, width.max(height));
+    let half_widths = half_widths(distance, width.max(height));
     let mut near = BitGrid::new(width, height);
-    let mut spread = Spread::default();
+    let mut dilated = DilatedRow::default();
     for row in 0..height {
         if cells.row(row).iter().all(|&word| word == 0) {
             continue;
         }
-        spread.begin(cells.row(row));
-        for (away, &sideways) in spreads.iter().enumerate().rev() {
-            spread.grow_to(sideways);
-            let away = away as i32;
-            for reached in [row - away, row + away] {
-                if (0..height).contains(&reached) {
-                    let target = near.row_mut(reached).iter_mut();
-                    target.zip(&spread.words).for_each(|(to, from)| *to |= from);
+        dilated.reset(cells.row(row));
+        for (row_offset, &half_width) in half_widths.iter().enumerate().rev() {
+            dilated.grow_to(half_width);
+            let row_offset = row_offset as i32;
+            for target_row in [row - row_offset, row + row_offset] {
+                if (0..height).contains(&target_row) {
+                    let target = near.row_mut(target_row).iter_mut();
+                    target
+                        .zip(&dilated.words)
+                        .for_each(|(to, from)| *to |= from);
                 }
             }
         }
@@ -37,52 +39,52 @@ pub(super) fn nearer_than(cells: &BitGrid, width: i32, height: i32, distance: f6
     near
 }
 
-/// For each number of rows away, how many columns away a cell may be and still be nearer than the distance; at most
-/// `most` of either. Between two squares there is one cell less than between their centres.
-fn spreads(distance: f64, most: i32) -> Vec<usize> {
-    let between = |away: i32| f64::from((away - 1).max(0));
-    let squared = |dx: i32, dy: i32| between(dx).powi(2) + between(dy).powi(2);
-    let mut spreads = Vec::new();
-    let mut sideways = most;
-    for away in 0..=most {
-        while sideways >= 0 && squared(sideways, away) >= distance.abs() * distance {
-            sideways -= 1;
+/// For each row offset, the largest column offset at which a cell is nearer than `distance`; both at most `limit`.
+/// The gap between two squares is one cell less than the distance of their centres along each axis.
+fn half_widths(distance: f64, limit: i32) -> Vec<usize> {
+    let gap = |offset: i32| f64::from((offset - 1).max(0));
+    let squared = |dx: i32, dy: i32| gap(dx).powi(2) + gap(dy).powi(2);
+    let mut half_widths = Vec::new();
+    let mut half_width = limit;
+    for row_offset in 0..=limit {
+        while half_width >= 0 && squared(half_width, row_offset) >= distance.abs() * distance {
+            half_width -= 1;
         }
-        if sideways < 0 {
+        if half_width < 0 {
             break;
         }
-        spreads.push(sideways as usize);
+        half_widths.push(half_width as usize);
     }
-    spreads
+    half_widths
 }
 
-/// A row of bits that spreads to both sides.
+/// A row of bits that is dilated to both sides.
 #[derive(Default)]
-struct Spread {
+struct DilatedRow {
     words: Vec<u64>,
     spare: Vec<u64>,
-    reach: usize,
+    radius: usize,
 }
 
-impl Spread {
-    fn begin(&mut self, row: &[u64]) {
+impl DilatedRow {
+    fn reset(&mut self, row: &[u64]) {
         self.words.clear();
         self.words.extend_from_slice(row);
         self.spare.resize(row.len(), 0);
-        self.reach = 0;
+        self.radius = 0;
     }
 
-    /// Sets what is within `reach` of a bit of the row that it began with.
-    fn grow_to(&mut self, reach: usize) {
-        while self.reach < reach {
-            // A stretch of bits moved by no more than its own length leaves no gap to where it was.
-            let step = (2 * self.reach + 1).min(reach - self.reach).min(63);
+    /// Sets all bits within `radius` of a bit of the original row.
+    fn grow_to(&mut self, radius: usize) {
+        while self.radius < radius {
+            // A run of bits shifted by at most its own length overlaps or touches the original.
+            let step = (2 * self.radius + 1).min(radius - self.radius).min(63);
             self.shift_both_ways(step as u32);
-            self.reach += step;
+            self.radius += step;
         }
     }
 
-    /// By 1 to 63 bits.
+    /// ORs the row with itself shifted to both sides by 1 to 63 bits.
     fn shift_both_ways(&mut self, step: u32) {
         let back = u64::BITS - step;
         let last = self.words.len() - 1;
@@ -106,7 +108,7 @@ mod tests {
     use crate::map::Cell;
 
     #[test]
-    fn each_cell_is_as_near_as_its_distance_says() {
+    fn dilation_includes_exactly_the_cells_below_the_distance() {
         for (width, height) in [(40, 30), (129, 5), (3, 90), (64, 9)] {
             let chosen = [3, 77, width * height / 2, width * height - 1];
             let cells: Vec<bool> = (0..width * height)
@@ -126,7 +128,7 @@ mod tests {
                 1e3,
                 f64::INFINITY,
             ] {
-                let near = nearer_than(&cells, width, height, distance);
+                let near = dilate(&cells, width, height, distance);
                 for index in 0..width * height {
                     let cell = Cell::new(index % width, index / width);
                     let gap = |other: i32| {
@@ -145,9 +147,9 @@ mod tests {
     }
 
     #[test]
-    fn a_distance_that_is_no_number_reaches_everything() {
+    fn dilation_by_nan_sets_all_cells() {
         let none = BitGrid::new(70, 3);
-        assert_eq!(nearer_than(&none, 70, 3, f64::NAN).count(), 210);
-        assert_eq!(nearer_than(&none, 70, 3, 1e9).count(), 0);
+        assert_eq!(dilate(&none, 70, 3, f64::NAN).count(), 210);
+        assert_eq!(dilate(&none, 70, 3, 1e9).count(), 0);
     }
 }

@@ -1,113 +1,113 @@
-//! What can be wrong with a map or a scenario file.
+//! Errors and warnings of map and scenario files.
 
+use core::fmt::{self, Display, Formatter};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use super::{MAX_GRID_CELLS, MAX_GRID_SIDE};
 
-/// A map that cannot be used. Each message is one line: the file, the place in it, what is wrong, the mend.
+/// A map or scenario file that cannot be used. Each message is one line: file, place, cause and remedy.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum MapError {
-    /// Something is wrong with this file.
+    /// A problem in the named file.
     #[error("{}: {problem}", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: Box<MapError>,
     },
-    /// Something is wrong with the image that a YAML file names.
+    /// A problem in the image that a YAML file names.
     #[error("line {line}: key `image` names {image:?}: {problem}")]
     InImage {
         /// Line of the key, from one.
         line: usize,
-        /// The image, as it was looked for.
+        /// The resolved path of the image.
         image: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: Box<MapError>,
     },
-    /// A file that the system does not give.
+    /// A file that the operating system cannot read.
     #[error("cannot be read ({reason}): check the path and its permissions")]
     Unreadable {
-        /// The system's words.
+        /// The operating system's message.
         reason: String,
     },
-    /// A file too long to be what it is taken for.
-    #[error(
-        "holds more than {limit} bytes, which no such file needs: check that it is the right one"
-    )]
-    TooLong {
-        /// The most bytes accepted.
+    /// A file larger than its format allows.
+    #[error("holds more than {limit} bytes, which no file of this format needs: check the path")]
+    TooLarge {
+        /// Largest size accepted, bytes.
         limit: u64,
     },
-    /// A file that is not text.
+    /// A file that is not UTF-8 text.
     #[error("line {line}: not UTF-8 text: save it as UTF-8, or check that it is a map")]
-    NotText {
-        /// First line that is not text, from one.
+    NotUtf8 {
+        /// First line that is not UTF-8, from one.
         line: usize,
     },
-    /// An image given in place of a map.
-    #[error("an image alone has no scale: name the YAML file that goes with it")]
-    BareImage,
+    /// An image given instead of its YAML file.
+    #[error("an image alone has no scale: name the YAML file that belongs to it")]
+    ImageWithoutYaml,
     /// An image that cannot be decoded.
     #[error("not a PGM, PNG or BMP image that can be decoded ({reason}): export it again")]
     BadImage {
-        /// The decoder's words.
+        /// The decoder's message.
         reason: String,
     },
-    /// Text that is not YAML, or not a plain mapping of keys to values.
-    #[error("line {line}: {reason}: write one `key: value` a line, each key once")]
+    /// Text that is not YAML, or not a mapping of keys to values.
+    #[error("line {line}: {reason}: write one `key: value` per line, each key once")]
     BadYaml {
-        /// Where the reader gave up, from one.
+        /// Line at which the parser failed, from one.
         line: usize,
-        /// The reader's words.
+        /// The parser's message.
         reason: String,
     },
-    /// A key that must be there is not.
+    /// A required key is missing.
     #[error("{}", missing_key(key, found.as_ref()))]
     MissingKey {
         /// The key.
         key: &'static str,
-        /// Line and name of a key that was found and looks like a slip of the pen.
+        /// Line and name of an unknown key that is probably a misspelling of it.
         found: Option<(usize, String)>,
     },
-    /// A key with a value it cannot have.
+    /// A key with an invalid value.
     #[error("line {line}: key `{key}` is {value}: it must be {expected}")]
     BadValue {
         /// Line of the value, from one.
         line: usize,
         /// The key.
         key: &'static str,
-        /// As given.
+        /// The value found.
         value: String,
-        /// What would be accepted.
+        /// The values accepted.
         expected: &'static str,
     },
-    /// A line of a `MovingAI` file that does not follow the format.
+    /// A line of a `MovingAI` file with a syntax error.
     #[error("line {line}: {found}: expected {expected}")]
     BadLine {
         /// The line, from one.
         line: usize,
-        /// What is there.
+        /// The text found.
         found: String,
-        /// What would be accepted.
+        /// The text accepted.
         expected: String,
     },
-    /// A text map without a cell.
+    /// A text map without cells.
     #[error("holds no cell: give rows of `#`, `.` and `?`, from the largest y down")]
-    NoRows,
-    /// A row of a text map that is longer or shorter than the first.
+    Empty,
+    /// A row of a text map with another length than the first.
     #[error("row {row} has {found} cells where row 1 has {expected}: make all rows equally long")]
     RaggedRow {
         /// The row, from one at the top.
         row: usize,
-        /// Its cells.
+        /// Number of cells in the row.
         found: usize,
-        /// Cells of the first row.
+        /// Number of cells in the first row.
         expected: usize,
     },
-    /// A character in a text map that stands for no cell.
+    /// An unknown character in a text map.
     #[error(
         "row {row}, column {column}: {character:?} is no cell: use `#` occupied, `.` or space free, `?` unknown"
     )]
@@ -116,10 +116,10 @@ pub enum MapError {
         row: usize,
         /// The column, from one at the left.
         column: usize,
-        /// As given.
+        /// The character found.
         character: char,
     },
-    /// A grid with no cell or too many.
+    /// A grid with no cells or too many.
     #[error(
         "{width} x {height} cells: each side must be 1 to {MAX_GRID_SIDE} and their product at most \
          {MAX_GRID_CELLS}: crop the map, or make its cells larger"
@@ -130,26 +130,26 @@ pub enum MapError {
         /// Rows.
         height: i64,
     },
-    /// Cells of no size.
+    /// An invalid cell size.
     #[error("resolution is {resolution_m} metres a cell: it must be finite and above zero")]
     BadResolution {
-        /// As given.
+        /// The value found.
         resolution_m: f64,
     },
-    /// A grid that lies nowhere.
+    /// A grid origin that is not finite.
     #[error("origin is [{x}, {y}, {yaw}]: all three must be finite")]
     BadOrigin {
-        /// As given, metres.
+        /// The x coordinate found, metres.
         x: f64,
-        /// As given, metres.
+        /// The y coordinate found, metres.
         y: f64,
-        /// As given, radians.
+        /// The yaw found, radians.
         yaw: f64,
     },
 }
 
 impl MapError {
-    /// The same problem, together with the file it was found in.
+    /// Wraps the error with the file in which it occurred.
     #[must_use]
     pub fn in_file(self, path: &Path) -> Self {
         Self::InFile {
@@ -159,11 +159,40 @@ impl MapError {
     }
 }
 
+/// A suspicious entry of a map file. The map is loaded regardless.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MapWarning {
+    /// An unknown key that is probably a misspelling of a known one. It is ignored.
+    MisspelledKey {
+        /// Its line, from one.
+        line: usize,
+        /// The key found.
+        found: String,
+        /// The known key that it resembles.
+        suggestion: &'static str,
+    },
+}
+
+impl Display for MapWarning {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let Self::MisspelledKey {
+            line,
+            found,
+            suggestion,
+        } = self;
+        write!(
+            formatter,
+            "line {line}: unknown key `{found}` is ignored: did you mean `{suggestion}`?"
+        )
+    }
+}
+
 fn missing_key(key: &str, found: Option<&(usize, String)>) -> String {
     match found {
         Some((line, found)) => {
             let found = found.escape_debug();
-            format!("line {line}: has `{found}`, needs `{key}`: rename the key")
+            format!("line {line}: has `{found}`, needs `{key}`: correct the name")
         }
         None => format!("needs the key `{key}`: add it"),
     }

@@ -1,46 +1,45 @@
-//! The cells that the robot's centre may be in.
+//! The free configuration space of a round robot.
 
 use super::bit_grid::BitGrid;
-use super::dilation::nearer_than;
+use super::dilation::dilate;
 use super::{Cell, GridFrame, ObstacleGrid};
 use crate::geometry::Point;
 
-/// Ground where the centre of a round robot keeps its radius from every obstacle.
+/// The cells in which the centre of a round robot keeps its radius from every obstacle.
 ///
-/// A cell is free when **every** point of its square is at least the radius away from **every** point of every
-/// obstacle cell's square, and the cell itself is no obstacle. So a curve that stays on free cells is proved clear
-/// of walls by the radius, wherever in the cells it runs.
+/// A cell is free if **every** point of its square is at least the radius away from **every** point of every obstacle
+/// cell's square, and the cell itself is no obstacle. A curve that stays on free cells therefore keeps the radius from
+/// all obstacles, at any point within the cells.
 ///
-/// Three bits a cell: a search reads 64 cells at once, along rows or along columns.
+/// Uses three bits per cell, so that a search reads 64 cells at once along rows or columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeSpace {
     frame: GridFrame,
     radius_m: f64,
     free: BitGrid,
-    /// The same with rows and columns exchanged.
+    /// `free` with rows and columns exchanged.
     free_by_column: BitGrid,
     obstacles: BitGrid,
 }
 
 impl FreeSpace {
-    /// The free cells among obstacles for a robot of this radius in metres; one below zero counts as zero, and one that
-    /// is not a number leaves no cell free. What lies outside the grid does not block: a curve cannot leave the grid,
-    /// since cells outside it are not free.
+    /// Computes the free cells for a robot of this radius in metres. A negative radius counts as zero; NaN leaves no cell
+    /// free. The area outside the grid does not block, but cells outside the grid are never free, so no path leaves it.
     #[must_use]
     pub fn new(obstacles: &ObstacleGrid, radius_m: f64) -> Self {
         let [space] = Self::for_radii(obstacles, [radius_m]);
         space
     }
 
-    /// [`Self::new`] for several radii.
+    /// Computes [`Self::new`] for several radii.
     #[must_use]
     pub fn for_radii<const N: usize>(obstacles: &ObstacleGrid, radii_m: [f64; N]) -> [Self; N] {
         let frame = *obstacles.frame();
         let GridFrame { width, height, .. } = frame;
         let obstacles = BitGrid::from_cells(width, height, obstacles.cells());
         radii_m.map(|radius_m| {
-            let near = nearer_than(&obstacles, width, height, radius_m / frame.resolution_m);
-            let free = near.neither(&obstacles);
+            let near = dilate(&obstacles, width, height, radius_m / frame.resolution_m);
+            let free = near.nor(&obstacles);
             Self {
                 frame,
                 radius_m,
@@ -51,15 +50,15 @@ impl FreeSpace {
         })
     }
 
-    /// Frees the cells within a distance of a place, in metres to their centres, that are free in `other`, whose frame is
-    /// the same: so that a robot which stands nearer to a wall than it likes may find its way out.
+    /// Frees the cells that are free in `other` and whose centre is within a distance, metres, of a point. This lets a
+    /// robot leave a place nearer to an obstacle than this space allows.
     ///
     /// # Panics
-    /// When the frames differ.
-    pub fn free_cells_near(&mut self, other: &Self, place: &Point, distance_m: f64) {
-        assert_eq!(self.frame, other.frame, "both describe the same ground");
+    /// Panics if the frames differ.
+    pub fn free_cells_near(&mut self, other: &Self, center: &Point, distance_m: f64) {
+        assert_eq!(self.frame, other.frame, "both spaces have the same frame");
         let frame = self.frame;
-        let at = frame.to_cell_units(place);
+        let at = frame.to_cell_units(center);
         let reach = distance_m / frame.resolution_m;
         let span = |at: f64, side: i32| {
             (at - reach).floor().max(0.0) as i32..((at + reach).ceil() as i32).min(side)
@@ -75,7 +74,7 @@ impl FreeSpace {
         }
     }
 
-    /// Size and placement.
+    /// Size and pose of the grid.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
         &self.frame
@@ -87,20 +86,20 @@ impl FreeSpace {
         self.free.get(cell)
     }
 
-    /// Distance kept from every obstacle, metres, but for cells freed by [`Self::free_cells_near`].
+    /// Distance kept from every obstacle, metres, except in cells freed by [`Self::free_cells_near`].
     #[must_use]
     pub const fn radius_m(&self) -> f64 {
         self.radius_m
     }
 
-    /// Whether the cell itself is an obstacle, not merely near one. True outside the grid.
+    /// Whether the cell itself is an obstacle. True outside the grid.
     #[must_use]
     pub fn is_obstacle(&self, cell: Cell) -> bool {
         !self.frame.contains(cell) || self.obstacles.get(cell)
     }
 
-    /// The free cell whose centre is nearest to a point, which may lie outside the grid; of equally near ones, the first in
-    /// storage. None where no cell is free.
+    /// The free cell whose centre is nearest to a point; the point may lie outside the grid. Ties go to the first cell in
+    /// storage order. None if no cell is free.
     #[must_use]
     pub fn nearest_free(&self, point: &Point) -> Option<Cell> {
         let at = self.frame.to_cell_units(point);
@@ -116,7 +115,7 @@ impl FreeSpace {
         self.free.count()
     }
 
-    /// The free cells, row by row, and the same column by column.
+    /// The free cells by rows, and the same by columns.
     pub(crate) const fn bits(&self) -> (&BitGrid, &BitGrid) {
         (&self.free, &self.free_by_column)
     }

@@ -1,11 +1,11 @@
-//! Grids of cells laid over the ground: where a cell lies, and what is known of it.
+//! Grid frames, occupancy grids and obstacle grids.
 
 use serde::Serialize;
 
 use super::MapError;
 use crate::geometry::{Point, Pose};
 
-/// The place of a cell in its grid. Column 0, row 0 is the lower-left cell of the grid's own frame.
+/// Column and row of a grid cell. Cell (0, 0) is the lower-left cell in the grid's own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct Cell {
     /// Along the grid's x axis.
@@ -15,21 +15,20 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// A cell from its column and row.
+    /// Creates a cell from its column and row.
     #[must_use]
     pub const fn new(column: i32, row: i32) -> Self {
         Self { column, row }
     }
 
-    /// The centre of its square, in cells from the grid's corner.
+    /// The cell's centre, in cell units from the grid's corner.
     #[must_use]
     pub fn center(self) -> Point {
         Point::new(f64::from(self.column) + 0.5, f64::from(self.row) + 0.5)
     }
 }
 
-/// Size and placement of a grid: every grid of this crate carries one, and two grids may be combined when
-/// their frames are equal.
+/// Size and pose of a grid. Two grids may be combined if their frames are equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridFrame {
     /// Number of columns, 1..=32767.
@@ -49,11 +48,11 @@ pub const MAX_GRID_SIDE: i32 = 32_767;
 pub const MAX_GRID_CELLS: usize = 100_000_000;
 
 impl GridFrame {
-    /// A frame whose numbers have been checked.
+    /// Creates a validated frame.
     ///
     /// # Errors
-    /// When a side is not 1..=[`MAX_GRID_SIDE`], the whole is more than [`MAX_GRID_CELLS`], the resolution in
-    /// metres is not finite and above zero, or the origin is not finite.
+    /// Returns an error if a side is not in 1..=[`MAX_GRID_SIDE`], the number of cells exceeds [`MAX_GRID_CELLS`], the
+    /// resolution in metres is not finite and above zero, or the origin is not finite.
     pub fn new(width: i32, height: i32, resolution_m: f64, origin: Pose) -> Result<Self, MapError> {
         check_size(i64::from(width), i64::from(height))?;
         if !(resolution_m.is_finite() && resolution_m > 0.0) {
@@ -77,7 +76,7 @@ impl GridFrame {
         self.width as usize * self.height as usize
     }
 
-    /// Whether the grid has no cell. Never true of a frame made by this crate.
+    /// Whether the grid has no cells; never true for a frame from [`Self::new`].
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
@@ -89,14 +88,14 @@ impl GridFrame {
         cell.column >= 0 && cell.row >= 0 && cell.column < self.width && cell.row < self.height
     }
 
-    /// Position of a cell in row-major storage, lowest row first. The cell must lie inside the grid.
+    /// Index of a cell in row-major storage, lowest row first. The cell must lie inside the grid.
     #[must_use]
     pub const fn index(&self, cell: Cell) -> usize {
         debug_assert!(self.contains(cell));
         cell.row as usize * self.width as usize + cell.column as usize
     }
 
-    /// The cell stored at a row-major position.
+    /// The cell at a row-major index.
     #[must_use]
     pub const fn cell_at(&self, index: usize) -> Cell {
         Cell::new(
@@ -105,19 +104,19 @@ impl GridFrame {
         )
     }
 
-    /// A point of the map frame in cell units of the grid: cell (c, r) covers [c, c+1) x [r, r+1).
+    /// Converts a point from the map frame to cell units: cell (c, r) covers [c, c+1) x [r, r+1).
     #[must_use]
     pub fn to_cell_units(&self, point: &Point) -> Point {
         self.origin.inverse_transform(point) / self.resolution_m
     }
 
-    /// A point given in cell units, in the map frame.
+    /// Converts a point from cell units to the map frame.
     #[must_use]
     pub fn from_cell_units(&self, units: &Point) -> Point {
         self.origin.transform(&(units * self.resolution_m))
     }
 
-    /// The four corners of the grid in the map frame, counter-clockwise from that of cell (0, 0).
+    /// The four corners in the map frame, counter-clockwise, starting with that of cell (0, 0).
     #[must_use]
     pub fn corners(&self) -> [Point; 4] {
         let (width, height) = (f64::from(self.width), f64::from(self.height));
@@ -125,13 +124,13 @@ impl GridFrame {
             .map(|(x, y)| self.from_cell_units(&Point::new(x, y)))
     }
 
-    /// The cell that covers a point, or none outside the grid or for a point that is not finite.
+    /// The cell that covers a point of the map frame; none if it is outside the grid or not finite.
     #[must_use]
     pub fn cell_of(&self, point: &Point) -> Option<Cell> {
         self.cell_at_units(&self.to_cell_units(point))
     }
 
-    /// The cell that covers a point given in cell units, or none outside the grid or for a point that is not finite.
+    /// The cell that covers a point in cell units; none if it is outside the grid or not finite.
     #[must_use]
     pub fn cell_at_units(&self, units: &Point) -> Option<Cell> {
         let inside = units.x >= 0.0
@@ -141,15 +140,14 @@ impl GridFrame {
         inside.then(|| Cell::new(units.x as i32, units.y as i32))
     }
 
-    /// The centre of a cell in the map frame; the cell may lie outside the grid.
+    /// The centre of a cell in the map frame. The cell may lie outside the grid.
     #[must_use]
     pub fn center_of(&self, cell: Cell) -> Point {
         self.from_cell_units(&cell.center())
     }
 }
 
-/// Whether a grid may have these sides. Files state their size before their cells, so readers ask this first and
-/// set aside no memory for a grid that is refused.
+/// Checks the side lengths of a grid. Readers call this with the size from a file's header, before they allocate memory.
 pub(super) fn check_size(width: i64, height: i64) -> Result<(), MapError> {
     let side = 1..=i64::from(MAX_GRID_SIDE);
     if side.contains(&width) && side.contains(&height) && width * height <= MAX_GRID_CELLS as i64 {
@@ -159,35 +157,35 @@ pub(super) fn check_size(width: i64, height: i64) -> Result<(), MapError> {
     }
 }
 
-/// What a map says of a cell it does not know.
+/// How unknown cells are treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum UnknownPolicy {
-    /// Unknown ground is an obstacle. The default: a robot must not drive where nobody looked.
+    /// Unknown cells are obstacles. The default, since unobserved terrain is not safe to drive on.
     #[default]
     Blocked,
-    /// Unknown ground is free.
+    /// Unknown cells are free.
     Free,
 }
 
-/// Occupancy as ROS has it: a probability in percent for each cell, or unknown.
+/// A ROS occupancy grid: a probability in percent for each cell, or unknown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OccupancyGrid {
     frame: GridFrame,
     cells: Vec<i8>,
 }
 
-/// The value of a cell that the map does not know.
+/// The value of an unknown cell.
 pub const UNKNOWN: i8 = -1;
 
-/// Occupancy, in percent, from which a cell counts as an obstacle (Nav2's lethal threshold).
+/// Smallest occupancy, in percent, of an obstacle (Nav2's lethal threshold).
 pub const OCCUPIED_THRESHOLD: i8 = 65;
 
 impl OccupancyGrid {
-    /// A grid from its cells, row-major with the lowest row first; each is 0..=100 or [`UNKNOWN`].
+    /// Creates a grid from its cells, row-major with the lowest row first; each is 0..=100 or [`UNKNOWN`].
     ///
     /// # Panics
-    /// When the number of cells is not the frame's.
+    /// Panics if the number of cells differs from the frame's.
     #[must_use]
     pub fn new(frame: GridFrame, cells: Vec<i8>) -> Self {
         assert_eq!(
@@ -198,13 +196,13 @@ impl OccupancyGrid {
         Self { frame, cells }
     }
 
-    /// A grid from cells in the order of pictures and text, highest row first.
+    /// Creates a grid from cells in image order, highest row first.
     pub(super) fn from_top_down(frame: GridFrame, cells: &[i8]) -> Self {
         let lowest_first = cells.chunks_exact(frame.width as usize).rev();
         Self::new(frame, lowest_first.flatten().copied().collect())
     }
 
-    /// Size and placement.
+    /// Size and pose of the grid.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
         &self.frame
@@ -216,7 +214,7 @@ impl OccupancyGrid {
         &self.cells
     }
 
-    /// Where the obstacles are: cells of at least [`OCCUPIED_THRESHOLD`] percent, and unknown ones as the policy says.
+    /// The obstacles: cells of at least [`OCCUPIED_THRESHOLD`] percent, and unknown cells according to the policy.
     #[must_use]
     pub fn obstacles(&self, unknown: UnknownPolicy) -> ObstacleGrid {
         let blocked = |&value: &i8| match value {
@@ -227,7 +225,7 @@ impl OccupancyGrid {
     }
 }
 
-/// A yes or no for each cell: does an obstacle cover it?
+/// A boolean per cell: whether an obstacle covers it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObstacleGrid {
     frame: GridFrame,
@@ -235,10 +233,10 @@ pub struct ObstacleGrid {
 }
 
 impl ObstacleGrid {
-    /// A grid from its cells, row-major with the lowest row first; `true` is an obstacle.
+    /// Creates a grid from its cells, row-major with the lowest row first; `true` is an obstacle.
     ///
     /// # Panics
-    /// When the number of cells is not the frame's.
+    /// Panics if the number of cells differs from the frame's.
     #[must_use]
     pub fn new(frame: GridFrame, blocked: Vec<bool>) -> Self {
         assert_eq!(
@@ -249,7 +247,7 @@ impl ObstacleGrid {
         Self { frame, blocked }
     }
 
-    /// Size and placement.
+    /// Size and pose of the grid.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
         &self.frame
@@ -261,13 +259,13 @@ impl ObstacleGrid {
         &self.blocked
     }
 
-    /// Whether an obstacle covers the cell. Everything outside the grid is an obstacle.
+    /// Whether an obstacle covers the cell. True outside the grid.
     #[must_use]
     pub fn is_blocked(&self, cell: Cell) -> bool {
         !self.frame.contains(cell) || self.blocked[self.frame.index(cell)]
     }
 
-    /// Marks or clears a cell; a cell outside the grid is left alone.
+    /// Sets or clears a cell. A cell outside the grid is ignored.
     pub fn set(&mut self, cell: Cell, blocked: bool) {
         if self.frame.contains(cell) {
             let index = self.frame.index(cell);
@@ -275,7 +273,7 @@ impl ObstacleGrid {
         }
     }
 
-    /// Marks every cell whose centre lies within a disc, metres in the map frame.
+    /// Sets every cell whose centre lies within a disc, metres in the map frame.
     pub fn fill_disc(&mut self, center: &Point, radius_m: f64) {
         let units = self.frame.to_cell_units(center);
         let reach = radius_m / self.frame.resolution_m;

@@ -1,4 +1,4 @@
-//! Read a map file of any of the three kinds.
+//! Loading map files of all supported formats.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,10 +6,10 @@ use std::path::Path;
 
 use super::{MAX_GRID_CELLS, MapError, MapWarning, OccupancyGrid, map_server, movingai};
 
-/// What a map file may leave unsaid.
+/// Values that a map file may not contain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
-    /// Side of a cell of a `.map` or text map, metres. A YAML file states its own.
+    /// Cell size of a `.map` or text map, metres. A YAML file states its own.
     pub resolution_m: f64,
 }
 
@@ -19,44 +19,44 @@ impl Default for LoadOptions {
     }
 }
 
-/// Longest YAML file read, bytes.
+/// Largest YAML file accepted, bytes.
 const MAX_YAML_BYTES: u64 = 1 << 20;
 
-/// Longest file of one character a cell, bytes: every row of a grid of one column has a line end of two.
+/// Largest text file accepted, bytes: a grid of one column with two-byte line ends needs three per cell.
 const MAX_ROWS_BYTES: u64 = 3 * MAX_GRID_CELLS as u64;
 
-/// Reads a map: `.yaml` or `.yml` of ROS `map_server` with its image; `.map`, or any file that begins with the line
-/// `type octile`, of `MovingAI`; anything else as rows of text (see [`OccupancyGrid::from_rows`]).
+/// Reads a map. The format is a ROS `map_server` YAML file with its image (`.yaml`, `.yml`), a `MovingAI` grid (`.map`,
+/// or a first line `type octile`), or else rows of text (see [`OccupancyGrid::from_rows`]).
 ///
-/// Maps of the last two kinds have their lower left corner at the origin of the map frame.
+/// Maps of the last two formats have their lower left corner at the origin of the map frame.
 ///
 /// # Errors
-/// When the file cannot be read or does not follow its format; the message names the file and the place.
+/// Returns an error if the file cannot be read or has a syntax error; the message names the file and the place.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<OccupancyGrid, MapError> {
     load_with_warnings(path, options, &mut |_| {})
 }
 
-/// The same, and tells what in the file is no error and may not be meant.
+/// Reads a map as [`load`] does, and passes each warning to `warn`.
 ///
 /// # Errors
-/// As [`load`].
+/// See [`load`].
 pub fn load_with_warnings(
     path: &Path,
     options: &LoadOptions,
-    note: &mut dyn FnMut(MapWarning),
+    warn: &mut dyn FnMut(MapWarning),
 ) -> Result<OccupancyGrid, MapError> {
-    read(path, options, note).map_err(|problem| problem.in_file(path))
+    read(path, options, warn).map_err(|problem| problem.in_file(path))
 }
 
 fn read(
     path: &Path,
     options: &LoadOptions,
-    note: &mut dyn FnMut(MapWarning),
+    warn: &mut dyn FnMut(MapWarning),
 ) -> Result<OccupancyGrid, MapError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     match extension.to_ascii_lowercase().as_str() {
-        "yaml" | "yml" => map_server::read(path, &read_text(path, MAX_YAML_BYTES)?, note),
-        "pgm" | "png" | "bmp" => Err(MapError::BareImage),
+        "yaml" | "yml" => map_server::read(path, &read_text(path, MAX_YAML_BYTES)?, warn),
+        "pgm" | "png" | "bmp" => Err(MapError::ImageWithoutYaml),
         extension => {
             let text = read_text(path, MAX_ROWS_BYTES)?;
             if extension == "map" || movingai::begins(&text) {
@@ -68,7 +68,7 @@ fn read(
     }
 }
 
-/// The text of a file of at most so many bytes, without a byte order mark.
+/// Reads a text file of at most `limit` bytes and removes its byte order mark.
 pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, MapError> {
     let unreadable = |error: std::io::Error| MapError::Unreadable {
         reason: error.to_string(),
@@ -78,12 +78,12 @@ pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, MapError> {
         .and_then(|file| file.take(limit + 1).read_to_end(&mut bytes))
         .map_err(unreadable)?;
     if bytes.len() as u64 > limit {
-        return Err(MapError::TooLong { limit });
+        return Err(MapError::TooLarge { limit });
     }
     let text = String::from_utf8(bytes).map_err(|error| {
-        let sound = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        MapError::NotText {
-            line: sound.split(|&byte| byte == b'\n').count(),
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        MapError::NotUtf8 {
+            line: valid.split(|&byte| byte == b'\n').count(),
         }
     })?;
     Ok(match text.strip_prefix('\u{feff}') {

@@ -1,13 +1,14 @@
-//! Maps of ROS `map_server`: an image, and a YAML file that says what its pixels mean.
+//! Maps of ROS `map_server`: an image and a YAML file that describes it.
 //!
-//! The meaning is that of Nav2's `map_io.cpp` (2026): grey g of 0..=255 has the occupancy p = 1 - g/255, or g/255 with
-//! `negate`. From `occupied_thresh` up a cell is 100, up to `free_thresh` it is 0. Between them it is unknown in mode
-//! `trinary` and round(100 (p - free) / (occupied - free)) in mode `scale`; a pixel with any transparency is unknown
-//! in both. In mode `raw` the grey is the percentage itself, and unknown above 100; `negate`, thresholds and
-//! transparency mean nothing there. The bottom row of the image is row 0 of the grid.
+//! The interpretation follows Nav2's `map_io.cpp` (2026). A grey value g of 0..=255 has the occupancy p = 1 - g/255, or
+//! g/255 with `negate`. Cells with p at or above `occupied_thresh` are 100; cells with p at or below `free_thresh` are 0.
+//! Between the thresholds, a cell is unknown in mode `trinary` and round(100 (p - free) / (occupied - free)) in mode
+//! `scale`; a pixel with any transparency is unknown in both. In mode `raw` the grey value is the percentage itself, and
+//! unknown above 100; `negate`, thresholds and transparency are ignored. The bottom row of the image is row 0 of the
+//! grid.
 //!
-//! Colours are reduced to their luma, as Nav2 does now; older releases averaged the three channels. Nav2 computes
-//! p in single precision and this file in double, so where p equals a threshold but for rounding the two may differ.
+//! Colours are converted to luma, as in current Nav2; older releases averaged the three channels. Nav2 computes p in
+//! single precision, this module in double. The two may differ where p equals a threshold up to rounding.
 
 use std::env;
 use std::io::Cursor;
@@ -17,14 +18,14 @@ use super::grey_image::{GreyImage, Pixel};
 use super::map_yaml::{MapYaml, Mode};
 use super::{GridFrame, MapError, MapWarning, OccupancyGrid, UNKNOWN};
 
-/// A map from the text of its YAML file and the image that it names.
+/// Reads a map from the text of its YAML file and the image that the text names.
 pub(super) fn read(
     yaml_path: &Path,
     text: &str,
-    note: &mut dyn FnMut(MapWarning),
+    warn: &mut dyn FnMut(MapWarning),
 ) -> Result<OccupancyGrid, MapError> {
     let mut yaml = MapYaml::parse(text)?;
-    yaml.notes.drain(..).for_each(note);
+    yaml.warnings.drain(..).for_each(warn);
     let image_path = image_path(yaml_path, &yaml.image, env::home_dir().as_deref());
     let image = GreyImage::read(&image_path).map_err(|problem| MapError::InImage {
         line: yaml.image_line,
@@ -35,11 +36,11 @@ pub(super) fn read(
 }
 
 impl OccupancyGrid {
-    /// A map of ROS `map_server` that is in memory: the text of its YAML file, and the bytes of its PGM, PNG or BMP image.
-    /// The path of the image that the YAML file must have is not looked at.
+    /// Reads a ROS `map_server` map from memory: the text of the YAML file and the bytes of its PGM, PNG or BMP image.
+    /// The image path in the YAML text is required but not opened.
     ///
     /// # Errors
-    /// When the text is not such a file, or the bytes are no such image; the message names the place.
+    /// Returns an error if the text or the image is invalid; the message names the place.
     pub fn from_map_server(yaml: &str, image: &[u8]) -> Result<Self, MapError> {
         grid(
             &MapYaml::parse(yaml)?,
@@ -54,7 +55,7 @@ fn grid(yaml: &MapYaml, image: &GreyImage) -> Result<OccupancyGrid, MapError> {
     Ok(OccupancyGrid::from_top_down(frame, &cells))
 }
 
-/// The file of an image: relative to the YAML file, unless absolute or in the home directory (`~/`).
+/// The path of an image: relative to the YAML file, unless it is absolute or in the home directory (`~/`).
 fn image_path(yaml_path: &Path, image: &str, home: Option<&Path>) -> PathBuf {
     match (image.strip_prefix("~/"), home) {
         (Some(rest), Some(home)) => home.join(rest),
@@ -76,18 +77,22 @@ fn occupancies(yaml: &MapYaml, pixels: &[Pixel]) -> Vec<i8> {
 
 /// The occupancy of an opaque pixel.
 fn occupancy(yaml: &MapYaml, grey: u8) -> i8 {
-    let share = f64::from(grey) / 255.0;
-    let share = if yaml.negate { share } else { 1.0 - share };
+    let occupancy = f64::from(grey) / 255.0;
+    let occupancy = if yaml.negate {
+        occupancy
+    } else {
+        1.0 - occupancy
+    };
     let (free, occupied) = (yaml.free_thresh, yaml.occupied_thresh);
     match yaml.mode {
         Mode::Raw => i8::try_from(grey)
             .ok()
             .filter(|&percent| percent <= 100)
             .unwrap_or(UNKNOWN),
-        _ if share >= occupied => 100,
-        _ if share <= free => 0,
+        _ if occupancy >= occupied => 100,
+        _ if occupancy <= free => 0,
         Mode::Trinary => UNKNOWN,
-        Mode::Scale => ((share - free) / (occupied - free) * 100.0).round() as i8,
+        Mode::Scale => ((occupancy - free) / (occupied - free) * 100.0).round() as i8,
     }
 }
 
@@ -96,19 +101,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_image_is_looked_for_beside_its_yaml_file_or_at_home() {
-        let place = |image| {
+    fn image_path_is_relative_to_the_yaml_file_or_the_home_directory() {
+        let resolved = |image| {
             image_path(
                 Path::new("maps/mine.yaml"),
                 image,
                 Some(Path::new("/home/me")),
             )
         };
-        assert_eq!(place("mine.png"), Path::new("maps/mine.png"));
-        assert_eq!(place("scans/mine.png"), Path::new("maps/scans/mine.png"));
-        assert_eq!(place("/data/mine.png"), Path::new("/data/mine.png"));
-        assert_eq!(place("~/mine.png"), Path::new("/home/me/mine.png"));
-        let homeless = image_path(Path::new("maps/mine.yaml"), "~/mine.png", None);
-        assert_eq!(homeless, Path::new("maps/~/mine.png"));
+        assert_eq!(resolved("mine.png"), Path::new("maps/mine.png"));
+        assert_eq!(resolved("scans/mine.png"), Path::new("maps/scans/mine.png"));
+        assert_eq!(resolved("/data/mine.png"), Path::new("/data/mine.png"));
+        assert_eq!(resolved("~/mine.png"), Path::new("/home/me/mine.png"));
+        let without_home = image_path(Path::new("maps/mine.yaml"), "~/mine.png", None);
+        assert_eq!(without_home, Path::new("maps/~/mine.png"));
     }
 }

@@ -1,4 +1,4 @@
-//! The YAML file that says what the pixels of a ROS map image mean.
+//! The YAML file of a ROS map: scale, origin and the meaning of the image's pixels.
 
 use std::collections::BTreeMap;
 
@@ -11,44 +11,44 @@ use super::{MapError, MapWarning};
 use crate::geometry::Pose;
 use crate::suggest::closest_name;
 
-/// The contents of the file, checked.
+/// The validated contents of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MapYaml {
-    /// Path of the image, as written.
+    /// Path of the image, as in the file.
     pub image: String,
-    /// Line of that path, from one.
+    /// Line of the `image` key, from one.
     pub image_line: usize,
     /// Side of a pixel, metres, above zero.
     pub resolution_m: f64,
     /// Pose of the lower left corner of the image.
     pub origin: Pose,
-    /// Occupancy up to which a cell is free, 0..=1.
+    /// Largest occupancy of a free cell, 0..=1.
     pub free_thresh: f64,
-    /// Occupancy from which a cell is occupied, above `free_thresh`, at most 1.
+    /// Smallest occupancy of an occupied cell, above `free_thresh`, at most 1.
     pub occupied_thresh: f64,
-    /// Whether white is occupied rather than black.
+    /// Whether white means occupied.
     pub negate: bool,
-    /// How grey becomes occupancy.
+    /// How grey values become occupancy.
     pub mode: Mode,
-    /// What somebody should know who wrote it.
-    pub notes: Vec<MapWarning>,
+    /// Warnings for the author of the file.
+    pub warnings: Vec<MapWarning>,
 }
 
-/// How grey becomes occupancy.
+/// How grey values become occupancy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     /// Free, occupied or unknown.
     Trinary,
-    /// Percent between the thresholds.
+    /// Percentage between the thresholds.
     Scale,
-    /// The pixel's value is the percentage.
+    /// The grey value is the percentage.
     Raw,
 }
 
-/// Most nodes a file may unfold to: a map's has about twenty, and aliases can make a few lines into billions.
+/// Largest number of nodes after alias expansion. A map file has about twenty; aliases can expand a few lines to billions.
 const MAX_NODES: usize = 10_000;
 
-/// All keys that have a meaning.
+/// All known keys.
 const KEYS: [&str; 7] = [
     "image",
     "resolution",
@@ -60,8 +60,8 @@ const KEYS: [&str; 7] = [
 ];
 
 impl MapYaml {
-    /// Reads the text of a YAML file. Keys without a meaning are passed over, as Nav2 does, for other tools have theirs in
-    /// the same file; one that is spelled almost like one with a meaning is noted.
+    /// Parses a YAML file. Unknown keys are ignored, as in Nav2, since other tools store theirs in the same file; a key
+    /// that resembles a known one gives a warning.
     pub(super) fn parse(text: &str) -> Result<Self, MapError> {
         let file = Entries::parse(text)?;
         let unit = |number: f64| (0.0..=1.0).contains(&number);
@@ -76,10 +76,10 @@ impl MapYaml {
             )?,
             origin: Pose::new(x, y, yaw),
             free_thresh: file.get("free_thresh", "a number from 0 to 1", |value| {
-                number(value).filter(|&share| unit(share))
+                number(value).filter(|&occupancy| unit(occupancy))
             })?,
             occupied_thresh: file.get("occupied_thresh", "a number from 0 to 1", |value| {
-                number(value).filter(|&share| unit(share))
+                number(value).filter(|&occupancy| unit(occupancy))
             })?,
             negate: file.get("negate", "0, 1, true or false", flag)?,
             mode: if file.entries.contains_key("mode") {
@@ -87,7 +87,7 @@ impl MapYaml {
             } else {
                 Mode::Trinary
             },
-            notes: file.notes(),
+            warnings: file.warnings(),
         };
         if parsed.free_thresh < parsed.occupied_thresh {
             Ok(parsed)
@@ -97,7 +97,7 @@ impl MapYaml {
     }
 }
 
-/// The top level of the file.
+/// The top-level mapping of the file.
 struct Entries {
     entries: BTreeMap<String, Spanned<Value>>,
 }
@@ -110,34 +110,34 @@ impl Entries {
         }
     }
 
-    /// Keys without a meaning that may be one mistyped, in the order of their lines.
-    fn notes(&self) -> Vec<MapWarning> {
-        let note = |(found, entry): (&String, &Spanned<Value>)| {
-            let stranger = !KEYS.contains(&found.as_str());
-            let meant = closest_name(found, KEYS).filter(|_| stranger)?;
+    /// Warnings for unknown keys that resemble a known one, in the order of their lines.
+    fn warnings(&self) -> Vec<MapWarning> {
+        let warning = |(found, entry): (&String, &Spanned<Value>)| {
+            let is_unknown = !KEYS.contains(&found.as_str());
+            let suggestion = closest_name(found, KEYS).filter(|_| is_unknown)?;
             Some(MapWarning::MisspelledKey {
                 line: entry.referenced.line() as usize,
                 found: found.clone(),
-                meant,
+                suggestion,
             })
         };
-        let mut notes: Vec<MapWarning> = self.entries.iter().filter_map(note).collect();
-        notes.sort_by_key(|MapWarning::MisspelledKey { line, .. }| *line);
-        notes
+        let mut warnings: Vec<MapWarning> = self.entries.iter().filter_map(warning).collect();
+        warnings.sort_by_key(|MapWarning::MisspelledKey { line, .. }| *line);
+        warnings
     }
 
-    /// Line and value of a key.
+    /// Line and value of a required key.
     fn required(&self, key: &'static str) -> Result<(usize, &Value), MapError> {
         match self.entries.get(key) {
             Some(entry) => Ok((entry.referenced.line() as usize, &entry.value)),
             None => Err(MapError::MissingKey {
                 key,
-                found: self.like(key),
+                found: self.misspelling_of(key),
             }),
         }
     }
 
-    /// The value of a key, as something else.
+    /// The converted value of a required key.
     fn get<T>(
         &self,
         key: &'static str,
@@ -153,13 +153,13 @@ impl Entries {
         })
     }
 
-    /// Line and name of the key without a meaning that is spelled most like this one, if any is.
-    fn like(&self, key: &str) -> Option<(usize, String)> {
-        let strangers = self
+    /// Line and name of the unknown key most similar to this one, if any is similar.
+    fn misspelling_of(&self, key: &str) -> Option<(usize, String)> {
+        let unknown = self
             .entries
             .iter()
             .filter(|(found, _)| !KEYS.contains(&found.as_str()));
-        strangers
+        unknown
             .map(|(found, entry)| {
                 (
                     levenshtein(found, key),
@@ -178,7 +178,7 @@ fn path(value: &Value) -> Option<String> {
     path.map(str::to_owned)
 }
 
-/// A finite number; one in quotes will do.
+/// A finite number, which may be quoted.
 fn number(value: &Value) -> Option<f64> {
     let number = match value {
         Value::String(text) => text.parse().ok(),
@@ -209,7 +209,7 @@ fn mode(value: &Value) -> Option<Mode> {
     }
 }
 
-/// A value as it may stand in a message: one line, not long.
+/// A value as text for a message: one line, shortened.
 fn shown(value: &Value) -> String {
     let text = value.to_string();
     match text.char_indices().nth(60) {

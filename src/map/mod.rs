@@ -1,7 +1,7 @@
-//! Where is free space: grids of the ground, read from files, and the distance to the nearest obstacle.
+//! Maps: occupancy grids, map files, obstacle and distance grids, free space, lidar scans.
 //!
-//! A grid lies on the ground with its own frame ([`GridFrame`]); row 0 is the lowest y. Everything outside a grid
-//! is an obstacle, and so is unknown ground unless [`UnknownPolicy::Free`] is asked for.
+//! Every grid has a frame ([`GridFrame`]); row 0 is the row with the lowest y. The area outside a grid is an obstacle,
+//! and so are unknown cells unless [`UnknownPolicy::Free`] is selected.
 
 mod bit_grid;
 mod dilation;
@@ -15,16 +15,14 @@ mod map_server;
 mod map_yaml;
 mod moving_disc;
 mod movingai;
-mod note;
 mod scan;
 mod scenario;
-mod sweep;
 mod text_map;
 pub(crate) mod yaml;
 
 pub(crate) use bit_grid::BitGrid;
 pub use distance_field::DistanceField;
-pub use error::MapError;
+pub use error::{MapError, MapWarning};
 pub use free_space::FreeSpace;
 pub use grid::{
     Cell, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
@@ -33,7 +31,5 @@ pub use grid::{
 pub use load::{LoadOptions, load, load_with_warnings};
 pub use moving_disc::MovingDisc;
 pub use movingai::cell_from_top_left;
-pub use note::MapWarning;
-pub use scan::Scan;
+pub use scan::{Beam, Scan, TimedScan};
 pub use scenario::{Scenario, parse_scen, read_scen};
-pub use sweep::{Beam, TimedScan};

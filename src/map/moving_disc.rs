@@ -1,16 +1,16 @@
-//! A moving obstacle, as the planner sees it.
+//! A moving obstacle as planned around.
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
 
-/// A disc on the ground that moves with constant velocity.
+/// A disc in the map frame that moves with constant velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MovingDisc {
-    /// Centre along x now, metres in the map frame.
+    /// Current x coordinate of the centre, metres in the map frame.
     pub x: f64,
-    /// Centre along y now, metres in the map frame.
+    /// Current y coordinate of the centre, metres in the map frame.
     pub y: f64,
     /// Radius, metres, above zero.
     pub radius: f64,
@@ -23,13 +23,13 @@ pub struct MovingDisc {
 }
 
 impl MovingDisc {
-    /// The centre now.
+    /// The current centre.
     #[must_use]
     pub const fn center(&self) -> Point {
         Point::new(self.x, self.y)
     }
 
-    /// The same disc after a time, seconds.
+    /// The disc moved by its velocity for a time, seconds.
     #[must_use]
     pub const fn after(&self, time_s: f64) -> Self {
         Self {

@@ -3,27 +3,27 @@
 use super::{Cell, GridFrame, MAX_GRID_SIDE, MapError, OccupancyGrid};
 use crate::geometry::Pose;
 
-/// First line of every such file.
+/// First line of a `.map` file.
 const FIRST_LINE: &str = "type octile";
 
-/// Whether the text begins as a map of this kind.
+/// Whether the text starts like a `.map` file.
 pub(super) fn begins(text: &str) -> bool {
     text.lines().next().map(str::trim_end) == Some(FIRST_LINE)
 }
 
-/// The cell at a column and row counted from the top left, as `.map` and `.scen` files count. It lies outside the
-/// grid when the coordinates do.
+/// The cell at a column and row counted from the top left, as in `.map` and `.scen` files. It is outside the grid if the
+/// coordinates are.
 #[must_use]
 pub const fn cell_from_top_left(frame: &GridFrame, (x, y): (i32, i32)) -> Cell {
     Cell::new(x, (frame.height - 1).saturating_sub(y))
 }
 
 impl OccupancyGrid {
-    /// A map from the text of a `.map` file of type octile. `.`, `G` and `S` (swamp) are free; `@`, `O`, `T` and `W`
-    /// (water) are occupied. The resolution is in metres a cell; the lower left corner is the origin.
+    /// Parses a `.map` file of type octile. `.`, `G` and `S` (swamp) are free; `@`, `O`, `T` and `W` (water) are occupied.
+    /// The resolution is in metres per cell; the lower left corner is the origin.
     ///
     /// # Errors
-    /// When the text is not such a file, or the frame is refused by [`GridFrame::new`]; the message names the line.
+    /// Returns an error for invalid text or a frame that [`GridFrame::new`] rejects; the message names the line.
     pub fn from_movingai(text: &str, resolution_m: f64) -> Result<Self, MapError> {
         parse(text, resolution_m)
     }
@@ -40,19 +40,19 @@ fn parse(text: &str, resolution_m: f64) -> Result<OccupancyGrid, MapError> {
             append_row(&mut cells, line, row, width)?;
             rows += 1;
         } else if !row.is_empty() {
-            let expected = format!("nothing after {height} rows, as `height` says");
-            return Err(bad_line(line, "one more row".into(), expected));
+            let expected = format!("the end after {height} rows, the stated `height`");
+            return Err(bad_line(line, "another row".into(), expected));
         }
     }
     if rows < height {
         let found = format!("the file ends after {rows} rows");
-        let expected = format!("{height}, as `height` says");
+        let expected = format!("{height}, the stated `height`");
         return Err(bad_line(text.lines().count(), found, expected));
     }
     Ok(OccupancyGrid::from_top_down(frame, &cells))
 }
 
-/// Width and height, from the lines up to `map`.
+/// Reads width and height from the lines up to `map`.
 fn header<'a>(lines: &mut impl Iterator<Item = (usize, &'a str)>) -> Result<(i32, i32), MapError> {
     let (mut width, mut height) = (None, None);
     let mut last = 1;
@@ -108,11 +108,11 @@ fn append_row(cells: &mut Vec<i8>, line: usize, row: &str, width: i32) -> Result
     if found == width as usize {
         return Ok(());
     }
-    let expected = format!("{width}, as `width` says");
+    let expected = format!("{width}, the stated `width`");
     Err(bad_line(line, format!("a row of {found} cells"), expected))
 }
 
-/// The beginning of a text as it may stand in a message: one line, not long.
+/// The start of a text for a message: quoted and shortened.
 pub(super) fn quoted(text: &str) -> String {
     format!("{:?}", text.chars().take(40).collect::<String>())
 }

@@ -1,25 +1,25 @@
-//! One revolution of a planar lidar.
+//! Planar lidar scans: with all beams at one moment ([`Scan`]), and with a time for each beam ([`TimedScan`]).
 
 use core::f64::consts::{PI, TAU};
 
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, wrap_angle};
 
-/// Ranges measured at equal angles, counter-clockwise, from the robot's own origin.
+/// Ranges measured at equal angles, counter-clockwise, from the robot's origin.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Scan {
     /// Direction of the first beam in the robot's frame, radians.
     pub angle_min: f64,
-    /// Angle from one beam to the next, radians, above zero.
+    /// Angle between adjacent beams, radians, above zero.
     pub angle_increment: f64,
-    /// Longest range the sensor reports, metres.
+    /// Largest range of the sensor, metres.
     pub range_max: f64,
     /// A range for each beam, metres. Infinite: nothing within `range_max`. NaN: no measurement.
     pub ranges: Vec<f64>,
 }
 
 impl Scan {
-    /// A scan of so many equal angles over a full turn from measurements in any directions, each a direction in radians and a range
-    /// in metres: in each angle the nearest; NaN where there is none.
+    /// Creates a full-turn scan of `beams` equal angles from measurements in any direction, each a direction in radians and
+    /// a range in metres. Each beam has its smallest range, or NaN without a measurement.
     #[must_use]
     pub fn from_measurements(
         beams: usize,
@@ -30,13 +30,13 @@ impl Scan {
         let mut ranges = vec![f64::NAN; beams];
         for (direction, range) in measured {
             let beam = ((direction + PI) / angle_increment).rem_euclid(beams as f64) as usize;
-            if let Some(before) = ranges.get_mut(beam.min(beams.saturating_sub(1))) {
-                // NaN is no measurement: anything is better.
-                *before = before.min(range);
+            if let Some(smallest) = ranges.get_mut(beam.min(beams.saturating_sub(1))) {
+                // `f64::min` ignores NaN.
+                *smallest = smallest.min(range);
             }
         }
         Self {
-            // The middle of the first direction.
+            // The centre of the first beam.
             angle_min: -PI + angle_increment / 2.0,
             angle_increment,
             range_max,
@@ -50,7 +50,7 @@ impl Scan {
         self.angle_min + beam as f64 * self.angle_increment
     }
 
-    /// Whether every beam has a direction. No beam at all is sound: nothing was measured.
+    /// Whether every beam has a direction. A scan without beams is valid.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.ranges.is_empty()
@@ -60,8 +60,8 @@ impl Scan {
                 && self.range_max.is_finite())
     }
 
-    /// The points in the map frame that beams hit, for a robot at this pose. Beams that hit nothing, and ranges that
-    /// are not within zero to `range_max`, give no point.
+    /// The beam end points in the map frame, for a robot at this pose. Beams without a return, and ranges outside 0 to
+    /// `range_max`, give no point.
     pub fn hits(&self, pose: &Pose) -> impl Iterator<Item = Point> + '_ {
         let pose = *pose;
         let within = |range: &f64| (0.0..=self.range_max).contains(range);
@@ -75,5 +75,100 @@ impl Scan {
                     pose.y + range * libm::sin(direction),
                 )
             })
+    }
+}
+
+/// A single lidar measurement, relative to the robot's origin at its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// Direction in the robot's frame, radians, counter-clockwise.
+    pub angle: f64,
+    /// Range, metres. Infinite: nothing within [`TimedScan::range_max`]. NaN: no measurement.
+    pub range: f64,
+    /// Time of the measurement, seconds.
+    pub time_s: f64,
+}
+
+impl Beam {
+    /// Converts a measurement from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there.
+    #[must_use]
+    pub fn from_mount(self, mount: &Pose) -> Self {
+        let angle = wrap_angle(mount.yaw + self.angle);
+        if !self.range.is_finite() {
+            return Self { angle, ..self };
+        }
+        let (sin, cos) = libm::sincos(angle);
+        let (x, y) = (mount.x + self.range * cos, mount.y + self.range * sin);
+        Self {
+            angle: libm::atan2(y, x),
+            range: libm::hypot(x, y),
+            ..self
+        }
+    }
+}
+
+/// The beams of one lidar revolution in the order of measurement, each with its own time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TimedScan {
+    /// The beams, with non-decreasing times.
+    pub beams: Vec<Beam>,
+    /// Largest range of the sensor, metres.
+    pub range_max: f64,
+}
+
+impl TimedScan {
+    /// Distributes the beams of a scan evenly over `duration_s`; the last beam has the time `end_s`, seconds.
+    #[must_use]
+    pub fn from_scan(scan: &Scan, end_s: f64, duration_s: f64) -> Self {
+        let gaps = (scan.ranges.len().max(2) - 1) as f64;
+        let beam = |(index, &range): (usize, &f64)| Beam {
+            angle: scan.angle(index),
+            range,
+            time_s: end_s - duration_s * (1.0 - index as f64 / gaps),
+        };
+        Self {
+            beams: scan.ranges.iter().enumerate().map(beam).collect(),
+            range_max: scan.range_max,
+        }
+    }
+
+    /// Time of the last beam, seconds; none without beams.
+    #[must_use]
+    pub fn end_s(&self) -> Option<f64> {
+        self.beams.last().map(|beam| beam.time_s)
+    }
+
+    /// Whether every beam has a finite direction and time.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        let is_valid = |beam: &Beam| beam.angle.is_finite() && beam.time_s.is_finite();
+        self.range_max.is_finite() && self.beams.iter().all(is_valid)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timed_scan_from_scan_ends_at_the_given_time() {
+        let scan = Scan {
+            angle_min: -1.0,
+            angle_increment: 0.5,
+            range_max: 8.0,
+            ranges: vec![1.0, f64::INFINITY, 3.0],
+        };
+        let timed = TimedScan::from_scan(&scan, 7.0, 0.1);
+        let angles: Vec<f64> = timed.beams.iter().map(|beam| beam.angle).collect();
+        let times: Vec<f64> = timed.beams.iter().map(|beam| beam.time_s).collect();
+        assert_eq!(
+            (angles, times),
+            (vec![-1.0, -0.5, 0.0], vec![6.9, 6.95, 7.0])
+        );
+        assert!(timed.is_valid() && timed.end_s() == Some(7.0));
+        assert_eq!(
+            TimedScan::from_scan(&Scan::default(), 7.0, 0.1).end_s(),
+            None
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Path-finding queries with known answers: `.scen` files of the `MovingAI` benchmark (Sturtevant 2012).
+//! Path queries with known lengths: `.scen` files of the `MovingAI` benchmark (Sturtevant 2012).
 
 use core::str::FromStr;
 use std::path::Path;
@@ -7,51 +7,52 @@ use super::MapError;
 use super::load::read_text;
 use super::movingai::{bad_line, quoted};
 
-/// One query. Coordinates are (x, y) in cells from the top left of the map; see
+/// One path query. Coordinates are (x, y) in cells from the top left of the map; see
 /// [`cell_from_top_left`](super::cell_from_top_left).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
-    /// Line of the file that it stands in, from one.
+    /// Its line in the file, from one.
     pub line: usize,
-    /// Group of queries of about equal length.
+    /// Index of the group of queries of similar length.
     pub bucket: u32,
-    /// Name of the map, as written.
+    /// Name of the map, as in the file.
     pub map: String,
-    /// Columns of the map that the coordinates are for.
+    /// Width of the map that the coordinates refer to, cells.
     pub width: i32,
-    /// Rows of that map.
+    /// Height of that map, cells.
     pub height: i32,
-    /// Where the path begins.
+    /// Start of the path.
     pub start: (i32, i32),
-    /// Where it ends.
+    /// End of the path.
     pub goal: (i32, i32),
-    /// Length of the shortest path, cells: eight neighbours, no corner cut. Files round it, some to two decimals.
+    /// Length of the shortest path, cells: eight neighbours, no corner cutting. Files round it, some to two decimals.
     pub optimal: f64,
-    /// The most that `optimal` can be off because it is written with few digits, cells: half a unit of the last one.
+    /// Largest rounding error of `optimal`, cells: half a unit of its last digit.
     pub rounding: f64,
 }
 
-/// Significant digits of a length in files that part with trailing zeros: what C++ streams write unless told otherwise.
-const FEWEST_DIGITS: i32 = 6;
+/// Significant digits of a length in files without trailing zeros: the default of C++ streams.
+const DEFAULT_DIGITS: i32 = 6;
 
-/// Longest file read, bytes.
+/// Largest file accepted, bytes.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// Reads the queries of a `.scen` file, in file order. The line `version N` at the top may be missing; fields are
-/// parted by one tab or by spaces; empty lines are passed over.
+/// Reads the queries of a `.scen` file in file order. The first line `version N` is optional; fields are separated by one
+/// tab or by spaces; empty lines are skipped.
 ///
 /// # Errors
-/// When the file cannot be read, or a line does not hold the nine fields; the message names the file, line and field.
+/// Returns an error if the file cannot be read or a line does not hold nine valid fields; the message names file, line
+/// and field.
 pub fn read_scen(path: &Path) -> Result<Vec<Scenario>, MapError> {
     read_text(path, MAX_BYTES)
         .and_then(|text| parse_scen(&text))
         .map_err(|problem| problem.in_file(path))
 }
 
-/// The queries in the text of a `.scen` file; see [`read_scen`].
+/// Parses the text of a `.scen` file; see [`read_scen`].
 ///
 /// # Errors
-/// When a line does not hold the nine fields; the message names the line and field.
+/// Returns an error if a line does not hold nine valid fields; the message names line and field.
 pub fn parse_scen(text: &str) -> Result<Vec<Scenario>, MapError> {
     let mut scenarios = Vec::new();
     let mut digits = Digits::default();
@@ -69,14 +70,14 @@ pub fn parse_scen(text: &str) -> Result<Vec<Scenario>, MapError> {
     Ok(scenarios)
 }
 
-/// How the lengths of a file are written.
+/// How many digits the lengths of a file have.
 #[derive(Default)]
 struct Digits {
     /// Decimals of the first length.
     decimals: Option<i32>,
-    /// Whether a length has other decimals than the first: the file parts with trailing zeros.
+    /// Whether another length has another number of decimals: the file omits trailing zeros.
     varying: bool,
-    /// Significant digits of the longest.
+    /// Largest number of significant digits.
     significant: i32,
 }
 
@@ -88,14 +89,14 @@ impl Digits {
         self.significant = self.significant.max(significant);
     }
 
-    /// The most that a length of this file can be off. Where all have the same decimals, that is half a unit of the
-    /// last; else each has as many significant digits as the longest, those that are zeros unwritten.
+    /// The largest rounding error of a length in this file. If all lengths have the same number of decimals, it is half a
+    /// unit of the last decimal. Otherwise each has as many significant digits as the longest, without trailing zeros.
     fn rounding(&self, length: f64) -> f64 {
         let decimals = match self.decimals {
             Some(decimals) if decimals > 0 && !self.varying => decimals,
             _ if length > 0.0 => {
                 let whole_digits = libm::floor(libm::log10(length)) as i32 + 1;
-                self.significant.max(FEWEST_DIGITS) - whole_digits
+                self.significant.max(DEFAULT_DIGITS) - whole_digits
             }
             _ => return 0.0,
         };
@@ -103,7 +104,7 @@ impl Digits {
     }
 }
 
-/// A query, and its optimal length as it is written.
+/// Parses a line into a query and the text of its optimal length.
 fn scenario(line: usize, text: &str) -> Result<(Scenario, &str), MapError> {
     let fields: Vec<&str> = if text.contains('\t') {
         text.split('\t').map(str::trim).collect()
@@ -149,7 +150,7 @@ fn scenario(line: usize, text: &str) -> Result<(Scenario, &str), MapError> {
             "a length of at least zero",
             |length: &f64| length.is_finite() && *length >= 0.0,
         )?,
-        // Told by all lines together.
+        // Computed after all lines are read.
         rounding: 0.0,
     };
     for (name, (x, y)) in [("start", scenario.start), ("goal", scenario.goal)] {
@@ -182,7 +183,7 @@ fn field<T: FromStr>(
 mod tests {
     use super::*;
 
-    /// Rounding of each length of a file that lists these.
+    /// The rounding errors for a file with these lengths.
     fn roundings(lengths: &[&str]) -> Vec<f64> {
         let lines: Vec<String> = lengths
             .iter()
@@ -201,18 +202,18 @@ mod tests {
     }
 
     #[test]
-    fn lengths_are_off_by_half_a_unit_of_their_last_digit() {
-        // Two decimals throughout, as bg512 has; eight, as the cities have.
+    fn scen_rounding_is_half_a_unit_of_the_last_digit() {
+        // The same number of decimals throughout: two in bg512, eight in the city maps.
         assert_near(&roundings(&["3.41", "449.00"]), &[5e-3, 5e-3]);
         assert_near(&roundings(&["2.00000000", "371.62950897"]), &[5e-9, 5e-9]);
-        // Six significant digits without trailing zeros, as most have.
+        // Six significant digits without trailing zeros, as in most files.
         assert_near(
             &roundings(&["2.41421", "2", "0", "193.5", "2835.85"]),
             &[5e-6, 5e-6, 0.0, 5e-4, 5e-3],
         );
-        // Whole numbers alone tell nothing of themselves.
+        // Whole numbers only: the default of six digits.
         assert_near(&roundings(&["2", "34"]), &[5e-6, 5e-5]);
-        // All that an f64 has.
+        // The full precision of an f64.
         assert_near(&roundings(&["4.828427124746190", "2"]), &[5e-16, 5e-16]);
     }
 }

@@ -1,15 +1,15 @@
-//! Maps drawn as rows of text.
+//! Maps as rows of text.
 
 use super::{GridFrame, MapError, OccupancyGrid, UNKNOWN};
 use crate::geometry::Pose;
 
 impl OccupancyGrid {
-    /// A grid drawn as rows of text, from the largest y down, one character a cell: `#` is occupied, `.` or a space
-    /// free, `?` unknown. The resolution is in metres a cell; the origin is the lower left corner of the drawing.
+    /// Parses rows of text, from the largest y down, one character per cell: `#` is occupied, `.` or a space is free, `?`
+    /// is unknown. The resolution is in metres per cell; the origin is the lower left corner.
     ///
     /// # Errors
-    /// When there is no cell, a row differs in length from the first, a character is none of these, or the frame is
-    /// refused by [`GridFrame::new`]. Rows and columns are counted from one at the top left.
+    /// Returns an error if there is no cell, a row differs in length from the first, a character is unknown, or
+    /// [`GridFrame::new`] rejects the frame. Rows and columns are counted from one at the top left.
     pub fn from_rows(
         rows: &[impl AsRef<str>],
         resolution_m: f64,
@@ -17,7 +17,7 @@ impl OccupancyGrid {
     ) -> Result<Self, MapError> {
         let width = rows.first().map_or(0, |row| row.as_ref().chars().count());
         if width == 0 {
-            return Err(MapError::NoRows);
+            return Err(MapError::Empty);
         }
         let side = |cells: usize| i32::try_from(cells).unwrap_or(i32::MAX);
         let frame = GridFrame::new(side(width), side(rows.len()), resolution_m, origin)?;
@@ -43,10 +43,11 @@ impl OccupancyGrid {
         Ok(Self::from_top_down(frame, &cells))
     }
 
-    /// A grid drawn as the lines of a text, its lower left corner at the origin; empty lines at its end are left out.
+    /// Parses the lines of a text with [`Self::from_rows`], with the lower left corner at the origin. Empty lines at the
+    /// end are ignored.
     ///
     /// # Errors
-    /// Those of [`Self::from_rows`].
+    /// See [`Self::from_rows`].
     pub fn from_text(text: &str, resolution_m: f64) -> Result<Self, MapError> {
         let mut rows: Vec<&str> = text.lines().collect();
         while rows.last().is_some_and(|row| row.is_empty()) {

@@ -1,29 +1,29 @@
-//! The two kinds of numbers that a row's parabolas are compared in.
+//! The number types in which a row's parabolas are compared.
 
 use super::FAR;
 
-/// A number of which the vector unit holds several, and the few operations that a row needs. Without checks for
-/// overflow, which would keep the compiler from using vectors; who calls keeps what matters in range.
+/// A number type for vector code: several values fit in a register. Operations are unchecked, since overflow checks
+/// prevent vectorisation; the caller keeps relevant values in range.
 pub(super) trait Lane: Copy + PartialOrd {
     const ONE: Self;
-    /// Not below any value that counts.
+    /// At least as large as any relevant value.
     const MOST: Self;
 
-    /// A column's number.
+    /// Converts a column index.
     fn column(column: usize) -> Self;
-    /// The square of a column's distance to its obstacle, in cells.
+    /// Squares the vertical distance of a column to its obstacle, in cells.
     fn square_of_height(height: u16) -> Self;
     fn minus(self, other: Self) -> Self;
-    /// `offset^2 + squared_height`: a parabola at this offset from its site.
+    /// Returns `offset^2 + squared_height`: the value of a parabola at this offset from its site.
     fn parabola(offset: Self, squared_height: Self) -> Self;
-    /// A whole number from zero, as it is.
+    /// Converts a non-negative whole number.
     fn whole(self) -> u32;
 }
 
-/// The height from which [`u16`] takes all heights as equal: its square is the last that fits.
+/// Heights from this value on are treated as equal by [`u16`]: its square is the largest that fits.
 const HIGHEST_NEAR: u16 = 255;
 
-/// Eight at a time and more, where all that counts is below `255^2`: higher values count as at least that.
+/// At least eight lanes. Exact below `255^2`; larger values are saturated to at least that.
 impl Lane for u16 {
     const ONE: Self = 1;
     const MOST: Self = Self::MAX;
@@ -44,7 +44,7 @@ impl Lane for u16 {
         self.wrapping_sub(other)
     }
 
-    /// The square of a negative offset, which has wrapped, is right all the same.
+    /// A negative offset wraps, and its square is still correct.
     #[inline(always)]
     fn parabola(offset: Self, squared_height: Self) -> Self {
         offset.wrapping_mul(offset).saturating_add(squared_height)
@@ -56,7 +56,7 @@ impl Lane for u16 {
     }
 }
 
-/// Two at a time, exact for every grid: no sum comes near `2^53`.
+/// Two lanes, exact for every grid: no sum reaches `2^53`.
 impl Lane for f64 {
     const ONE: Self = 1.0;
     const MOST: Self = 4.0 * FAR as Self * FAR as Self;
@@ -81,7 +81,7 @@ impl Lane for f64 {
         offset * offset + squared_height
     }
 
-    /// Adding `2^52` leaves a whole number in the low bits, which vectors do and a cast does not.
+    /// Adding `2^52` leaves the whole number in the low bits. This vectorises; a cast does not.
     #[inline(always)]
     fn whole(self) -> u32 {
         const TWO_TO_52: f64 = 4_503_599_627_370_496.0;

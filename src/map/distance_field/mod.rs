@@ -1,4 +1,4 @@
-//! Distance from every cell to the nearest obstacle, exact, in integers.
+//! Exact integer distance from every cell to the nearest obstacle.
 
 mod lane;
 mod row;
@@ -6,38 +6,38 @@ mod row;
 use super::{Cell, GridFrame, ObstacleGrid};
 use row::{Reach, Row, lower};
 
-/// For each cell the squared distance, in cells, from its centre to the centre of the nearest obstacle cell.
+/// The squared distance, in cells, from each cell's centre to the centre of the nearest obstacle cell.
 ///
-/// Exact Euclidean distances by two passes, as of Meijster, Roerdink and Hesselink (2000): one along the columns, then
-/// along each row the lowest of the parabolas that stand on its columns. Whole numbers throughout.
+/// Exact Euclidean distance transform in two passes (Meijster, Roerdink and Hesselink, 2000): first along the columns,
+/// then along each row as the lower envelope of one parabola per column. All numbers are integers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceField {
     frame: GridFrame,
     squared: Vec<u32>,
 }
 
-/// Stands for "no obstacle in this column": longer than any distance within a grid, and its square fits in an `i32`.
+/// Marks a column without an obstacle: longer than any distance within a grid, and its square fits in an `i32`.
 const FAR: u16 = 46_000;
 
 impl DistanceField {
-    /// The squared distance stored where the grid holds no obstacle at all.
+    /// The squared distance stored if the grid has no obstacle.
     pub const NO_OBSTACLE: u32 = FAR as u32 * FAR as u32;
 
-    /// The field of an obstacle grid. Ground outside the grid is not an obstacle here: the field knows only cells.
+    /// Computes the field of an obstacle grid. The area outside the grid is not an obstacle here.
     #[must_use]
     pub fn new(obstacles: &ObstacleGrid) -> Self {
         let frame = *obstacles.frame();
         let width = frame.width as usize;
         let mut squared = vec![0; frame.len()];
-        Self::each_row(obstacles, |row, squared_cells| {
+        Self::for_each_row(obstacles, |row, squared_cells| {
             squared[row * width..][..width].copy_from_slice(squared_cells);
         });
         Self { frame, squared }
     }
 
-    /// The squared distances of [`Self::new`] row by row, each with its number, in no promised order: for who keeps
-    /// them in another form, and so need not write and read them all once more.
-    pub(crate) fn each_row(obstacles: &ObstacleGrid, mut take: impl FnMut(usize, &[u32])) {
+    /// Computes the squared distances of [`Self::new`] and passes each row with its index to `take`, in unspecified
+    /// order. Callers that store another format avoid an intermediate copy.
+    pub(crate) fn for_each_row(obstacles: &ObstacleGrid, mut take: impl FnMut(usize, &[u32])) {
         let width = obstacles.frame().width as usize;
         let mut squared = vec![Self::NO_OBSTACLE; width];
         if !obstacles.cells().contains(&true) {
@@ -48,7 +48,7 @@ impl DistanceField {
         let (mut near, mut any) = (Row::<u16>::new(width), Row::<f64>::new(width));
         let mut heights = vec![FAR; width];
         let downwards = distance_downwards(obstacles);
-        // From the highest row down, so that the distances upwards are at hand.
+        // From the highest row down, so that the distances upwards follow from the row above.
         for (row, downwards) in downwards.chunks_exact(width).enumerate().rev() {
             for (height, &below) in heights.iter_mut().zip(downwards) {
                 *height = height.saturating_add(1).min(below);
@@ -62,7 +62,7 @@ impl DistanceField {
         }
     }
 
-    /// Size and placement.
+    /// Size and pose of the grid.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
         &self.frame
@@ -74,8 +74,8 @@ impl DistanceField {
         &self.squared
     }
 
-    /// Distance in metres from the centre of a cell to the centre of the nearest obstacle cell; infinite where the
-    /// grid holds no obstacle. The cell must lie inside the grid.
+    /// Distance in metres from the centre of a cell to the centre of the nearest obstacle cell; infinite if the grid has
+    /// no obstacle. The cell must lie inside the grid.
     #[must_use]
     pub fn distance_m(&self, cell: Cell) -> f64 {
         match self.squared[self.frame.index(cell)] {
@@ -85,7 +85,7 @@ impl DistanceField {
     }
 }
 
-/// For each cell the distance, in rows, to the nearest obstacle of its own column in its row or below, or [`FAR`].
+/// For each cell, the distance in rows to the nearest obstacle of the same column at or below it, or [`FAR`].
 fn distance_downwards(obstacles: &ObstacleGrid) -> Vec<u16> {
     let width = obstacles.frame().width as usize;
     let mut distances = vec![0; obstacles.cells().len()];
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn equals_brute_force_on_random_grids() {
+    fn distance_field_equals_brute_force_on_random_grids() {
         let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(7);
         for case in 0..400 {
             let (width, height) = match case % 8 {
@@ -162,9 +162,9 @@ mod tests {
         }
     }
 
-    /// A few obstacles in wide ground: rows near and far from all of them, and both kinds of numbers by turns.
+    /// A few obstacles in a large grid: rows near and far from them, so that both number types are used.
     #[test]
-    fn equals_brute_force_where_obstacles_are_rare() {
+    fn distance_field_equals_brute_force_with_sparse_obstacles() {
         let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(8);
         for _ in 0..30 {
             let (width, height) = (rng.random_range(200..700), rng.random_range(150..400));
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn equals_brute_force_on_the_longest_grids() {
+    fn distance_field_equals_brute_force_on_the_longest_grids() {
         for long in [32_767, 40_000_i32] {
             let few = |i| [5, 300, 30_000].contains(&i);
             let many = |i| i % 100 == 7 || i == long - 1;

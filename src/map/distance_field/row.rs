@@ -1,42 +1,41 @@
-//! One row of the field: the lowest of the parabolas `(x - site)^2 + height(site)^2` at each of its columns.
+//! One row of the field: the lowest of the parabolas `(x - site)^2 + height(site)^2` at each column.
 //!
-//! The lowest site moves to the right with the column, or stays. So the lowest sites of two columns bound those of
-//! all columns between. A row finds the lowest site of every sixteenth column by halving, then compares all sites
-//! between two of them at the sixteen columns between, all sixteen at once: about seventeen comparisons a column,
-//! but by vectors and without a branch that depends on the data, where an envelope kept on a stack guesses wrong at
-//! every other column of rough ground.
+//! The lowest site never moves left as the column increases, so the lowest sites of two columns bound those of all
+//! columns between them. The lowest site of every sixteenth column is found by bisection. All sites between two of these
+//! are then compared at the sixteen columns between, sixteen at once: about seventeen comparisons per column, vectorised
+//! and without data-dependent branches. A stack-based envelope mispredicts at every other column of rough terrain.
 
 use multiversion::multiversion;
 
 use super::FAR;
 use super::lane::Lane;
 
-/// Columns that are compared at once.
+/// Columns compared at once.
 const BLOCK: usize = 16;
-/// Sites that are compared at once.
+/// Sites compared at once.
 const SITES: usize = 8;
-/// With more columns than this their numbers, and those of the padding, would not fit in `u16`.
+/// Above this width, the column indices including the padding do not fit in `u16`.
 const WIDEST: usize = 65_000;
 
-/// For the first column of each block, and the last column of the row, more than the distance to its nearest
-/// obstacle, in cells, in the row done last. The next row's distance is longer by at most one.
+/// Upper bounds of the distance to the nearest obstacle, in cells, in the most recently computed row: for the first column
+/// of each block and for the last column. The bound for the next row is at most one larger.
 pub(super) struct Reach(Vec<usize>);
 
 impl Reach {
-    /// Nothing is known before the first row.
+    /// The bounds before the first row.
     pub(super) fn unknown(width: usize) -> Self {
         Self(vec![usize::from(FAR); width.div_ceil(BLOCK) + 1])
     }
 
-    /// Whether `u16` does for the next row. The distances at the columns known here are then at most 214 cells, so
-    /// those between are at most 222, and sites are at most 230 columns from the columns they are compared at. Both
-    /// are below 255, whose square is the least that anything farther counts as.
+    /// Whether `u16` is sufficient for the next row. Distances at the known columns are then at most 214 cells, so those
+    /// between are at most 222, and sites are at most 230 columns from the columns where they are compared. Both are
+    /// below 255, at which `u16` saturates.
     pub(super) fn is_near(&self, width: usize) -> bool {
         width <= WIDEST && self.0.iter().all(|&reach| reach < 214)
     }
 }
 
-/// The memory of a row's search, with room for a whole last block and a whole last group of sites.
+/// Working memory for one row, padded to a whole last block and a whole last group of sites.
 pub(super) struct Row<T> {
     columns: Vec<T>,
     squared_heights: Vec<T>,
@@ -57,7 +56,7 @@ impl<T: Lane> Row<T> {
         }
     }
 
-    /// Writes the squared distances of a row from its columns' heights, of which one at least is not [`FAR`].
+    /// Writes the squared distances of a row from its column heights. At least one height is not [`FAR`].
     #[inline(always)]
     fn lower(&mut self, heights: &[u16], reach: &mut Reach, squared: &mut [u32]) {
         for (square, &height) in self.squared_heights.iter_mut().zip(heights) {
@@ -70,7 +69,7 @@ impl<T: Lane> Row<T> {
         }
     }
 
-    /// The lowest sites at the blocks' ends: outermost first, then each halfway between two that are known.
+    /// Finds the lowest sites at the block ends: the outermost first, then by bisection.
     #[inline(always)]
     fn find_nearest(&mut self, heights: &[u16], reach: &mut [usize]) {
         let (last_end, last_column) = (self.nearest.len() - 1, heights.len() - 1);
@@ -100,11 +99,11 @@ impl<T: Lane> Row<T> {
         reach: &mut [usize],
     ) {
         let column = (end * BLOCK).min(heights.len() - 1);
-        // No farther than the obstacle of the column itself.
+        // The obstacle of the column itself bounds the distance.
         let within = (reach[end] + 1).min(usize::from(heights[column]));
         let first = first.max(column.saturating_sub(within));
         let last = last.min(column + within);
-        // Whole groups: a few sites more do no harm.
+        // Whole groups: a few extra sites do not change the minimum.
         let sites = first..first + (last - first) / SITES * SITES + SITES;
         let (columns, _) = self.columns[sites.clone()].as_chunks::<SITES>();
         let (squares, _) = self.squared_heights[sites].as_chunks::<SITES>();
@@ -133,7 +132,7 @@ impl<T: Lane> Row<T> {
         let (blocks, _) = self.columns.as_chunks::<BLOCK>();
         for (block, (columns, out)) in blocks.iter().zip(&mut self.lowest).enumerate() {
             let start = block * BLOCK;
-            // Much of a map is the inside of walls.
+            // Large parts of a map are solid.
             let inside = heights.get(start..start + BLOCK);
             if inside.is_some_and(|heights| heights.iter().fold(0, |all, height| all | height) == 0)
             {
@@ -151,7 +150,7 @@ impl<T: Lane> Row<T> {
     }
 }
 
-/// [`Row::lower`] with the widest vectors of the processor it runs on.
+/// Calls [`Row::lower`] compiled for the widest vectors of the processor.
 #[multiversion(targets("x86_64+avx2"))]
 pub(super) fn lower<T: Lane>(
     row: &mut Row<T>,
@@ -162,10 +161,10 @@ pub(super) fn lower<T: Lane>(
     row.lower(heights, reach, squared);
 }
 
-/// The lowest values at these columns of the parabolas of neighbouring sites, up to the last one.
+/// The lowest values at these columns of the parabolas of adjacent sites, up to and including `last`.
 ///
-/// The end is asked of each site on purpose. Were the number of sites known before the loop, the compiler would hold
-/// several sites in a vector instead of several columns, and take three times as long for it.
+/// The loop checks the end at each site on purpose. With a known trip count the compiler vectorises over sites instead of
+/// columns, which takes three times as long.
 #[inline(always)]
 fn lowest_of<T: Lane>(
     columns: &[T; BLOCK],

@@ -1,8 +1,8 @@
-//! Every map read twice, here and by an independent reader in Python, and compared cell by cell.
+//! Comparison of map files cell by cell with an independent reader in Python.
 //!
 //! The reader needs a Python with numpy and Pillow: `python3`, `/usr/bin/python3`, or the one that `INBYE_PYTHON` names.
-//! Without one the trials are ignored, or fail if the variable `INBYE_REQUIRE` holds the word `python`. Maps made here
-//! are always compared, public ones where the development data lie beside the repository.
+//! Without one the trials are ignored, or fail if the variable `INBYE_REQUIRE` contains `python`. Generated maps
+//! are always compared; public maps only if the development data are next to the repository.
 
 use std::env;
 use std::ffi::OsStr;
@@ -28,17 +28,18 @@ const SCRIPT: &str = concat!(
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
 
 pub fn trials() -> Vec<Trial> {
-    let mut trials: Vec<Trial> = KINDS.iter().map(made).collect();
-    trials.push(Trial::ignorable_test("one altered cell is noticed", || {
-        with_python(one_altered_cell)
-    }));
+    let mut trials: Vec<Trial> = KINDS.iter().map(generated).collect();
+    trials.push(Trial::ignorable_test(
+        "one altered cell is detected",
+        || with_python(one_altered_cell),
+    ));
     trials.extend(public());
     trials
 }
 
-/// All settings on one kind of image.
-fn made(kind: &'static Kind) -> Trial {
-    Trial::ignorable_test(format!("made: {}", kind.name), || {
+/// Compares all map settings for one kind of image.
+fn generated(kind: &'static Kind) -> Trial {
+    Trial::ignorable_test(format!("generated: {}", kind.name), || {
         with_python(|python| {
             let folder = tempfile::tempdir()?;
             compare(python, &kind.write(folder.path())?)
@@ -46,7 +47,7 @@ fn made(kind: &'static Kind) -> Trial {
     })
 }
 
-/// The comparison itself must be able to fail: on a cell, on a place, and on a map that differs in one pixel.
+/// Checks that the comparison detects one altered cell and an altered origin.
 fn one_altered_cell(python: &Path) -> Result<(), Failed> {
     let folder = tempfile::tempdir()?;
     let maps = KINDS[0].write(folder.path())?;
@@ -58,7 +59,7 @@ fn one_altered_cell(python: &Path) -> Result<(), Failed> {
         let mut cells = grid.cells().to_vec();
         cells[index] = if cells[index] == 100 { 0 } else { 100 };
         if differ(&OccupancyGrid::new(frame, cells), reading).is_ok() {
-            return Err(format!("the altered cell {index} went unnoticed").into());
+            return Err(format!("the altered cell {index} was not detected").into());
         }
     }
     let moved = GridFrame {
@@ -66,12 +67,12 @@ fn one_altered_cell(python: &Path) -> Result<(), Failed> {
         ..frame
     };
     match differ(&OccupancyGrid::new(moved, grid.cells().to_vec()), reading) {
-        Ok(()) => Err("the altered origin went unnoticed".into()),
+        Ok(()) => Err("the altered origin was not detected".into()),
         Err(_) => Ok(()),
     }
 }
 
-/// One trial for each public map, or one that says that they are not here.
+/// One trial for each public map, or one ignored trial without the data.
 fn public() -> Vec<Trial> {
     let data = Path::new(DATA);
     let mut maps = files(&data.join("rosmaps"), "yaml");
@@ -80,12 +81,10 @@ fn public() -> Vec<Trial> {
     maps.extend(files(&data.join("movingai/dao"), "map"));
     if maps.is_empty() {
         return vec![Trial::ignorable_test("public maps", || {
-            Ok(Completion::ignored_with(
-                "the development data are not here",
-            ))
+            Ok(Completion::ignored_with("the development data are missing"))
         })];
     }
-    let scenarios = Trial::test("public: queries begin and end on free cells", || {
+    let scenarios = Trial::test("public: queries start and end on free cells", || {
         queries_fit_their_maps(Path::new(DATA))
     });
     let trial = |map: PathBuf| {
@@ -97,7 +96,7 @@ fn public() -> Vec<Trial> {
     maps.into_iter().map(trial).chain([scenarios]).collect()
 }
 
-/// A map read upside down, or a query with its coordinates swapped, would put ends on obstacles.
+/// Checks that queries end on free cells; a flipped map or swapped coordinates would violate this.
 fn queries_fit_their_maps(data: &Path) -> Result<(), Failed> {
     let mut queries = 0;
     for folder in [
@@ -130,7 +129,7 @@ fn queries_fit_their_maps(data: &Path) -> Result<(), Failed> {
     }
 }
 
-/// The files of a folder with this extension, in order; none where there is no such folder.
+/// The files of a folder with this extension, sorted; none if the folder does not exist.
 fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut files: Vec<PathBuf> = entries
@@ -149,14 +148,14 @@ fn compare(python: &Path, maps: &[PathBuf]) -> Result<(), Failed> {
     Ok(())
 }
 
-/// What the other reader found in a map.
+/// A map as read by the Python reader.
 #[derive(Debug, PartialEq)]
 struct Reading {
     frame: GridFrame,
     sha256: String,
 }
 
-/// An error that says in what the grid and the reading differ, if they do.
+/// Returns an error that describes the difference between the grid and the reading, if any.
 fn differ(grid: &OccupancyGrid, reading: &Reading) -> Result<(), String> {
     let bytes: Vec<u8> = grid.cells().iter().map(|&cell| cell as u8).collect();
     let mut sha256 = String::new();
@@ -170,7 +169,7 @@ fn differ(grid: &OccupancyGrid, reading: &Reading) -> Result<(), String> {
     if own == *reading {
         Ok(())
     } else {
-        Err(format!("read here as {own:?}, there as {reading:?}"))
+        Err(format!("inbye read {own:?}, Python read {reading:?}"))
     }
 }
 
@@ -216,9 +215,9 @@ fn find_python() -> Option<PathBuf> {
         None => vec!["python3".into(), "/usr/bin/python3".into()],
     };
     candidates.into_iter().find(|python| {
-        let asked = Command::new(python)
+        let output = Command::new(python)
             .args(["-c", "import numpy, PIL"])
             .output();
-        asked.is_ok_and(|output| output.status.success())
+        output.is_ok_and(|output| output.status.success())
     })
 }

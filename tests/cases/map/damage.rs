@@ -1,4 +1,4 @@
-//! Sound map files with bytes altered, lost or doubled: each is read or refused in one line, without a panic.
+//! Valid map files with bytes altered, removed or duplicated: each is read or rejected in one line, without a panic.
 
 use crate::support::hand_png::png;
 use crate::support::map_folder::Folder;
@@ -9,9 +9,9 @@ use rand_pcg::Pcg64Mcg;
 
 const CASES: usize = 1_500;
 
-/// One to four changes at random places; half of them in the first 64 bytes, where headers are.
-fn damaged(sound: &[u8], random: &mut Pcg64Mcg) -> Vec<u8> {
-    let mut bytes = sound.to_vec();
+/// Applies one to four changes at random places, half of them in the first 64 bytes, where headers are.
+fn damaged(valid: &[u8], random: &mut Pcg64Mcg) -> Vec<u8> {
+    let mut bytes = valid.to_vec();
     for _ in 0..random.random_range(1..=4) {
         if bytes.is_empty() {
             break;
@@ -29,13 +29,13 @@ fn damaged(sound: &[u8], random: &mut Pcg64Mcg) -> Vec<u8> {
     bytes
 }
 
-/// Reads damaged copies of a file and checks what is said of those that are refused; at least a few must be.
-fn read_damaged<T>(sound: &[u8], mut read: impl FnMut(&[u8]) -> Result<T, MapError>) {
+/// Reads damaged copies of a file and checks the message of each rejection; at least some copies must be rejected.
+fn read_damaged<T>(valid: &[u8], mut read: impl FnMut(&[u8]) -> Result<T, MapError>) {
     let mut random = Pcg64Mcg::seed_from_u64(7);
-    assert!(read(sound).is_ok());
+    assert!(read(valid).is_ok());
     let mut refused = 0;
     for _ in 0..CASES {
-        let bytes = damaged(sound, &mut random);
+        let bytes = damaged(valid, &mut random);
         if let Err(problem) = read(&bytes) {
             let message = problem.to_string();
             assert_eq!(message.lines().count(), 1, "{message}");
@@ -46,22 +46,22 @@ fn read_damaged<T>(sound: &[u8], mut read: impl FnMut(&[u8]) -> Result<T, MapErr
 }
 
 #[test]
-fn damaged_yaml() {
+fn damaged_yaml_never_panics() {
     let folder = Folder::new();
     folder.write_image("map.pgm", GrayImage::new(3, 3));
-    let sound = b"image: map.pgm\nresolution: 0.05\norigin: [0.0, -1.0, 0.5]\nnegate: 0\n\
+    let valid = b"image: map.pgm\nresolution: 0.05\norigin: [0.0, -1.0, 0.5]\nnegate: 0\n\
                   occupied_thresh: 0.65\nfree_thresh: 0.196\nmode: scale\n# end\n";
-    read_damaged(sound, |bytes| {
+    read_damaged(valid, |bytes| {
         load(&folder.write("map.yaml", bytes), &LoadOptions::default())
     });
 }
 
 #[test]
-fn damaged_text_and_movingai_maps() {
+fn damaged_text_and_movingai_maps_never_panic() {
     let folder = Folder::new();
     let octile = b"type octile\nheight 3\nwidth 4\nmap\n.@.T\n....\nSW.G\n";
-    for (name, sound) in [("map.txt", &b"####\n#.?#\n# .#\n"[..]), ("map.map", octile)] {
-        read_damaged(sound, |bytes| {
+    for (name, valid) in [("map.txt", &b"####\n#.?#\n# .#\n"[..]), ("map.map", octile)] {
+        read_damaged(valid, |bytes| {
             load(&folder.write(name, bytes), &LoadOptions::default())
         });
     }
@@ -70,7 +70,7 @@ fn damaged_text_and_movingai_maps() {
 }
 
 #[test]
-fn damaged_images() {
+fn damaged_images_never_panic() {
     let folder = Folder::new();
     let load_image = |name: &str, bytes: &[u8]| -> Result<OccupancyGrid, MapError> {
         folder.write(name, bytes);
@@ -79,8 +79,8 @@ fn damaged_images() {
     let greys: Vec<u8> = (0..=255).collect();
     let rows: Vec<Vec<u8>> = greys.chunks(16).map(<[u8]>::to_vec).collect();
     let digits: Vec<String> = greys.iter().map(u8::to_string).collect();
-    folder.write_image("sound.bmp", GrayImage::new(16, 16));
-    let bmp = std::fs::read(folder.path("sound.bmp")).unwrap();
+    folder.write_image("valid.bmp", GrayImage::new(16, 16));
+    let bmp = std::fs::read(folder.path("valid.bmp")).unwrap();
     let palette: [(&[u8; 4], &[u8]); 1] = [(b"PLTE", &greys[..255])];
     let images = [
         ("map.pgm", [b"P5 16 16 255\n", &greys[..]].concat()),
@@ -92,7 +92,7 @@ fn damaged_images() {
         ("map.png", png((16, 16), 8, 0, &[], &rows)),
         ("palette.png", png((32, 16), 4, 3, &palette, &rows)),
     ];
-    for (name, sound) in images {
-        read_damaged(&sound, |bytes| load_image(name, bytes));
+    for (name, valid) in images {
+        read_damaged(&valid, |bytes| load_image(name, bytes));
     }
 }

@@ -1,4 +1,4 @@
-//! What is said of map files that mean nothing: one line with the file, the place and the fault. Never a panic.
+//! Error messages for invalid map files: one line with the file, the place and the cause. Never a panic.
 
 use std::path::Path;
 
@@ -8,9 +8,9 @@ use image::GrayImage;
 use inbye::geometry::Pose;
 use inbye::map::{GridFrame, LoadOptions, MAX_GRID_SIDE, MapError, OccupancyGrid, load, read_scen};
 
-/// One line that begins with the file and holds all of these words, parted by `; `.
+/// Asserts a one-line message that starts with the file and contains all fragments, separated by `; `.
 #[track_caller]
-fn assert_says(refused: &MapError, path: &Path, words: &str) {
+fn assert_message(refused: &MapError, path: &Path, words: &str) {
     let message = refused.to_string();
     assert_eq!(message.lines().count(), 1, "{message}");
     let place = format!("{}: ", path.display());
@@ -21,7 +21,7 @@ fn assert_says(refused: &MapError, path: &Path, words: &str) {
 }
 
 #[test]
-fn a_frame_is_checked() {
+fn grid_frame_rejects_bad_size_resolution_and_origin() {
     let origin = Pose::default();
     assert!(GridFrame::new(1, MAX_GRID_SIDE, 1e-3, origin).is_ok());
     for (width, height) in [
@@ -50,7 +50,7 @@ fn a_frame_is_checked() {
     }
 }
 
-const SOUND_YAML: &str = "\
+const VALID_YAML: &str = "\
 image: map.pgm
 resolution: 0.05
 origin: [0, 0, 0]
@@ -60,7 +60,7 @@ free_thresh: 0.196
 mode: trinary
 ";
 
-/// A line of the sound file, what stands in its place (nothing: the line is gone), what the message says.
+/// A line of the valid file, its replacement (nothing: the line is removed), and fragments of the message.
 const BAD_YAML: &str = r#"
 resolution: 0.05 -> resolution: 0 -> line 2; `resolution` is 0; above zero
 resolution: 0.05 -> resolution: -0.05 -> line 2; `resolution` is -0.05
@@ -94,7 +94,7 @@ free_thresh: 0.196 -> free_thresh: 0.65 -> line 6; `free_thresh`; below `occupie
 free_thresh: 0.196 -> free_thresh: 0.7 -> line 6; `free_thresh` is 0.7
 mode: trinary -> mode: trinery -> line 7; `mode`; trinery; trinary, scale or raw
 mode: trinary -> mode: 3 -> line 7; `mode` is 3
-mode: trinary -> resolution: 0.1 -> line 7; key `resolution` once more
+mode: trinary -> resolution: 0.1 -> line 7; duplicate key `resolution`
 mode: trinary -> mode: [trinary -> line 7
 mode: trinary ->     mode: trinary -> line 7
 mode: trinary -> a: *nobody -> line 7
@@ -106,19 +106,19 @@ image: map.pgm -> image: "a\nb" -> line 1; `image`; a\nb
 "#;
 
 #[test]
-fn a_bad_yaml_file_is_refused_with_its_line_and_key() {
+fn map_yaml_rejects_bad_values_with_line_and_key() {
     let folder = Folder::new();
     folder.write_image("map.pgm", GrayImage::new(2, 2));
     let load_text = |text: &str| load(&folder.write("map.yaml", text), &LoadOptions::default());
-    assert!(load_text(SOUND_YAML).is_ok());
+    assert!(load_text(VALID_YAML).is_ok());
     for case in BAD_YAML.trim().lines() {
         let parts: Vec<&str> = case.split(" -> ").collect();
         let [line, replacement, words] = parts[..] else {
             panic!("a case has three parts: {case}");
         };
-        let text = SOUND_YAML.replace(line, replacement);
-        assert_ne!(text, SOUND_YAML, "{case}");
-        assert_says(
+        let text = VALID_YAML.replace(line, replacement);
+        assert_ne!(text, VALID_YAML, "{case}");
+        assert_message(
             &load_text(&text).unwrap_err(),
             &folder.path("map.yaml"),
             words,
@@ -127,7 +127,7 @@ fn a_bad_yaml_file_is_refused_with_its_line_and_key() {
 }
 
 #[test]
-fn a_yaml_file_that_is_no_mapping_is_refused() {
+fn map_yaml_rejects_documents_that_are_no_mapping() {
     let folder = Folder::new();
     for (text, words) in [
         ("", "needs the key"),
@@ -139,7 +139,7 @@ fn a_yaml_file_that_is_no_mapping_is_refused() {
         ("---\na: 1\n---\nb: 2\n", "line 4; a second document"),
     ] {
         let path = folder.write("map.yaml", text);
-        assert_says(
+        assert_message(
             &load(&path, &LoadOptions::default()).unwrap_err(),
             &path,
             words,
@@ -148,7 +148,7 @@ fn a_yaml_file_that_is_no_mapping_is_refused() {
 }
 
 #[test]
-fn an_alias_bomb_is_stopped_at_its_node_budget() {
+fn map_yaml_stops_an_alias_bomb_at_its_node_budget() {
     let mut bomb = vec![String::from("a0: &a0 [x, x, x, x, x, x, x, x, x]")];
     for level in 1..10 {
         let aliases = vec![format!("*a{}", level - 1); 9].join(", ");
@@ -157,12 +157,12 @@ fn an_alias_bomb_is_stopped_at_its_node_budget() {
     let folder = Folder::new();
     let path = folder.write("map.yaml", bomb.join("\n") + "\nimage: map.pgm\n");
     let refused = load(&path, &LoadOptions::default()).unwrap_err();
-    assert_says(&refused, &path, "line 5; more than 10000 values");
+    assert_message(&refused, &path, "line 5; more than 10000 values");
 }
 
 const UNDECODABLE: &str = "not a PGM, PNG or BMP image";
 
-/// Name, contents, what the message says.
+/// Name, contents and fragments of the message.
 type BadFile = (&'static str, &'static [u8], &'static str);
 
 const BAD_IMAGES: &[BadFile] = &[
@@ -186,7 +186,7 @@ const BAD_IMAGES: &[BadFile] = &[
 ];
 
 #[test]
-fn a_bad_image_is_refused_with_its_name() {
+fn map_image_rejects_bad_files_with_their_name() {
     let folder = Folder::new();
     let mut cases: Vec<(&str, Vec<u8>, &str)> = BAD_IMAGES
         .iter()
@@ -209,7 +209,7 @@ fn a_bad_image_is_refused_with_its_name() {
         folder.write(name, bytes);
         let refused = folder.load_yaml(name, "").unwrap_err();
         let words = format!("line 1; `image`; {name}; {words}");
-        assert_says(&refused, &folder.path("map.yaml"), &words);
+        assert_message(&refused, &folder.path("map.yaml"), &words);
     }
 }
 
@@ -272,7 +272,7 @@ const BAD_ROWS: &[BadFile] = &[
     (
         "long.map",
         b"type octile\nheight 1\nwidth 1\nmap\n.\n@\n",
-        "line 6; one more row",
+        "line 6; another row",
     ),
     (
         "ragged.map",
@@ -297,11 +297,11 @@ const BAD_ROWS: &[BadFile] = &[
 ];
 
 #[test]
-fn a_bad_text_or_movingai_map_is_refused_with_its_place() {
+fn text_and_movingai_maps_reject_bad_files_with_their_place() {
     let folder = Folder::new();
     for (name, bytes, words) in BAD_ROWS {
         let path = folder.write(name, bytes);
-        assert_says(
+        assert_message(
             &load(&path, &LoadOptions::default()).unwrap_err(),
             &path,
             words,
@@ -310,30 +310,30 @@ fn a_bad_text_or_movingai_map_is_refused_with_its_place() {
 }
 
 #[test]
-fn a_missing_file_is_refused_with_its_name() {
+fn load_rejects_a_missing_file_with_its_name() {
     let folder = Folder::new();
     for name in ["missing.txt", "missing.map", "missing.yaml"] {
         let path = folder.path(name);
         let refused = load(&path, &LoadOptions::default()).unwrap_err();
-        assert_says(&refused, &path, "cannot be read");
+        assert_message(&refused, &path, "cannot be read");
     }
     let path = folder.path("missing.scen");
-    assert_says(&read_scen(&path).unwrap_err(), &path, "cannot be read");
+    assert_message(&read_scen(&path).unwrap_err(), &path, "cannot be read");
 }
 
 #[test]
-fn a_bad_resolution_option_is_refused() {
+fn load_rejects_a_bad_resolution_option() {
     let folder = Folder::new();
     let options = LoadOptions {
         resolution_m: f64::NAN,
     };
     for (name, text) in [
-        ("sound.txt", "##\n"),
-        ("sound.map", "type octile\nheight 1\nwidth 1\nmap\n.\n"),
+        ("valid.txt", "##\n"),
+        ("valid.map", "type octile\nheight 1\nwidth 1\nmap\n.\n"),
     ] {
         let path = folder.write(name, text);
         assert!(load(&path, &LoadOptions::default()).is_ok());
-        assert_says(
+        assert_message(
             &load(&path, &options).unwrap_err(),
             &path,
             "resolution is NaN",
@@ -342,7 +342,7 @@ fn a_bad_resolution_option_is_refused() {
 }
 
 #[test]
-fn rows_given_in_a_problem_are_refused_with_row_and_column() {
+fn from_rows_rejects_bad_cells_with_row_and_column() {
     let origin = Pose::default();
     for (rows, words) in [
         (vec!["...", "..o"], "row 2, column 3: 'o'"),
@@ -359,7 +359,7 @@ fn rows_given_in_a_problem_are_refused_with_row_and_column() {
 }
 
 #[test]
-fn a_bad_scenario_is_refused_with_its_line_and_field() {
+fn scen_rejects_bad_fields_with_line_and_name() {
     let folder = Folder::new();
     let good = "0\ta.map\t9\t9\t0\t0\t8\t8\t11.3";
     for (from, to, words) in [
@@ -376,6 +376,6 @@ fn a_bad_scenario_is_refused_with_its_line_and_field() {
     ] {
         let text = format!("version 1.0\n{}\n", good.replace(from, to));
         let path = folder.write("bad.scen", text);
-        assert_says(&read_scen(&path).unwrap_err(), &path, words);
+        assert_message(&read_scen(&path).unwrap_err(), &path, words);
     }
 }

@@ -1,4 +1,4 @@
-//! Map files: what each pixel, character and key means.
+//! Reading map files: the meaning of each pixel, character and key.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -15,7 +15,7 @@ use inbye::map::{
 fn cells_of_row(image: impl Into<DynamicImage>, lines: &str) -> Vec<i8> {
     let folder = Folder::new();
     folder.write_image("row.png", image);
-    let grid = folder.load_yaml("row.png", lines).expect("a sound map");
+    let grid = folder.load_yaml("row.png", lines).expect("a valid map");
     grid.cells().to_vec()
 }
 
@@ -24,13 +24,13 @@ fn grey_row(greys: &[u8]) -> GrayImage {
 }
 
 #[test]
-fn the_savers_three_greys_survive_a_round_trip() {
+fn trinary_mode_reads_the_greys_of_map_saver() {
     let cells = cells_of_row(grey_row(&[254, 0, 205]), "mode: trinary");
     assert_eq!(cells, [0, 100, UNKNOWN]);
 }
 
 #[test]
-fn grey_205_is_unknown_at_0_196_and_free_at_0_2() {
+fn trinary_mode_applies_the_free_threshold_to_grey_205() {
     assert_eq!(cells_of_row(grey_row(&[205, 206]), ""), [UNKNOWN, 0]);
     assert_eq!(
         cells_of_row(grey_row(&[205, 204]), "free_thresh: 0.2"),
@@ -43,8 +43,8 @@ fn grey_205_is_unknown_at_0_196_and_free_at_0_2() {
 }
 
 #[test]
-fn a_threshold_itself_counts_as_reached() {
-    // 255 and 0 stand for exactly 0 and 1.
+fn thresholds_are_inclusive() {
+    // Grey 255 and 0 are exactly occupancy 0 and 1.
     let lines = "free_thresh: 0.0\noccupied_thresh: 1.0";
     assert_eq!(
         cells_of_row(grey_row(&[255, 254, 1, 0]), lines),
@@ -73,7 +73,7 @@ fn negate_makes_white_the_obstacle() {
 }
 
 #[test]
-fn scale_gives_percent_between_the_thresholds() {
+fn scale_mode_interpolates_between_the_thresholds() {
     let lines = "mode: scale\nfree_thresh: 0.2\noccupied_thresh: 0.6";
     // p is 0, 0.2, 0.2039, 0.4, 0.5961, 0.6 and 1.
     let greys = grey_row(&[255, 204, 203, 153, 103, 102, 0]);
@@ -81,19 +81,19 @@ fn scale_gives_percent_between_the_thresholds() {
 }
 
 #[test]
-fn raw_takes_the_value_itself() {
+fn raw_mode_reads_percentages() {
     let greys = [0, 1, 99, 100, 101, 128, 255];
     let cells = cells_of_row(grey_row(&greys), "mode: raw\nnegate: 1");
     assert_eq!(cells, [0, 1, 99, 100, UNKNOWN, UNKNOWN, UNKNOWN]);
 }
 
 #[test]
-fn a_mode_may_be_written_in_capitals() {
+fn mode_is_case_insensitive() {
     assert_eq!(cells_of_row(grey_row(&[77]), "mode: RAW"), [77]);
 }
 
 #[test]
-fn what_shines_through_is_unknown_except_in_raw_mode() {
+fn transparent_pixels_are_unknown_except_in_raw_mode() {
     let image = GrayAlphaImage::from_raw(4, 1, vec![0, 255, 0, 254, 255, 255, 50, 0]).unwrap();
     for mode in ["trinary", "scale"] {
         let cells = cells_of_row(image.clone(), &format!("mode: {mode}"));
@@ -105,7 +105,7 @@ fn what_shines_through_is_unknown_except_in_raw_mode() {
 }
 
 #[test]
-fn colors_become_their_luma() {
+fn colors_are_converted_to_luma() {
     // Luma of pure red, green and blue: 76, 150, 29. An average would make all three 85.
     let image = RgbImage::from_raw(3, 1, vec![255, 0, 0, 0, 255, 0, 0, 0, 255]).unwrap();
     assert_eq!(cells_of_row(image, "mode: raw"), [76, UNKNOWN, 29]);
@@ -115,7 +115,7 @@ fn colors_become_their_luma() {
 }
 
 #[test]
-fn the_bottom_row_of_the_image_is_row_zero() {
+fn bottom_image_row_is_row_zero() {
     let folder = Folder::new();
     let image = GrayImage::from_raw(2, 3, vec![10, 11, 20, 21, 30, 31]).unwrap();
     folder.write_image("map.pgm", image);
@@ -125,7 +125,7 @@ fn the_bottom_row_of_the_image_is_row_zero() {
 }
 
 #[test]
-fn resolution_and_origin_place_the_grid() {
+fn resolution_and_origin_define_the_frame() {
     let folder = Folder::new();
     folder.write_image("map.pgm", GrayImage::new(4, 2));
     let lines = format!("resolution: 5e-1\norigin: [1, -2.5, {FRAC_PI_2}] # a comment");
@@ -139,14 +139,14 @@ fn resolution_and_origin_place_the_grid() {
 }
 
 #[test]
-fn keys_of_other_programs_are_passed_over() {
+fn map_yaml_ignores_unknown_keys() {
     let extra = "map_version: 3\nlayers: {a: [1, 2]}\nwidth: 1";
     assert_eq!(cells_of_row(grey_row(&[0]), extra), [100]);
 }
 
-/// Grey values 0, 51, 102 in every format that a map image comes in.
+/// Grey values 0, 51 and 102 in every supported image format.
 #[test]
-fn every_kind_of_image_file_is_read() {
+fn all_supported_image_formats_are_read() {
     let binary = |header: &str, data: &[u8]| [header.as_bytes(), data].concat();
     let palette: &[u8] = &[0, 0, 0, 51, 51, 51, 102, 102, 102];
     let files = [
@@ -177,7 +177,7 @@ fn every_kind_of_image_file_is_read() {
             png((3, 1), 2, 3, &[(b"PLTE", palette)], &[vec![0b0001_1000]]),
         ),
         (
-            "a_png_by_another_name.pgm",
+            "a_png_named.pgm",
             png((3, 1), 8, 0, &[], &[vec![0, 51, 102]]),
         ),
     ];
@@ -194,7 +194,7 @@ fn every_kind_of_image_file_is_read() {
 }
 
 #[test]
-fn black_and_white_is_read_from_single_bits_too() {
+fn one_bit_images_are_read() {
     let folder = Folder::new();
     folder.write(
         "one_bit.png",
@@ -210,7 +210,7 @@ fn black_and_white_is_read_from_single_bits_too() {
 }
 
 #[test]
-fn a_palette_may_be_transparent() {
+fn transparent_palette_entries_are_unknown() {
     let folder = Folder::new();
     let chunks: [(&[u8; 4], &[u8]); 2] = [(b"PLTE", &[0, 0, 0, 255, 255, 255]), (b"tRNS", &[128])];
     folder.write("map.png", png((2, 1), 8, 3, &chunks, &[vec![0, 1]]));
@@ -219,7 +219,7 @@ fn a_palette_may_be_transparent() {
 }
 
 #[test]
-fn sixteen_bits_are_rounded_to_eight() {
+fn sixteen_bit_images_are_rounded_to_eight() {
     let image: ImageBuffer<Luma<u16>, _> = ImageBuffer::from_raw(
         4,
         1,
@@ -230,7 +230,7 @@ fn sixteen_bits_are_rounded_to_eight() {
 }
 
 #[test]
-fn text_rows_run_from_the_largest_y_down() {
+fn from_rows_reads_from_the_largest_y_down() {
     let origin = Pose::new(-1.0, 2.0, 0.0);
     let grid = OccupancyGrid::from_rows(&["#.?", ".. "], 0.5, origin).unwrap();
     assert_eq!(grid.cells(), [0, 0, 0, 100, 0, UNKNOWN]);
@@ -247,7 +247,7 @@ fn text_rows_run_from_the_largest_y_down() {
 }
 
 #[test]
-fn a_text_file_may_have_any_line_ends_and_a_byte_order_mark() {
+fn text_maps_accept_any_line_end_and_a_byte_order_mark() {
     let folder = Folder::new();
     let options = LoadOptions { resolution_m: 0.25 };
     for text in [
@@ -266,7 +266,7 @@ fn a_text_file_may_have_any_line_ends_and_a_byte_order_mark() {
 const OCTILE: &str = "type octile\nheight 2\nwidth 7\nmap\n.G@OTSW\n@@@@@@.\n";
 
 #[test]
-fn a_movingai_map_is_turned_upside_down() {
+fn movingai_map_rows_are_read_top_down() {
     let folder = Folder::new();
     let options = LoadOptions { resolution_m: 2.0 };
     for (name, text) in [
@@ -293,7 +293,7 @@ fn a_movingai_map_is_turned_upside_down() {
 }
 
 #[test]
-fn scenarios_are_parted_by_tabs_or_spaces() {
+fn scen_fields_are_separated_by_tabs_or_spaces() {
     let folder = Folder::new();
     let tabs = "version 1\n0\tdao/my map.map\t49\t48\t1\t11\t48\t47\t7.41421\n\n";
     let path = folder.write("tabs.map.scen", tabs);

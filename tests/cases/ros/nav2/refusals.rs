@@ -100,7 +100,7 @@ fn values_that_cannot_be_are_refused_with_their_place() {
         (
             "sim_time: 1.7",
             "sim_time: 1.7\n      sim_time: 1.8",
-            "key `sim_time` once more",
+            "duplicate key `sim_time`",
         ),
         (
             "sim_time: 1.7",
