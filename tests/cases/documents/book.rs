@@ -77,7 +77,10 @@ fn book_builds_and_its_links_resolve() {
     build(target.path());
     let mut broken = Vec::new();
     for page in pages() {
-        let name = page.file_name().expect("a page has a name").to_string_lossy();
+        let name = page
+            .file_name()
+            .expect("a page has a name")
+            .to_string_lossy();
         let links = destinations(&text(&page));
         broken.extend(broken_links(&name, &links, target.path()));
     }
@@ -109,7 +112,10 @@ fn readme_links_to_files_that_exist() {
 fn every_page_is_in_the_summary() {
     let summary = text(&root().join("docs/src/SUMMARY.md"));
     for page in pages() {
-        let name = page.file_name().expect("a page has a name").to_string_lossy();
+        let name = page
+            .file_name()
+            .expect("a page has a name")
+            .to_string_lossy();
         let is_listed = name == "SUMMARY.md" || summary.contains(&format!("({name})"));
         assert!(is_listed, "{name} is not in docs/src/SUMMARY.md");
     }
