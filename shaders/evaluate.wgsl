@@ -1,25 +1,24 @@
-// The five dispatches of a batch of decisions, in order. No mathematics here: that is in the twins.
+// The five dispatches of a batch of decisions, in order. The arithmetic is in the twins.
 //
-//   tabulate_vtheta   a thread for each turn rate        fills the displacement table
-//   evaluate_samples    a thread for each sample           judges it, adds up its workgroup
-//   normalize        a workgroup for each problem       totals, and what normalises the terms
-//   score_samples    a thread for each sample           scores it, finds its workgroup's best
-//   choose           a workgroup for each problem       the winner
+//   tabulate_vtheta    one thread per turn rate       fills the displacement table
+//   evaluate_samples   one thread per sample          evaluates it, adds up the workgroup
+//   normalize          one workgroup per problem      totals and normalisers
+//   score_samples      one thread per sample          scores it, selects the workgroup's best
+//   select_winner      one workgroup per problem      the winner
 //
-// A workgroup serves one problem: those of a problem follow one another.
+// A workgroup serves one problem; the workgroups of a problem are consecutive.
 
 const VTHETA_PER_GROUP: u32 = 128u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
-// So many entries become one at a time where a workgroup adds up, so that few barriers do; the sizes of those that do
-// are powers of it.
+// Number of entries that one thread reduces to one, to save barriers. The workgroup sizes are powers of it.
 const FOLD: u32 = 4u;
 
-// Which of `first_groups` counts the workgroups of a dispatch.
+// Index in `first_groups` of the workgroups of a dispatch.
 const OF_VTHETA: u32 = 0u;
 const OF_SAMPLES: u32 = 1u;
 
-// The problem that a workgroup serves: the last that does not begin behind it.
+// The problem of a workgroup: the last one that begins at or before it.
 fn problem_of(group: u32, which: u32) -> u32 {
     var problem = 0u;
     var beyond = batch.count;
@@ -42,7 +41,7 @@ fn group_count() -> u32 {
     return (sample_count() + SAMPLES_PER_GROUP - 1u) / SAMPLES_PER_GROUP;
 }
 
-// Where a turn rate's table begins.
+// Start of a turn rate's table.
 fn table_start(index: u32) -> u32 {
     return offsets.first_table + index * table_words();
 }
@@ -56,7 +55,7 @@ fn tabulate_vtheta(@builtin(local_invocation_index) local: u32, @builtin(workgro
     }
 }
 
-// Terms are below 2^24, so the sum of a workgroup's 256 fits in 32 bits.
+// Terms are below 2^24, so the sum over 256 threads fits in 32 bits.
 var<workgroup> group_sums: array<vec4<u32>, SAMPLES_PER_GROUP>;
 var<workgroup> group_min: array<vec4<u32>, SAMPLES_PER_GROUP>;
 var<workgroup> group_max: array<vec4<u32>, SAMPLES_PER_GROUP>;
@@ -75,9 +74,9 @@ fn evaluate_samples(
     var counts = 0u;
     if index < sample_count() {
         let vx = vx_samples[offsets.first_vx + index % header.vx_count];
-        let turn_index = index / header.vx_count;
-        let vtheta = vtheta_samples[offsets.first_vtheta + turn_index];
-        let first = table_start(turn_index);
+        let vtheta_index = index / header.vx_count;
+        let vtheta = vtheta_samples[offsets.first_vtheta + vtheta_index];
+        let first = table_start(vtheta_index);
         let outcome = evaluate_sample(vx, vtheta, first);
         var record = Record(0u, 0u, 0u, outcome.status);
         if outcome.status == OK {
@@ -88,7 +87,7 @@ fn evaluate_samples(
             maximum = sums;
         }
         records[offsets.first_record + index] = record;
-        // Ten bits for each of the first three reasons; what remains is outside.
+        // Ten bits for each of the first three statuses; the remaining samples are outside.
         counts = select(1u << (10u * outcome.status), 0u, outcome.status == OUTSIDE);
     }
     group_sums[local] = sums;
@@ -166,10 +165,10 @@ fn normalize(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id)
         }
     }
     if local == 0u {
-        let outcome = total_counts[0];
+        let found = total_counts[0];
         let weights = header.weights;
         let answer = &answers[problem.x];
-        (*answer).counts = vec4<u32>(outcome.xyz, sample_count() - outcome.x - outcome.y - outcome.z);
+        (*answer).counts = vec4<u32>(found.xyz, sample_count() - found.x - found.y - found.z);
         (*answer).sums_low = total_low[0];
         (*answer).sums_high = total_high[0];
         (*answer).min = total_min[0];
@@ -222,7 +221,7 @@ fn score_samples(
 var<workgroup> finalists: array<Candidate, REDUCERS>;
 
 @compute @workgroup_size(REDUCERS)
-fn choose(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) problem: vec3<u32>) {
+fn select_winner(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) problem: vec3<u32>) {
     load_problem(problem.x);
     var finalist = no_candidate();
     for (var group = local; group < group_count(); group += REDUCERS) {

@@ -1,5 +1,5 @@
-// What host and shaders share. TWIN of src/local/inputs.rs (inputs) and src/local/gpu/layout.rs (batches and outputs):
-// same fields in the same order, checked by a test.
+// Data shared by host and shaders. TWIN of src/local/kernel_inputs.rs (inputs) and src/local/gpu/layout.rs (batches and
+// outputs): same fields in the same order, checked by a test.
 
 struct Header {
     vx_count: u32,
@@ -25,7 +25,7 @@ struct Header {
     outside_is_free: u32,
     min_max: u32,
     stamp: u32,
-    // Fills up to the 16-byte boundary that a vec4 needs.
+    // Fills up to the 16-byte boundary that a vec4 requires.
     padding: u32,
     weights: vec4<u32>,
 }
@@ -69,11 +69,11 @@ struct Normalizer {
     bits: i32,
 }
 
-// Where a problem's parts begin in the buffers that all problems of a batch share.
+// Offsets of a problem's parts in the buffers of the batch.
 struct BufferOffsets {
-    // Workgroups of turns and of samples before its own; those of samples have a Partial each.
+    // Workgroups of turn rates and of samples before its own. A workgroup of samples has one Partial.
     first_groups: vec2<u32>,
-    // Elements before its own; of bodies, field and table, words.
+    // Elements before its own; for bodies, field and table, words.
     first_vx: u32,
     first_vtheta: u32,
     first_body: u32,
@@ -87,13 +87,13 @@ struct BatchEntry {
     offsets: BufferOffsets,
 }
 
-// The problems of one submission; each has the answer of its own index.
+// The problems of one submission. The answer to a problem has the same index.
 struct Batch {
     count: u32,
     problems: array<BatchEntry, MAX_PROBLEMS>,
 }
 
-// A sample, judged: terms and reason. The velocity term is its speed's.
+// Terms and status of a sample. The velocity term is that of its forward speed.
 struct Record {
     heading: u32,
     clearance: u32,
@@ -101,14 +101,14 @@ struct Record {
     status: u32,
 }
 
-// What one workgroup of samples adds up to, then its best sample.
+// Totals and best sample of one workgroup.
 struct Partial {
     sums: vec4<u32>,
     min: vec4<u32>,
     max: vec4<u32>,
     // Admissible, collision and cannot-stop samples in ten bits each.
     counts: u32,
-    // The best sample's score, lower and upper half, and index.
+    // Score (lower and upper half) and index of the best sample.
     best: array<u32, 3>,
 }
 
@@ -120,7 +120,7 @@ struct Answer {
     min: vec4<u32>,
     max: vec4<u32>,
     normalizers: array<Normalizer, 4>,
-    // The winner's index, its score's halves, the stamp of the problem answered, the winner's terms.
+    // Index of the winner, halves of its score, stamp of the problem, terms of the winner.
     winner: u32,
     score_low: u32,
     score_high: u32,
@@ -133,14 +133,14 @@ const COLLISION: u32 = 1u;
 const CANNOT_STOP: u32 = 2u;
 const OUTSIDE: u32 = 3u;
 
-// Words of a disc and of a moving obstacle among the bodies; the discs come first.
+// Words of a disc and of a moving obstacle in `bodies`; the discs come first.
 const DISC_WORDS: u32 = 3u;
 const OBSTACLE_WORDS: u32 = 5u;
 
-// Problems of a batch: all of them fit into the uniform buffer that every adapter binds, 64 KiB.
+// Largest number of problems of a batch: they fit into the uniform buffer of 64 KiB that every adapter supports.
 const MAX_PROBLEMS: u32 = 256u;
 
-// Batch, speeds, turns and bodies are views of one buffer, one behind the other.
+// Batch, vx_samples, vtheta_samples and bodies are views of one buffer, at successive offsets.
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<storage, read> vx_samples: array<VxSample>;
 @group(0) @binding(2) var<storage, read> vtheta_samples: array<VthetaSample>;
@@ -151,7 +151,7 @@ const MAX_PROBLEMS: u32 = 256u;
 @group(0) @binding(7) var<storage, read_write> partials: array<Partial>;
 @group(0) @binding(8) var<storage, read_write> answers: array<Answer>;
 
-// The problem that this invocation serves.
+// The problem of this invocation.
 var<private> header: Header;
 var<private> offsets: BufferOffsets;
 

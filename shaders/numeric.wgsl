@@ -75,7 +75,7 @@ fn atan2_turn(y: i32, x: i32) -> u32 {
     return select(half, 0u - half, y < 0);
 }
 
-// A float makes the first guess; integers correct it, so no rounding of the adapter's can show.
+// A float gives the first guess. Integers correct it, so the rounding of the adapter does not matter.
 fn isqrt32(value: u32) -> u32 {
     var root = min(u32(sqrt(f32(value))), 65535u);
     while root * root > value {
@@ -108,7 +108,7 @@ fn turn_size(angle: u32) -> u32 {
     return bitcast<u32>(abs(bitcast<i32>(angle)));
 }
 
-// Long division, one bit at a time: done once for each term of a decision.
+// Long division, one bit per iteration; used once per term of a decision.
 fn div_wide(upper: u32, divisor: u32) -> u32 {
     var remainder = upper;
     var quotient = 0u;
@@ -143,7 +143,7 @@ fn shift_wide(value: vec2<u32>, bits: i32) -> vec2<u32> {
     return vec2<u32>(0u, value.x << u32(-bits - 32));
 }
 
-// What Rust writes with the operators of u64.
+// Rust uses the operators of u64 instead.
 
 fn add_wide(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
     let low = a.x + b.x;

@@ -1,4 +1,4 @@
-// One sample's trajectory and what it meets. TWIN of src/local/rollout.rs: same names, same order, same bits.
+// Rolls out one sample and checks it for contacts. TWIN of src/local/rollout.rs: same names, same order, same bits.
 
 fn table_words() -> u32 {
     return header.steps * step_words() + 2u;
@@ -27,9 +27,9 @@ fn tabulate(vtheta: VthetaSample, first: u32) {
         let cosine_q14 = shift_round(cosine, 6u);
         let sine_q14 = shift_round(sine, 6u);
         for (var index = 0u; index < header.disc_count; index += 1u) {
-            let part = disc(index);
-            table[at] = header.start_x + shift_round(part.x * cosine_q14 - part.y * sine_q14, 14u);
-            table[at + 1u] = header.start_y + shift_round(part.x * sine_q14 + part.y * cosine_q14, 14u);
+            let footprint_disc = disc(index);
+            table[at] = header.start_x + shift_round(footprint_disc.x * cosine_q14 - footprint_disc.y * sine_q14, 14u);
+            table[at + 1u] = header.start_y + shift_round(footprint_disc.x * sine_q14 + footprint_disc.y * cosine_q14, 14u);
             at += 2u;
         }
     }
@@ -54,8 +54,8 @@ struct SampleOutcome {
     clearance: u32,
 }
 
-// Only a stop within the arc asks for the first step that ends it; the end, where most samples meet what they meet at
-// all, tells more about the steps before it than the start about those after it.
+// Only a stop within the arc needs the first step that ends the trajectory. Otherwise the last step comes first: most
+// samples that collide do so near the end, and a small clearance found early lets many steps be skipped.
 fn evaluate_sample(vx: VxSample, vtheta: VthetaSample, first: u32) -> SampleOutcome {
     let by_arc = header.stop_by_arc == 1u;
     let rate = clearance_rate(vx, vtheta);
@@ -64,38 +64,38 @@ fn evaluate_sample(vx: VxSample, vtheta: VthetaSample, first: u32) -> SampleOutc
     var ended_by = OK;
     while done < header.steps {
         let step = select(header.steps - 1u - done, done, by_arc);
-        let at_step = step_clearance(vx, first, step);
-        if at_step.clearance <= 0 {
+        let step_result = step_clearance(vx, first, step);
+        if step_result.clearance <= 0 {
             ended_by = COLLISION;
             break;
         }
-        if at_step.outside {
+        if step_result.outside {
             ended_by = OUTSIDE;
             if by_arc {
                 break;
             }
         }
-        min_clearance = min(min_clearance, at_step.clearance);
-        done += 1u + skippable_steps(rate, at_step, min_clearance);
+        min_clearance = min(min_clearance, step_result.clearance);
+        done += 1u + skippable_steps(rate, step_result, min_clearance);
     }
     let status = classify(vx, vtheta, ended_by, min(done, header.steps), min_clearance);
     return SampleOutcome(status, select(0u, bitcast<u32>(min_clearance), status == OK));
 }
 
 fn classify(vx: VxSample, vtheta: VthetaSample, ended_by: u32, free_steps: u32, min_clearance: i32) -> u32 {
-    let has = select(bitcast<u32>(min_clearance), free_steps, header.stop_by_arc == 1u);
-    let ends_it = header.stop_by_arc == 0u || free_steps == 0u;
-    if ended_by != OK && ends_it {
+    let available = select(bitcast<u32>(min_clearance), free_steps, header.stop_by_arc == 1u);
+    let ends_trajectory = header.stop_by_arc == 0u || free_steps == 0u;
+    if ended_by != OK && ends_trajectory {
         return ended_by;
     }
-    return select(OK, CANNOT_STOP, has < vx.stopping_need || has < vtheta.stopping_need);
+    return select(OK, CANNOT_STOP, available < vx.stopping_need || available < vtheta.stopping_need);
 }
 
 fn clearance_rate(vx: VxSample, vtheta: VthetaSample) -> ClearanceRate {
     var lever_arm = 0u;
     for (var index = 0u; index < header.disc_count; index += 1u) {
-        let part = disc(index);
-        lever_arm = max(lever_arm, bitcast<u32>(abs(part.x)) + bitcast<u32>(abs(part.y)));
+        let footprint_disc = disc(index);
+        lever_arm = max(lever_arm, bitcast<u32>(abs(footprint_disc.x)) + bitcast<u32>(abs(footprint_disc.y)));
     }
     var obstacle_step = 0u;
     for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
@@ -109,8 +109,8 @@ fn clearance_rate(vx: VxSample, vtheta: VthetaSample) -> ClearanceRate {
     return ClearanceRate(bitcast<i32>(margin), 65536u / most);
 }
 
-fn skippable_steps(rate: ClearanceRate, at_step: StepResult, min_clearance: i32) -> u32 {
-    let slack = min(at_step.static_clearance - min_clearance, at_step.border) - rate.margin;
+fn skippable_steps(rate: ClearanceRate, step_result: StepResult, min_clearance: i32) -> u32 {
+    let slack = min(step_result.static_clearance - min_clearance, step_result.border) - rate.margin;
     return (bitcast<u32>(max(slack, 0)) * rate.steps_per_unit) >> 16u;
 }
 
@@ -148,7 +148,7 @@ fn step_clearance(vx: VxSample, first: u32, step: u32) -> StepResult {
     return result;
 }
 
-// Below zero off the field.
+// Negative off the field.
 fn clearance_at(x: i32, y: i32) -> i32 {
     let column = bitcast<u32>(x >> header.cell_bits);
     let row = bitcast<u32>(y >> header.cell_bits);
@@ -159,7 +159,7 @@ fn clearance_at(x: i32, y: i32) -> i32 {
     return bitcast<i32>((field[offsets.first_field + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu);
 }
 
-// At most the way to the field's border, units; at most 65535.
+// Lower bound of the distance to the border of the field, units; at most 65535.
 fn border_distance(x: i32, y: i32) -> i32 {
     let column = x >> header.cell_bits;
     let row = y >> header.cell_bits;

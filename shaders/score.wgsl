@@ -1,4 +1,4 @@
-// A trajectory's four terms, their normalisation and the score. TWIN of src/local/score.rs.
+// The four terms of a trajectory, their normalisation and the score. TWIN of src/local/score.rs.
 
 fn terms(vx: VxSample, end_heading: u32, end: vec2<i32>, clearance: u32) -> Terms {
     let to_key_x = header.key_x - end.x;
@@ -33,7 +33,7 @@ fn normalizer(offset: u32, weight: u32, scale: vec2<u32>) -> Normalizer {
     return Normalizer(offset, mantissa, bits);
 }
 
-// The normaliser of one term, from its sum, minimum and maximum value.
+// The normaliser of one term.
 fn term_normalizer(weight: u32, sum: vec2<u32>, minimum: u32, maximum: u32) -> Normalizer {
     if header.min_max == 1u && minimum <= maximum {
         return normalizer(minimum, weight, vec2<u32>(maximum - minimum, 0u));
@@ -45,9 +45,9 @@ fn share(term: u32, by: Normalizer) -> vec2<u32> {
     return shift_wide(mul_wide(term - by.offset, by.mantissa), by.bits);
 }
 
-// Lower and upper half of the score; the upper half's top bit is its sign.
-fn score(judged: Terms, heading: Normalizer, clearance: Normalizer, velocity: Normalizer, path: Normalizer) -> vec2<u32> {
-    let facing = share(judged.heading, heading);
-    let gained = add_wide(add_wide(facing, share(judged.clearance, clearance)), share(judged.velocity, velocity));
-    return sub_wide(gained, share(judged.path, path));
+// Lower and upper half of the score; the top bit of the upper half is the sign.
+fn score(values: Terms, heading: Normalizer, clearance: Normalizer, velocity: Normalizer, path: Normalizer) -> vec2<u32> {
+    let heading_share = share(values.heading, heading);
+    let sum = add_wide(add_wide(heading_share, share(values.clearance, clearance)), share(values.velocity, velocity));
+    return sub_wide(sum, share(values.path, path));
 }

@@ -1,6 +1,6 @@
-// Totals over the admissible samples, and the best of them. TWIN of src/local/select.rs.
+// Totals over the admissible samples, and the selection of the best. TWIN of src/local/select.rs.
 
-// A sample in the running.
+// Score and index of a sample.
 struct Candidate {
     score: vec2<u32>,
     index: u32,
@@ -11,7 +11,7 @@ fn no_candidate() -> Candidate {
     return Candidate(vec2<u32>(0u, HALF_TURN), 0xffffffffu);
 }
 
-// Whether the first score is below the second, as signed numbers.
+// Compares scores as signed numbers.
 fn less_signed(a: vec2<u32>, b: vec2<u32>) -> bool {
     return less_wide(vec2<u32>(a.x, a.y ^ HALF_TURN), vec2<u32>(b.x, b.y ^ HALF_TURN));
 }

@@ -1,4 +1,4 @@
-//! The distance field as the engines read it: 16 bits a cell, in the engines' own unit of length.
+//! The distance field in the format of the engines: 16 bits per cell, in the engines' unit of length.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
@@ -9,11 +9,11 @@ use crate::geometry::Pose;
 use crate::map::{DistanceField, GridFrame, ObstacleGrid};
 use crate::robot::Footprint;
 
-/// Distance from each cell's centre to the centre of the nearest obstacle cell, in whole units of length.
+/// Distance from the centre of each cell to the centre of the nearest obstacle cell, in whole units of length.
 ///
-/// The unit is the cell's side divided by a power of two, the first that is at most 1/4096 m: so it lies between
-/// 0.122 mm and 0.244 mm, a position in units becomes a cell by a shift, and 16 bits hold at least 8 m. Longer
-/// distances, and those of a grid without obstacles, are stored as 65535.
+/// The unit is the cell's side divided by a power of two, the first result that is at most 1/4096 m. It is 0.122 to
+/// 0.244 mm; a shift converts a position in units to a cell; 16 bits hold at least 8 m. Longer distances, and all
+/// distances of a grid without obstacles, are stored as 65535.
 #[derive(Debug)]
 pub struct ClearanceField {
     frame: GridFrame,
@@ -23,14 +23,14 @@ pub struct ClearanceField {
     id: u64,
 }
 
-/// Resolutions that the engines accept, metres.
+/// Accepted resolutions, metres.
 pub const RESOLUTION_RANGE_M: (f64, f64) = (0.001, 2.0);
 
-/// Fields made so far; each has its own number, so an engine knows whether it holds this one already.
+/// The id of the next field. Ids are unique in the process: an engine compares them to find whether it holds a field.
 static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
 impl ClearanceField {
-    /// The field of an obstacle grid.
+    /// Computes the field of an obstacle grid.
     ///
     /// # Errors
     /// When the cells are smaller than 1 mm or larger than 2 m.
@@ -63,7 +63,7 @@ impl ClearanceField {
         })
     }
 
-    /// Size and placement.
+    /// Size and pose of the grid.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
         &self.frame
@@ -75,7 +75,7 @@ impl ClearanceField {
         self.frame.resolution_m / f64::from(1_u32 << self.cell_bits)
     }
 
-    /// A cell's side is two to this power of units.
+    /// The side of a cell is two to this power of units.
     #[must_use]
     pub const fn cell_bits(&self) -> u32 {
         self.cell_bits
@@ -87,14 +87,14 @@ impl ClearanceField {
         &self.units[..self.frame.len()]
     }
 
-    /// [`Self::units`] and one entry more, for vectors that read two entries at a time.
+    /// [`Self::units`] and one more entry, for vector loads of two entries.
     #[must_use]
     pub(super) fn padded_units(&self) -> &[u16] {
         &self.units
     }
 
-    /// Clearance of a footprint at a pose, metres, as the engines see it: the distance stored for the cell under each
-    /// disc's centre, less its radius; the smallest of all discs. None where a centre is off the field.
+    /// Clearance of a footprint at a pose, metres, as the engines compute it: the smallest, over all discs, of the
+    /// distance at the cell under the disc's centre minus the radius. `None` when a centre is off the field.
     #[must_use]
     pub fn clearance_m(&self, footprint: &Footprint, pose: &Pose) -> Option<f64> {
         let mut least = f64::INFINITY;
@@ -105,14 +105,14 @@ impl ClearanceField {
         Some(least)
     }
 
-    /// A number that no other field of this process has.
+    /// The id of the field, unique in this process.
     #[must_use]
     pub const fn id(&self) -> u64 {
         self.id
     }
 }
 
-/// [`in_units`] of a row, with the widest vectors of the processor it runs on.
+/// Applies [`in_units`] to a row, with AVX2 if available.
 #[multiversion(targets("x86_64+avx2"))]
 fn all_in_units(squared_cells: &[u32], units_per_cell: f64, units: &mut [u16]) {
     for (units, &squared) in units.iter_mut().zip(squared_cells) {
@@ -120,11 +120,11 @@ fn all_in_units(squared_cells: &[u32], units_per_cell: f64, units: &mut [u16]) {
     }
 }
 
-/// A distance in units, from its square in cells: rounded to the nearest, and no more than 16 bits hold.
+/// Converts a squared distance in cells to units: rounded to the nearest, at most `u16::MAX`.
 ///
-/// Adding `2^52` rounds and leaves the whole number in the low bits, which vectors do and `f64::round` does not. The
-/// root of a whole number is never midway between two whole numbers, and up to 65535 not by far so close that `f64`
-/// could take it for midway: so it does not matter which way ties go.
+/// Adding `2^52` rounds and leaves the integer in the low bits; vector instructions can do that, and cannot do
+/// `f64::round`. The root of an integer is never midway between two integers, and up to 65535 never so close to midway
+/// that `f64` rounds it there. So the rule for ties does not matter.
 #[inline(always)]
 fn in_units(squared_cells: u32, units_per_cell: f64) -> u16 {
     const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
@@ -136,7 +136,7 @@ fn in_units(squared_cells: u32, units_per_cell: f64) -> u16 {
 mod tests {
     use super::in_units;
 
-    /// Halfway squares are `k^2 + k + 1/4` in units, so those next to them decide.
+    /// The squares midway between units are `k^2 + k + 1/4`: the squares next to them are the critical ones.
     #[test]
     fn units_are_the_nearest_in_integers_too() {
         for cell_bits in 0..=13 {

@@ -1,35 +1,35 @@
-//! One decision to take, in metres, seconds and radians.
+//! The problem of one decision, in metres, seconds and radians.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::ranges::in_range;
-use super::{ClearanceField, ProblemError, Window};
+use super::{ClearanceField, DecisionInput, LocalSettings, ProblemError, Window};
 use crate::documented::documented;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
-use crate::robot::Footprint;
+use crate::robot::{Footprint, Limits};
 
 documented! {
-    /// How much each term counts (paper, eq. 35: alpha, beta, gamma and lambda).
+    /// Weights of the terms (paper, eq. 35: alpha, beta, gamma and lambda).
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Weights {
-        /// Of facing the target at the end (alpha), 0 to 1e6.
+        /// Weight of the final heading towards the target (alpha), 0 to 1e6.
         pub heading: f64,
-        /// Of keeping away from obstacles (beta), 0 to 1e6.
+        /// Weight of the clearance to obstacles (beta), 0 to 1e6.
         pub clearance: f64,
-        /// Of going fast (gamma), 0 to 1e6.
+        /// Weight of the forward speed (gamma), 0 to 1e6.
         pub velocity: f64,
-        /// Of ending near the key node (lambda), 0 to 1e6. Its distance is subtracted: the paper prints a plus, yet says
-        /// that smaller is better.
+        /// Weight of the distance from the final position to the key node (lambda), 0 to 1e6. The score subtracts this
+        /// term: the paper prints a plus, yet says that smaller is better.
         pub path: f64,
     }
 }
 
 impl Default for Weights {
-    /// The paper's (section 3.3.3).
+    /// The weights of the paper (section 3.3.3).
     fn default() -> Self {
         Self {
             heading: 0.05,
@@ -44,7 +44,7 @@ impl Weights {
     /// Checks every weight.
     ///
     /// # Errors
-    /// Names the first that is not 0 to 1e6.
+    /// Names the first weight outside 0 to 1e6.
     pub fn validate(&self) -> Result<(), ProblemError> {
         for (quantity, value) in [
             ("weight heading", self.heading),
@@ -64,84 +64,116 @@ impl Weights {
     }
 }
 
-/// How the terms are brought to one scale before they are weighted, over the admissible samples only.
+/// Normalisation of the terms over the admissible samples, before they are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Normalization {
-    /// Each term over its sum (eq. 33). A zero sum contributes nothing.
+    /// Divides each term by its sum (eq. 33). A term with a zero sum contributes nothing.
     #[default]
     Sum,
-    /// Each term's place between its least (0) and greatest (1). A zero range contributes nothing.
+    /// Maps each term to 0 at its minimum and 1 at its maximum. A term with a zero range contributes nothing.
     MinMax,
 }
 
-/// What a sample must be able to stop within (eq. 30).
+/// The distance within which a sample must be able to stop (eq. 30).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stopping {
-    /// The smallest clearance along the trajectory: `v^2 <= 2 dist a`, as the paper has it.
+    /// The smallest clearance along the trajectory: `v^2 <= 2 dist a`, as in the paper.
     #[default]
     Clearance,
-    /// The arc left before contact, as the original DWA (Fox, Burgard and Thrun 1997): a robot may pass fast between
-    /// near walls. Steps after the first contact do not count towards the clearance then.
+    /// The arc before the first contact, as in the original DWA (Fox, Burgard and Thrun 1997): the robot may pass fast
+    /// between near walls. Steps after the first contact do not count towards the clearance.
     Arc,
 }
 
-/// What lies beyond the field.
+/// The state of cells outside the field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outside {
-    /// A trajectory that leaves the field is not admissible.
+    /// Obstacle: a trajectory that leaves the field is not admissible.
     #[default]
     Obstacle,
-    /// Ground outside the field is free.
+    /// Free.
     Free,
 }
 
-/// Everything that one decision depends on.
+/// All inputs of one decision.
 ///
-/// Ranges, checked when the problem is quantized (a unit of length is 0.122 to 0.244 mm, see [`ClearanceField`]):
+/// [`Problem::new`] fills in the default settings; every field can be changed afterwards.
 ///
+/// The ranges are checked when the problem is quantised. A unit of length is 0.122 to 0.244 mm, see [`ClearanceField`].
 /// - map resolution 0.001 to 2 m; 1 to 4,194,304 samples; 1 to 1023 steps;
 /// - speeds at most 15.99 m/s and, in one step, at most 16,384 units (at least 2 m) and 1.5 rad;
-/// - the way over the horizon, the target and the key node at most 262,144 units off (at least 32 m);
+/// - the distance driven over the horizon, the distance to the target and the distance to the key node at most 262,144
+///   units (at least 32 m);
 /// - 1 to 8 discs within 32,767 units of the robot's origin along each axis (at least 4 m);
-/// - clearance cap at least 1 mm, and with a disc's and an obstacle's radius at most 46,330 units (at least 5.6 m);
-/// - at most 1024 moving obstacles; those near enough to matter at most 2^22 units off over the horizon (at least 512 m);
+/// - clearance cap at least 1 mm; together with the radii of a disc and an obstacle at most 46,330 units (at least 5.6
+///   m);
+/// - at most 1024 moving obstacles; those near enough to matter stay within 2^22 units over the horizon (at least 512
+///   m);
 /// - the robot at most 2^29 units from the field's corner along each axis (at least 65 km);
 /// - weights 0 to 1,000,000.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// Static obstacles.
     pub field: Arc<ClearanceField>,
-    /// Where the robot is, in the map frame of the field.
+    /// Pose of the robot, in the map frame of the field.
     pub pose: Pose,
-    /// The velocities to try.
+    /// The dynamic window: the sampled velocities.
     pub window: Window,
-    /// Braking along the path, m/s^2, above zero.
+    /// Deceleration along the path, m/s^2, above zero.
     pub braking_x: f64,
-    /// Braking of the turn, rad/s^2, above zero.
+    /// Angular deceleration, rad/s^2, above zero.
     pub braking_theta: f64,
-    /// Length of a step, seconds.
+    /// Duration of a step, seconds.
     pub step_s: f64,
-    /// Number of steps; poses are checked at steps 1 to this.
+    /// Number of steps. Poses are checked at steps 1 to `steps`.
     pub steps: u32,
-    /// The robot's shape.
+    /// Shape of the robot.
     pub footprint: Footprint,
-    /// Clearance beyond which more is not better, metres.
+    /// Cap of the clearance, metres: more clearance does not improve the score.
     pub max_clearance_m: f64,
-    /// What lies beyond the field.
+    /// State of cells outside the field.
     pub outside: Outside,
-    /// Moving obstacles as of now; each is met at the time of the step.
+    /// Moving obstacles at the start, with their velocities. Each step is checked against their predicted positions.
     pub obstacles: Vec<MovingDisc>,
-    /// Where the robot should face at the end: the local target.
+    /// The local target: the robot faces it at the end of the horizon.
     pub target: Point,
-    /// The key node of the global path that it should end near.
+    /// The key node of the global path: the trajectory ends near it.
     pub key_node: Point,
-    /// How much each term counts.
+    /// Weights of the terms.
     pub weights: Weights,
-    /// How the terms are brought to one scale.
+    /// Normalisation of the terms.
     pub normalization: Normalization,
-    /// What a sample must be able to stop within.
+    /// Distance within which a sample must be able to stop.
     pub stopping: Stopping,
+}
+
+impl Problem {
+    /// Creates a problem with the default settings, weights and limits, no moving obstacles, and the target as key node.
+    ///
+    /// The window depends on `twist`, the velocity of the robot. For other limits or samples assign a
+    /// [`Window::new`] to it.
+    #[must_use]
+    pub fn new(
+        field: impl Into<Arc<ClearanceField>>,
+        footprint: Footprint,
+        pose: Pose,
+        twist: Twist,
+        target: Point,
+    ) -> Self {
+        DecisionInput {
+            field: &field.into(),
+            pose,
+            twist,
+            obstacles: &[],
+            target,
+            key_node: target,
+            limits: Limits::default(),
+            footprint: &footprint,
+            weights: Weights::default(),
+        }
+        .problem(&LocalSettings::default())
+    }
 }

@@ -1,6 +1,7 @@
-//! From metres, seconds and radians to the integers that every engine computes with.
+//! Converts metres, seconds and radians to the integers that every engine computes with.
 //!
-//! All rounding of real numbers happens here, once for each problem, in f64 with `libm`: the same on every platform.
+//! All rounding of real numbers is here, once per problem, in f64 with `libm`: the result is the same on every
+//! platform.
 
 use std::sync::Arc;
 
@@ -15,34 +16,40 @@ use super::ranges::{
 use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Stopping};
 use crate::geometry::Point;
 
-/// Final poses are in fine units, this many to a unit of length.
+/// Fine units per unit of length. Final positions are in fine units.
 pub const FINE_PER_UNIT: f64 = 16.0;
 
-/// Coarse speeds stay below this, so that a product with a coarse displacement stays within 31 bits after rounding.
+/// Bound of coarse speeds: a product with a coarse displacement stays within 31 bits after rounding.
 const MAX_COARSE_SPEED: f64 = 32_000.0;
 
-/// A problem as integers: what engines evaluate.
+/// A problem as integers, the input of every engine.
 #[derive(Clone, Debug)]
 pub struct QuantizedProblem {
-    /// The numbers that are not lists.
+    /// The scalars.
+    #[doc(hidden)]
     pub header: Header,
     /// Forward speeds, in order.
+    #[doc(hidden)]
     pub vx_samples: Vec<VxSample>,
-    /// VthetaSample rates, in order.
+    /// Turn rates, in order.
+    #[doc(hidden)]
     pub vtheta_samples: Vec<VthetaSample>,
     /// Discs of the footprint.
+    #[doc(hidden)]
     pub discs: Vec<QuantizedDisc>,
     /// Moving obstacles that can come near enough to matter.
+    #[doc(hidden)]
     pub obstacles: Vec<QuantizedObstacle>,
     /// Static obstacles.
+    #[doc(hidden)]
     pub field: Arc<ClearanceField>,
 }
 
 impl QuantizedProblem {
-    /// The integers of a problem.
+    /// Quantises a problem.
     ///
     /// # Errors
-    /// Names the first quantity outside its range (see [`Problem`]).
+    /// Names the first quantity outside its range, see [`Problem`].
     pub fn new(problem: &Problem) -> Result<Self, ProblemError> {
         let empty = Self {
             header: Header::default(),
@@ -55,9 +62,9 @@ impl QuantizedProblem {
         empty.requantized(problem)
     }
 
-    /// As [`Self::new`], in the memory of one no longer needed: nothing is allocated where its lists have room.
+    /// As [`Self::new`], in the memory of an old problem: allocates nothing if its lists have room.
     ///
-    /// It is used up even by a problem that is refused, so that no mixture of two problems is ever evaluated.
+    /// An error consumes `self` too, so no mixture of two problems is ever evaluated.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -100,9 +107,9 @@ impl QuantizedProblem {
         )?;
 
         let table_bits = bits_to_fit(steps * 2.0_f64.powi(20), 65_535.0);
-        // At most 24 bits are shifted out of a coarse product, so that rounding it cannot overflow.
+        // At most 24 bits are shifted out of a coarse product, so rounding it cannot overflow.
         let coarse_scale = scale_to_fit(step_units, MAX_COARSE_SPEED, table_bits + 4);
-        // MAX_STEP_UNITS makes this at least 12.
+        // MAX_STEP_UNITS keeps this at least 12.
         let fine_scale = scale_to_fit(step_units * FINE_PER_UNIT, 2.0_f64.powi(30), 40);
         let fine = |units: f64| round_i32(units * FINE_PER_UNIT);
         self.header = Header {
@@ -149,14 +156,14 @@ impl QuantizedProblem {
         self.vx_samples.len() * self.vtheta_samples.len()
     }
 
-    /// Whether there is no sample. Never true of a quantized problem.
+    /// Whether there is no sample. Always false for a quantised problem.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// With instructions that round, where the processor has them: it is called for each decision.
+/// Uses the rounding instructions of AVX2 if available: it runs at every decision.
 #[multiversion(targets("x86_64+avx2"))]
 fn fill_speeds(
     vx_samples: &mut Vec<VxSample>,
@@ -172,7 +179,7 @@ fn fill_speeds(
     let axis = &problem.window.vx;
     vx_samples.clear();
     vx_samples.resize(axis.count as usize, VxSample::default());
-    // A closure would not be compiled for these instructions.
+    // A closure is not compiled for AVX2.
     for (index, entry) in (0..axis.count).zip(vx_samples) {
         let vx = axis.value(index);
         *entry = VxSample {
@@ -198,14 +205,14 @@ fn fill_turns(vtheta_samples: &mut Vec<VthetaSample>, problem: &Problem) {
     }
 }
 
-/// VxSample in 2^-20 m/s; reverse earns nothing.
+/// Forward speed in 2^-20 m/s; zero in reverse.
 #[inline]
 fn velocity_term(vx: f64) -> u32 {
     (vx.max(0.0) * 2.0_f64.powi(20)).round() as u32
 }
 
-/// Eq. 30 solved for what the sample must have: `rate^2 <= 2 dist a` is `dist >= rate^2 / (2 a)`; with the arc
-/// `dist = |rate| n step` it is `n >= |rate| / (2 a step)`. Rounded up: a sample that only just fails, fails.
+/// Solves eq. 30 for the requirement: `rate^2 <= 2 dist a` is `dist >= rate^2 / (2 a)`; with the arc, `dist = |rate| n
+/// step` gives `n >= |rate| / (2 a step)`. Rounds up, so that a sample at the limit is rejected.
 #[inline]
 fn stopping_need(problem: &Problem, rate: f64, braking: f64) -> u32 {
     let need = match problem.stopping {
@@ -242,7 +249,8 @@ fn fill_discs(discs: &mut Vec<QuantizedDisc>, problem: &Problem) -> Result<(), P
     Ok(())
 }
 
-/// Moving obstacles that could come within the clearance cap of the robot; the others change no bit of the answer.
+/// Keeps the moving obstacles that can come within the clearance cap of the robot. The others change no bit of the
+/// answer.
 fn fill_obstacles(
     bodies: &mut Vec<QuantizedObstacle>,
     problem: &Problem,
@@ -256,7 +264,7 @@ fn fill_obstacles(
     let largest_disc = problem.footprint.max_disc_radius_m();
     let reach_m = reach_units * unit_m + problem.footprint.circumscribed_radius_m();
     bodies.clear();
-    // Room for all: how many come near enough changes from one decision to the next.
+    // Reserves for all obstacles, because the number of near ones changes from one decision to the next.
     bodies.reserve(problem.obstacles.len());
     for (index, disc) in problem.obstacles.iter().enumerate() {
         if !disc.is_valid() {
@@ -266,7 +274,7 @@ fn fill_obstacles(
         let velocity = turn_back * crate::geometry::Vector::new(disc.vx, disc.vy);
         let comes_within =
             reach_m + velocity.norm() * time_s + problem.max_clearance_m + disc.radius;
-        // A metre more covers all rounding.
+        // One metre covers all rounding.
         if center.norm() > comes_within + 1.0 {
             continue;
         }
@@ -291,7 +299,7 @@ fn fill_obstacles(
     Ok(())
 }
 
-/// Weights as shares of 2^30; all zero stays all zero.
+/// Weights as shares of 2^30. If all are zero, they stay zero.
 fn weights(problem: &Problem) -> [u32; 4] {
     let weights = &problem.weights;
     let list = [
@@ -307,7 +315,7 @@ fn weights(problem: &Problem) -> [u32; 4] {
     list.map(|weight| (weight / sum * 2.0_f64.powi(30)).round() as u32)
 }
 
-/// The fewest bits to drop so that `largest` fits below `limit`.
+/// The smallest number of dropped bits for which `largest` does not exceed `limit`.
 fn bits_to_fit(largest: f64, limit: f64) -> u32 {
     let mut bits = 0;
     while largest / 2.0_f64.powi(bits) > limit {
@@ -316,7 +324,7 @@ fn bits_to_fit(largest: f64, limit: f64) -> u32 {
     bits as u32
 }
 
-/// The most bits, up to `most`, that `largest` may be scaled up by and stay below `limit`.
+/// The largest number of bits, at most `most`, by which `largest` can be scaled up without exceeding `limit`.
 fn scale_to_fit(largest: f64, limit: f64, most: u32) -> u32 {
     let mut bits = most;
     while bits > 0 && largest * 2.0_f64.powi(bits as i32) > limit {
@@ -325,7 +333,7 @@ fn scale_to_fit(largest: f64, limit: f64, most: u32) -> u32 {
     bits
 }
 
-/// An angle in radians as a binary angle.
+/// Converts radians to a binary angle.
 #[inline]
 fn binary_angle(radians: f64) -> u32 {
     let vtheta_samples = radians / TAU;
@@ -333,7 +341,7 @@ fn binary_angle(radians: f64) -> u32 {
     (within_a_turn * 2.0_f64.powi(32)).round() as u64 as u32
 }
 
-/// Rounded to the nearest; the callers' range checks keep it within 32 bits.
+/// Rounds to the nearest integer; the range checks of the callers keep it within 32 bits.
 #[inline]
 fn round_i32(value: f64) -> i32 {
     value.round() as i32

@@ -1,24 +1,24 @@
-//! The ranges within which the engines promise exact and close answers.
+//! The ranges in which the engines are exact and close to the real-valued result.
 
 use super::{Problem, ProblemError, Window};
 
-/// Largest distance in one step, units.
+/// Longest distance of one step, units.
 pub(super) const MAX_STEP_UNITS: f64 = 16_384.0;
-/// Largest reach over the horizon, and distance to the target and the key node, units.
+/// Longest distance over the horizon, to the target and to the key node, units.
 pub(super) const MAX_REACH_UNITS: f64 = 262_144.0;
-/// Largest clearance cap plus radii, units: two squares of it fit in a `u32`.
+/// Largest sum of clearance cap and radii, units: two squares of it fit in a `u32`.
 pub(super) const MAX_CLEARANCE_UNITS: f64 = 46_330.0;
 /// Largest coordinate of a disc in the robot's frame, units.
 pub(super) const MAX_OFFSET_UNITS: f64 = 32_767.0;
-/// Largest forward speed, m/s: its term has 24 bits, 20 of them behind the point.
+/// Largest forward speed, m/s: its term has 24 bits, 20 of them fractional.
 pub(super) const MAX_SPEED: f64 = 15.99;
-/// Most samples of a problem.
+/// Largest number of samples of a problem.
 pub(super) const MAX_SAMPLES: usize = 1 << 22;
-/// Most steps of a horizon.
+/// Largest number of steps of a horizon.
 pub(super) const MAX_STEPS: u32 = 1023;
-/// Most discs of a footprint.
+/// Largest number of discs of a footprint.
 pub const MAX_DISCS: usize = 8;
-/// Most moving obstacles.
+/// Largest number of moving obstacles.
 pub(super) const MAX_OBSTACLES: usize = 1024;
 
 /// Checks every number whose limit does not depend on the map's resolution.
@@ -54,7 +54,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
             above_zero,
         )?;
     }
-    // A cap below a unit of length would round to nothing, and every sample would collide.
+    // A cap below one unit of length rounds to zero, and every sample collides.
     let cap = problem.max_clearance_m;
     let cap_fits = cap >= 0.001 && cap.is_finite();
     in_range(
@@ -125,7 +125,7 @@ pub(super) fn check_counts(
     )
 }
 
-/// Refuses a quantity that is not good.
+/// Returns an error unless `good`.
 pub(super) fn in_range(
     quantity: &'static str,
     value: f64,

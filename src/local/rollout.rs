@@ -1,8 +1,8 @@
-//! One sample's trajectory and what it meets. TWIN of `shaders/rollout.wgsl`: same names, same order, same bits.
+//! Rolls out one sample and checks it for contacts. TWIN of `shaders/rollout.wgsl`: same names, same order, same bits.
 //!
-//! With the paper's motion model (eq. 27) the heading at a step does not depend on the speed, so the position is
-//! linear in it: `x_k = x_0 + v C(omega, k)` with `C` the sum of the cosines so far. One table for each turn rate
-//! serves all speeds, and a pose costs two multiplications.
+//! In the paper's motion model (eq. 27) the heading at a step does not depend on the speed, so the position is linear
+//! in the speed: `x_k = x_0 + v C(omega, k)`, where `C` is the sum of the cosines up to step `k`. One table per turn
+//! rate serves all speeds, and a pose costs two multiplications.
 
 use super::kernel_inputs::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
 use super::{ClearanceField, QuantizedProblem, SampleStatus};
@@ -10,8 +10,8 @@ use crate::numeric::{
     ONE_Q20, cos_q20, isqrt32, mul_hi_i32, mul_hi_u32, shift_round, sin_q20, turn_size,
 };
 
-/// Words of the table of one turn rate: for each step the coarse displacement (2) and each disc's centre for a robot
-/// that did not move (2 each), then the sums of cosines and sines in Q20 (2).
+/// Words of the table of one turn rate. For each step: the coarse displacement (2 words) and the centre of each disc
+/// for a robot that does not translate (2 words each). At the end: the sums of cosines and sines in Q20 (2 words).
 #[must_use]
 pub const fn table_words(header: &Header) -> usize {
     (header.steps * step_words(header) + 2) as usize
@@ -58,31 +58,32 @@ pub fn tabulate(
     table[at + 1] = sum_y;
 }
 
-/// What one step meets.
+/// The result of one step.
 struct StepResult {
     /// Smallest clearance of any disc, units, at most the cap.
     clearance: i32,
-    /// Whether a disc's centre is off the field, and that matters.
+    /// Whether a disc's centre is off the field, unless cells outside are free.
     outside: bool,
-    /// What the clearance is at min_clearance, where the cap does not count and no obstacle moves; zero where nothing is known.
+    /// Lower bound of the clearance, without the cap and the motion of obstacles, units; zero when unknown.
     static_clearance: i32,
-    /// At most the way of any disc's centre to the field's border, units, where that matters.
+    /// Lower bound of the distance from any disc's centre to the border of the field, units, unless cells outside are
+    /// free.
     border: i32,
 }
 
-/// How fast a sample's clearance can change: no faster than a disc's centre and a moving obstacle near each other.
+/// Bound of the rate of change of a sample's clearance: the sum of the speeds of a disc's centre and of an obstacle.
 struct ClearanceRate {
-    /// What cells and roundings may add to any change, units.
+    /// Largest contribution of cells and rounding to a change, units.
     margin: i32,
-    /// Steps that a change by one unit takes at min_clearance, 2^-16 of a step.
+    /// Smallest number of steps for a change of one unit, 2^-16 step.
     steps_per_unit: u32,
 }
 
-/// Whether a sample is admissible, and its clearance in units.
+/// Returns the status of a sample and its clearance in units.
 ///
-/// Steps that cannot change the answer are left out. Only a stop within the arc asks for the first step that ends it.
-/// Any other judgement begins at the end: most samples meet there what they meet at all, and a small clearance found
-/// early lets many steps be left out.
+/// Steps that cannot change the result are skipped. [`Stopping::Arc`](super::Stopping) needs the first step that ends
+/// the trajectory, so it starts at the first step. Otherwise the evaluation starts at the last step: most samples that
+/// collide do so near the end, and a small clearance found early lets it skip many steps.
 #[must_use]
 pub fn evaluate_sample(
     problem: &QuantizedProblem,
@@ -102,19 +103,19 @@ pub fn evaluate_sample(
         } else {
             header.steps - 1 - done
         };
-        let at_step = step_clearance(problem, vx, table, step);
-        if at_step.clearance <= 0 {
+        let step_result = step_clearance(problem, vx, table, step);
+        if step_result.clearance <= 0 {
             ended_by = SampleStatus::Collision;
             break;
         }
-        if at_step.outside {
+        if step_result.outside {
             ended_by = SampleStatus::Outside;
             if by_arc {
                 break;
             }
         }
-        min_clearance = min_clearance.min(at_step.clearance);
-        done += 1 + skippable_steps(&rate, &at_step, min_clearance);
+        min_clearance = min_clearance.min(step_result.clearance);
+        done += 1 + skippable_steps(&rate, &step_result, min_clearance);
     }
     let free_steps = done.min(header.steps);
     let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
@@ -136,16 +137,16 @@ fn classify(
     free_steps: u32,
     min_clearance: i32,
 ) -> SampleStatus {
-    let has = if header.stop_by_arc == 1 {
+    let available = if header.stop_by_arc == 1 {
         free_steps
     } else {
         min_clearance as u32
     };
-    let ends_it = header.stop_by_arc == 0 || free_steps == 0;
-    if ended_by != SampleStatus::Ok && ends_it {
+    let ends_trajectory = header.stop_by_arc == 0 || free_steps == 0;
+    if ended_by != SampleStatus::Ok && ends_trajectory {
         return ended_by;
     }
-    if has < vx.stopping_need || has < vtheta.stopping_need {
+    if available < vx.stopping_need || available < vtheta.stopping_need {
         SampleStatus::CannotStop
     } else {
         SampleStatus::Ok
@@ -166,15 +167,15 @@ fn clearance_rate(
     for body in &problem.obstacles {
         obstacle_step = obstacle_step.max(body.step_x.unsigned_abs() + body.step_y.unsigned_abs());
     }
-    // Units in a step, rounded down, so that one more of each covers them: a Q20 displacement is at most one long, and
-    // a turn of half a binary circle is pi, less than 7 halves.
+    // Units per step, rounded down, so each gets one more unit: the length of a Q20 displacement is at most one, and a
+    // turn of half a binary circle is pi, less than 7/2.
     let along =
         (vx.coarse.unsigned_abs() * (ONE_Q20 as u32 >> header.table_bits)) >> header.coarse_bits;
     let around = mul_hi_u32(7 * lever_arm, turn_size(vtheta.angle_per_step));
     let most = along + around + (obstacle_step >> 8) + 4;
-    // Two positions in cells lie up to a cell's diagonal farther apart, 1449/1024 of a side, than the positions
-    // themselves. A coarse displacement is rounded to a 64th of a step or finer, twice along x and y: a 32nd covers
-    // that. All other roundings, of positions, discs, obstacles and distances, stay below 16 units.
+    // Two positions in cells can be farther apart than the positions themselves, by up to a cell's diagonal, 1449/1024
+    // of a side. A coarse displacement is rounded to 1/64 step or finer, twice along x and y: 1/32 covers that. All
+    // other roundings, of positions, discs, obstacles and distances, stay below 16 units.
     let margin = ((1449 << header.cell_bits) >> 10) + (most >> 5) + 16;
     ClearanceRate {
         margin: margin as i32,
@@ -182,10 +183,11 @@ fn clearance_rate(
     }
 }
 
-/// The number of steps next to one that can neither bring the clearance below the min_clearance so far, which is above zero,
-/// nor leave the field.
-fn skippable_steps(rate: &ClearanceRate, at_step: &StepResult, min_clearance: i32) -> u32 {
-    let slack = (at_step.static_clearance - min_clearance).min(at_step.border) - rate.margin;
+/// The number of steps after the evaluated one that can neither lower the clearance below `min_clearance`, which is
+/// above zero, nor leave the field.
+fn skippable_steps(rate: &ClearanceRate, step_result: &StepResult, min_clearance: i32) -> u32 {
+    let slack =
+        (step_result.static_clearance - min_clearance).min(step_result.border) - rate.margin;
     (slack.max(0) as u32 * rate.steps_per_unit) >> 16
 }
 
@@ -231,7 +233,7 @@ fn step_clearance(
     result
 }
 
-/// Distance to the nearest static obstacle at a position in units from the field's corner; none off the field.
+/// Distance to the nearest static obstacle at a position in units from the field's corner; `None` off the field.
 fn clearance_at(header: &Header, field: &ClearanceField, x: i32, y: i32) -> Option<i32> {
     let column = (x >> header.cell_bits) as u32;
     let row = (y >> header.cell_bits) as u32;
@@ -239,7 +241,8 @@ fn clearance_at(header: &Header, field: &ClearanceField, x: i32, y: i32) -> Opti
         .then(|| i32::from(field.units()[(row * header.width + column) as usize]))
 }
 
-/// At most the way from a position to the field's border, units: that of whole cells, zero off the field.
+/// Lower bound of the distance from a position to the border of the field, units: counts whole cells; zero off the
+/// field.
 fn border_distance(header: &Header, x: i32, y: i32) -> i32 {
     let column = x >> header.cell_bits;
     let row = y >> header.cell_bits;
@@ -248,8 +251,8 @@ fn border_distance(header: &Header, x: i32, y: i32) -> i32 {
     across.min(along).clamp(0, 65_535 >> header.cell_bits) << header.cell_bits
 }
 
-/// Distance to a moving obstacle's centre, units, where it is below `reach`; `reach` where it is not, so that the
-/// square root is taken only when it can matter. A `reach` not above zero is returned as it is.
+/// Distance to the centre of a moving obstacle, units, capped at `reach`. The cap avoids the square root where it
+/// cannot matter. A `reach` that is not above zero is returned unchanged.
 fn capped_distance(
     header: &Header,
     body: &QuantizedObstacle,
@@ -261,7 +264,7 @@ fn capped_distance(
     let steps = step as i32 + 1;
     let body_x = shift_round(body.x + steps * body.step_x, 8);
     let body_y = shift_round(body.y + steps * body.step_y, 8);
-    // Two squares of this bound still fit in a u32; a reach is never beyond it.
+    // Two squares of this bound fit in a u32; `reach` never exceeds it.
     let across = (x - header.start_x - body_x).clamp(-46_340, 46_340);
     let along = (y - header.start_y - body_y).clamp(-46_340, 46_340);
     let squared = (across * across) as u32 + (along * along) as u32;
@@ -272,7 +275,7 @@ fn capped_distance(
     }
 }
 
-/// Final position from the start, fine units, along x and y.
+/// Final position relative to the start, fine units, along x and y.
 #[must_use]
 pub fn end_position(header: &Header, vx: &VxSample, table: &[i32]) -> (i32, i32) {
     let at = (header.steps * step_words(header)) as usize;
@@ -299,7 +302,7 @@ mod tests {
     use crate::bench::random_problem;
     use crate::local::{QuantizedProblem, SampleStatus};
 
-    /// Calls `check` with each sample's table, speed and turn rate.
+    /// Calls `check` with each problem, row, column and table.
     fn each_sample(cases: u64, mut check: impl FnMut(&QuantizedProblem, usize, usize, &[i32])) {
         for case in 0..cases {
             let problem =
@@ -322,18 +325,18 @@ mod tests {
             let (mut min_clearance, mut free_steps) = (header.max_clearance as i32, 0);
             let mut ended_by = SampleStatus::Ok;
             for step in 0..header.steps {
-                let at_step = step_clearance(problem, vx, table, step);
-                if at_step.clearance <= 0 {
+                let step_result = step_clearance(problem, vx, table, step);
+                if step_result.clearance <= 0 {
                     ended_by = SampleStatus::Collision;
                     break;
                 }
-                if at_step.outside {
+                if step_result.outside {
                     ended_by = SampleStatus::Outside;
                     if header.stop_by_arc == 1 {
                         break;
                     }
                 }
-                min_clearance = min_clearance.min(at_step.clearance);
+                min_clearance = min_clearance.min(step_result.clearance);
                 free_steps += 1;
             }
             let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
@@ -353,9 +356,9 @@ mod tests {
         each_sample(60, |problem, row, column, table| {
             let (vx, vtheta) = (&problem.vx_samples[column], &problem.vtheta_samples[row]);
             let rate = clearance_rate(problem, vx, vtheta);
-            let at_step = |step| step_clearance(problem, vx, table, step);
+            let step_result = |step| step_clearance(problem, vx, table, step);
             for step in 0..problem.header.steps {
-                let here = at_step(step);
+                let here = step_result(step);
                 for min_clearance in [1, here.clearance / 2] {
                     let count = if here.clearance > 0 && min_clearance > 0 {
                         skippable_steps(&rate, &here, min_clearance)
@@ -366,7 +369,7 @@ mod tests {
                     idle += u64::from(count > 0);
                     let last = (step + count).min(problem.header.steps - 1);
                     for other in step.saturating_sub(count)..=last {
-                        let there = at_step(other);
+                        let there = step_result(other);
                         let matters =
                             there.clearance < min_clearance || there.outside && !here.outside;
                         assert!(count == 0 || !matters, "{step} {other}");

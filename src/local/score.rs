@@ -1,4 +1,4 @@
-//! A trajectory's four terms, their normalisation and the score. TWIN of `shaders/score.wgsl`.
+//! The four terms of a trajectory, their normalisation and the score. TWIN of `shaders/score.wgsl`.
 
 use super::engine::{Terms, Totals};
 use super::kernel_inputs::{Header, VxSample};
@@ -6,7 +6,7 @@ use crate::numeric::{
     HALF_TURN, atan2_turn, div_wide, isqrt64, shift_wide, squared_length, turn_size,
 };
 
-/// The terms of an admissible sample (eqs. 32 and 34) that ends at a position in fine units, from the start.
+/// The terms of an admissible sample (eqs. 32 and 34) whose final position is in fine units relative to the start.
 #[must_use]
 pub fn terms(
     header: &Header,
@@ -29,8 +29,8 @@ pub fn terms(
     }
 }
 
-/// Half a turn less the angle between the heading and the direction to the target, 2^23 for half a turn. On the very
-/// target every heading is right.
+/// Half a turn minus the angle between the heading and the direction to the target; 2^23 is half a turn. At the target
+/// itself every heading is perfect.
 fn heading_term(to_target_x: i32, to_target_y: i32, heading: u32) -> u32 {
     if to_target_x == 0 && to_target_y == 0 {
         return HALF_TURN >> 8;
@@ -39,20 +39,21 @@ fn heading_term(to_target_x: i32, to_target_y: i32, heading: u32) -> u32 {
     (HALF_TURN - turn_size(direction.wrapping_sub(heading))) >> 8
 }
 
-/// What turns a term into its weighted share: `(term - offset) * mantissa * 2^-bits`.
+/// The factor from a term to its weighted share: `(term - offset) * mantissa * 2^-bits`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Normalizer {
-    /// Taken off the term first: its least value in min-max mode, zero otherwise.
+    /// Subtracted from the term first: the minimum of the term in min-max mode, otherwise zero.
     pub offset: u32,
     /// At least 2^31; zero for a term that contributes nothing.
     pub mantissa: u32,
-    /// Shift to the right; to the left where negative.
+    /// Shift right; a negative number shifts left.
     pub bits: i32,
 }
 
 /// The four normalisers: weight over sum (eq. 33), or weight over range in min-max mode.
 ///
-/// A weight is a share of 2^30 and a full share of its term makes 2^62 of the score, so the sum of four fits an `i64`.
+/// A weight is a share of 2^30, and a full share of its term is 2^62 of the score. So the sum of the four fits an
+/// `i64`.
 #[must_use]
 pub fn normalizers(header: &Header, totals: &Totals) -> [Normalizer; 4] {
     core::array::from_fn(|term| {
@@ -67,7 +68,7 @@ pub fn normalizers(header: &Header, totals: &Totals) -> [Normalizer; 4] {
     })
 }
 
-/// `weight * 2^32 / scale` as a mantissa of 32 bits and a shift, rounded down.
+/// `weight * 2^32 / scale` as a 32-bit mantissa and a shift, rounded down.
 #[must_use]
 pub fn normalizer(offset: u32, weight: u32, scale: u64) -> Normalizer {
     if weight == 0 || scale == 0 {
@@ -77,7 +78,7 @@ pub fn normalizer(offset: u32, weight: u32, scale: u64) -> Normalizer {
     let weight_zeros = weight.leading_zeros();
     let divisor = ((scale << scale_zeros) >> 32) as u32;
     let dividend = weight << weight_zeros;
-    // Half the dividend where the quotient would not fit.
+    // Halves the dividend if the quotient would not fit.
     let halved = u32::from(dividend >= divisor);
     let mantissa = div_wide(dividend >> halved, divisor);
     let bits = 32 - halved as i32 + weight_zeros as i32 - scale_zeros as i32;
@@ -101,8 +102,8 @@ pub fn share(term: u32, normalizer: &Normalizer) -> u64 {
 #[inline]
 pub fn score(terms: &Terms, normalizers: &[Normalizer; 4]) -> i64 {
     let [heading, clearance, velocity, path] = terms.to_array();
-    let gained = share(heading, &normalizers[0])
+    let sum = share(heading, &normalizers[0])
         .wrapping_add(share(clearance, &normalizers[1]))
         .wrapping_add(share(velocity, &normalizers[2]));
-    gained.wrapping_sub(share(path, &normalizers[3])) as i64
+    sum.wrapping_sub(share(path, &normalizers[3])) as i64
 }

@@ -1,4 +1,4 @@
-//! How the local planner samples and weighs, under the names that ROS users know.
+//! Settings of the local planner, with Nav2's names where Nav2 has them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,31 +7,32 @@ use super::{Normalization, Outside, ProblemError, Stopping, Weights};
 use crate::documented::documented;
 
 documented! {
-    /// Sampling density, horizon and weights. The defaults drive the default robot.
+    /// Sampling density, horizon and weights. The defaults suit the default robot.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
+    #[non_exhaustive]
     pub struct LocalSettings {
-        /// Forward speeds tried at each decision, at least 1; times `vtheta_samples` at most 4194304.
+        /// Number of forward speeds per decision, at least 1; times `vtheta_samples` at most 4194304.
         pub vx_samples: u32,
-        /// VthetaSample rates tried at each decision, at least 1.
+        /// Number of turn rates per decision, at least 1.
         pub vtheta_samples: u32,
-        /// Time from one decision to the next, seconds, 0.0001 to 1000: the window spans what can be reached within it.
+        /// Time between decisions, seconds, 0.0001 to 1000: the window holds the velocities reachable within it.
         pub control_period_s: f64,
-        /// Horizon, seconds, above zero and at most 1000, and at most 1023 steps.
+        /// Horizon of the rollout, seconds, above zero and at most 1000, and at most 1023 steps.
         pub sim_time_s: f64,
         /// Time between two checked poses, seconds, above zero and at most 1000.
         pub sim_step_s: f64,
-        /// Clearance beyond which more is not better, metres, above zero and at most 1000.
+        /// Cap of the clearance, metres, above zero and at most 1000: more clearance does not improve the score.
         pub max_clearance_m: f64,
-        /// What lies beyond the local field: `obstacle` or `free`.
+        /// State of cells outside the local field: `obstacle` or `free`.
         pub outside: Outside,
-        /// How much each term counts.
+        /// Weights of the terms.
         pub weights: Weights,
-        /// How the terms are brought to one scale: `sum`, each over its sum, or `minmax`, each by its place between its
-        /// least and greatest.
+        /// Normalisation of the terms: `sum` divides each by its sum, `minmax` maps each to 0 at its minimum and 1 at
+        /// its maximum.
         pub normalization: Normalization,
-        /// What a sample must be able to stop within: `clearance`, the smallest along the trajectory, or `arc`, the way
-        /// left before contact.
+        /// Distance within which a sample must be able to stop: `clearance`, the smallest along the trajectory, or
+        /// `arc`, the arc before contact.
         pub stopping: Stopping,
     }
 }
@@ -53,17 +54,17 @@ impl Default for LocalSettings {
     }
 }
 
-/// How densely the window is sampled.
+/// Sampling density of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Sampling {
-    /// Forward speeds.
+    /// Number of forward speeds.
     pub vx_samples: u32,
-    /// VthetaSample rates.
+    /// Number of turn rates.
     pub vtheta_samples: u32,
 }
 
 impl LocalSettings {
-    /// How densely these settings sample.
+    /// The sampling density of these settings.
     #[must_use]
     pub const fn sampling(&self) -> Sampling {
         Sampling {
@@ -72,23 +73,23 @@ impl LocalSettings {
         }
     }
 
-    /// Steps of the horizon, at least one.
+    /// Number of steps of the horizon, at least one.
     #[must_use]
     pub fn steps(&self) -> u32 {
         (self.sim_time_s / self.sim_step_s).round().max(1.0) as u32
     }
 }
 
-/// The longest horizon or step that makes sense, seconds, and the largest clearance, metres.
+/// Largest horizon and step, seconds, and largest clearance, metres.
 const LONGEST: f64 = 1000.0;
-/// A loop cannot turn faster, seconds.
+/// Shortest control period, seconds.
 const SHORTEST_PERIOD_S: f64 = 1e-4;
 
 impl LocalSettings {
     /// Checks the numbers that do not depend on a problem.
     ///
     /// # Errors
-    /// Names the first that is out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), ProblemError> {
         for (quantity, count) in [
             ("vx_samples", self.vx_samples),

@@ -38,7 +38,7 @@ impl FaultEvents {
         let Some(incidents) = moment.navigator.planner().incidents() else {
             return Vec::new();
         };
-        let before = std::mem::replace(&mut self.incidents, incidents.in_all());
+        let before = std::mem::replace(&mut self.incidents, incidents.total());
         (before..self.incidents)
             .filter_map(|index| match incidents.messages.get(index as usize) {
                 Some(one) if one.kind == Some(GpuFailureKind::Absent) => None,

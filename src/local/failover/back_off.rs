@@ -1,52 +1,53 @@
-//! When to try a lost GPU again: after waits that double, counted in decisions.
+//! The delays before a lost GPU is reopened: they double, and count decisions.
 
-/// Decisions from a loss to the first attempt to open the GPU anew: a second at 10 Hz. Each loss or failed attempt
-/// doubles the next wait.
+/// Decisions from a failure to the first attempt to reopen the GPU: one second at 10 Hz. Each further failure doubles
+/// the delay.
 pub const FIRST_RETRY: u32 = 10;
 
-/// No wait is longer, decisions: about a minute at 10 Hz.
+/// Longest delay, decisions: about a minute at 10 Hz.
 pub const LONGEST_RETRY: u32 = 640;
 
-/// A device that gave so many good answers in a row is trusted as the first one was, and the waits begin anew.
+/// Number of correct answers in a row after which the delay is reset.
 const TRUSTED_AFTER: u32 = 100;
 
-/// Waits between attempts.
+/// The delay before the next attempt.
 #[derive(Clone, Debug)]
 pub struct BackOff {
-    next_wait: u32,
-    left: u32,
-    good: u32,
+    next_delay: u32,
+    remaining: u32,
+    successes: u32,
 }
 
 impl Default for BackOff {
     fn default() -> Self {
         Self {
-            next_wait: FIRST_RETRY,
-            left: 0,
-            good: 0,
+            next_delay: FIRST_RETRY,
+            remaining: 0,
+            successes: 0,
         }
     }
 }
 
 impl BackOff {
-    /// Notes a loss, or an attempt in vain.
-    pub fn failed(&mut self) {
-        self.good = 0;
-        self.left = self.next_wait;
-        self.next_wait = (2 * self.next_wait).min(LONGEST_RETRY);
+    /// Records a failure of the GPU or of an attempt to reopen it.
+    pub fn record_failure(&mut self) {
+        self.successes = 0;
+        self.remaining = self.next_delay;
+        self.next_delay = (2 * self.next_delay).min(LONGEST_RETRY);
     }
 
-    /// Counts one decision without a GPU; true when the wait is over, and from then on until the next failure.
+    /// Counts one decision without a GPU. Returns true when the delay has passed, and from then on until the next
+    /// failure.
     pub fn is_due(&mut self) -> bool {
-        self.left = self.left.saturating_sub(1);
-        self.left == 0
+        self.remaining = self.remaining.saturating_sub(1);
+        self.remaining == 0
     }
 
-    /// Notes a good answer.
-    pub fn worked(&mut self) {
-        self.good = self.good.saturating_add(1);
-        if self.good >= TRUSTED_AFTER {
-            self.next_wait = FIRST_RETRY;
+    /// Records a correct answer.
+    pub fn record_success(&mut self) {
+        self.successes = self.successes.saturating_add(1);
+        if self.successes >= TRUSTED_AFTER {
+            self.next_delay = FIRST_RETRY;
         }
     }
 }
@@ -56,32 +57,32 @@ mod tests {
     use super::*;
 
     /// Decisions until the next attempt.
-    fn wait(back_off: &mut BackOff) -> u32 {
+    fn delay(back_off: &mut BackOff) -> u32 {
         let due = (1..=LONGEST_RETRY).find(|_| back_off.is_due());
-        due.expect("no wait is longer")
+        due.expect("no delay is longer")
     }
 
     #[test]
-    fn waits_double_up_to_the_longest_and_begin_anew_after_a_hundred_good_answers() {
+    fn delays_double_up_to_the_longest_and_reset_after_100_successes() {
         let mut back_off = BackOff::default();
-        let mut after_failure = |good| {
-            (0..good).for_each(|_| back_off.worked());
-            back_off.failed();
-            wait(&mut back_off)
+        let mut after_failure = |successes| {
+            (0..successes).for_each(|_| back_off.record_success());
+            back_off.record_failure();
+            delay(&mut back_off)
         };
-        let waits: Vec<u32> = (0..9).map(|_| after_failure(TRUSTED_AFTER - 1)).collect();
-        assert_eq!(waits, [10, 20, 40, 80, 160, 320, 640, 640, 640]);
+        let delays: Vec<u32> = (0..9).map(|_| after_failure(TRUSTED_AFTER - 1)).collect();
+        assert_eq!(delays, [10, 20, 40, 80, 160, 320, 640, 640, 640]);
         assert_eq!(after_failure(TRUSTED_AFTER), FIRST_RETRY);
         assert_eq!(after_failure(0), 2 * FIRST_RETRY);
     }
 
     #[test]
-    fn it_stays_due_until_something_fails() {
+    fn back_off_stays_due_until_next_failure() {
         let mut back_off = BackOff::default();
-        back_off.failed();
-        wait(&mut back_off);
+        back_off.record_failure();
+        delay(&mut back_off);
         assert!(back_off.is_due() && back_off.is_due());
-        back_off.failed();
+        back_off.record_failure();
         assert!(!back_off.is_due());
     }
 }

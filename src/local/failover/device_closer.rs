@@ -1,7 +1,7 @@
-//! DeviceCloser a device that may hang.
+//! Closes a device that may hang.
 //!
-//! wgpu waits without limit for a queue to be idle when it drops it, and panics where the driver says something
-//! unexpected. Neither may happen to the thread that drives a robot.
+//! When wgpu drops a queue, it waits without limit until the queue is idle, and it panics at unexpected driver errors.
+//! Neither may happen in the control thread.
 
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
@@ -9,26 +9,26 @@ use std::time::Duration;
 
 use crate::local::Engine;
 
-/// The process waits so long at its end for each thread that holds a device: longer than a healthy driver needs, so
-/// that none is unloaded while it works; a hung one never answers.
+/// Longest wait at process exit for each thread that holds a device. A healthy driver needs less, so no driver is
+/// unloaded while it works; a hung one never answers.
 pub const WAIT_AT_END: Duration = Duration::from_secs(2);
 
-/// Devices that are being closed, each in a thread of its own.
+/// Devices that are being closed, each in its own thread.
 #[derive(Default)]
 pub struct DeviceCloser(Vec<Receiver<()>>);
 
 impl DeviceCloser {
-    /// Closes an engine without waiting for it.
+    /// Closes an engine without waiting.
     pub fn close(&mut self, engine: Box<dyn Engine>) {
         self.0
             .retain(|closed| closed.try_recv() == Err(TryRecvError::Empty));
         let (done, closed) = channel();
         let close = move || {
             drop(engine);
-            // Nobody listens any more where the wait at the end is over.
+            // The receiver is gone after the wait at exit has timed out.
             let _ = done.send(());
         };
-        // Where the system gives no thread, the closure is dropped here, and the engine with it.
+        // If the system refuses the thread, the closure and the engine are dropped here.
         if thread::Builder::new()
             .name("inbye-closer".to_owned())
             .spawn(close)
@@ -42,7 +42,7 @@ impl DeviceCloser {
 impl Drop for DeviceCloser {
     fn drop(&mut self) {
         for closed in &self.0 {
-            // A panic while closer, or no end of it, is what the thread was for.
+            // The thread isolates a panic or a hang of the driver, so the result does not matter.
             let _ = closed.recv_timeout(WAIT_AT_END);
         }
     }

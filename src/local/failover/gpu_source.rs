@@ -1,4 +1,4 @@
-//! Where the next GPU comes from when one was lost.
+//! Opens a GPU after a failure.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -7,11 +7,11 @@ use std::thread;
 use super::device_closer::WAIT_AT_END;
 use crate::local::{Engine, EngineError};
 
-/// Opens GPU engines for a [`Failover`](super::Failover). A closure that opens one and returns is a source, too: one
-/// that keeps the decision waiting.
+/// Opens GPU engines for a [`Failover`](super::Failover). A closure that opens an engine is a source too; it blocks the
+/// decision.
 pub trait GpuSource: Send {
-    /// Called at each decision from the one at which a new engine is due until there is an outcome; none where it is
-    /// still to come.
+    /// Returns the result of the attempt, or `None` while it is pending. [`Failover`](super::Failover) calls it at each
+    /// decision from the one at which a new engine is due until there is a result.
     fn poll(&mut self) -> Option<Result<Box<dyn Engine>, EngineError>>;
 }
 
@@ -26,15 +26,15 @@ where
 
 type Outcome = Result<Box<dyn Engine>, EngineError>;
 
-/// Opens engines on a thread beside the control loop: to find an adapter, compile the shaders and take a first decision
-/// takes longer than a tick has, and a driver that hangs must not hang the robot. One attempt at a time.
+/// Opens engines in a background thread. Finding an adapter, compiling the shaders and taking a first decision takes
+/// longer than a control tick, and a hung driver must not block the robot. Makes one attempt at a time.
 pub struct BackgroundOpener {
     open: Arc<dyn Fn() -> Outcome + Send + Sync>,
     pending: Option<Receiver<Outcome>>,
 }
 
 impl BackgroundOpener {
-    /// A source that opens engines in this way.
+    /// Creates a source that opens engines with this function.
     #[must_use]
     pub fn new(open: impl Fn() -> Outcome + Send + Sync + 'static) -> Self {
         Self {
@@ -48,7 +48,7 @@ impl BackgroundOpener {
         let open = Arc::clone(&self.open);
         thread::Builder::new()
             .name("inbye-opening".to_owned())
-            // The receiver is gone only when the engine is no longer wanted.
+            // The receiver is gone only when the engine is no longer needed.
             .spawn(move || done.send(open()))
             .map_err(|error| EngineError::ThreadSpawn {
                 threads: 1,

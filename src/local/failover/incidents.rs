@@ -1,4 +1,4 @@
-//! What happened to a GPU on the way.
+//! Records GPU failures and recoveries.
 
 use std::collections::BTreeMap;
 
@@ -6,66 +6,66 @@ use serde::Serialize;
 
 use crate::local::GpuFailureKind;
 
-/// So many incidents are kept in words; of all others only the counts.
+/// Number of incidents whose messages are kept; the others are only counted.
 const MAX_MESSAGES: usize = 64;
 
-/// One thing that happened.
+/// A GPU failure, or a successful or failed attempt to reopen the GPU.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Incident {
-    /// At which decision, the first is 1; 0 is before it.
+    /// Number of the decision, from 1; 0 is before the first.
     pub decision: u64,
-    /// What failed; none where a GPU was opened anew.
+    /// Kind of failure; `None` when a GPU was reopened.
     pub kind: Option<GpuFailureKind>,
-    /// One sentence for people.
+    /// Message, one sentence.
     pub message: String,
 }
 
-/// Counts of what happened, and the first of it in words.
+/// Counts of GPU failures and recoveries, and the first messages.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Incidents {
-    /// Decisions taken.
+    /// Decisions so far.
     pub decisions: u64,
-    /// Those of them that the CPU took.
+    /// Decisions that the CPU took.
     pub on_cpu: u64,
-    /// How often the GPU failed, by kind.
+    /// GPU failures by kind.
     pub failures: BTreeMap<GpuFailureKind, u64>,
-    /// How often it was opened anew.
+    /// Number of times the GPU was reopened.
     pub reopened: u64,
-    /// How often it could not be.
+    /// Number of failed attempts to reopen it.
     pub reopen_failures: u64,
     /// The first 64 incidents, in order.
     pub messages: Vec<Incident>,
 }
 
 impl Incidents {
-    /// How often the GPU failed.
+    /// Number of GPU failures.
     #[must_use]
     pub fn total_failures(&self) -> u64 {
         self.failures.values().sum()
     }
 
-    /// How many incidents there were: those told in words, and all after them.
+    /// Number of all incidents, with and without a message.
     #[must_use]
-    pub fn in_all(&self) -> u64 {
+    pub fn total(&self) -> u64 {
         self.total_failures() + self.reopened + self.reopen_failures
     }
 
-    pub(super) fn lost(&mut self, kind: GpuFailureKind, message: String) {
+    pub(super) fn record_failure(&mut self, kind: GpuFailureKind, message: String) {
         *self.failures.entry(kind).or_default() += 1;
-        self.tell(Some(kind), message);
+        self.record(Some(kind), message);
     }
 
-    pub(super) fn reopened(&mut self, name: &str) {
+    pub(super) fn record_reopened(&mut self, name: &str) {
         self.reopened += 1;
-        self.tell(None, format!("{name} opened anew"));
+        self.record(None, format!("{name} reopened"));
     }
 
-    pub(super) fn reopen_failures(&mut self, kind: GpuFailureKind, message: String) {
+    pub(super) fn record_reopen_failure(&mut self, kind: GpuFailureKind, message: String) {
         self.reopen_failures += 1;
-        self.tell(Some(kind), message);
+        self.record(Some(kind), message);
     }
 
-    fn tell(&mut self, kind: Option<GpuFailureKind>, message: String) {
+    fn record(&mut self, kind: Option<GpuFailureKind>, message: String) {
         if self.messages.len() < MAX_MESSAGES {
             self.messages.push(Incident {
                 decision: self.decisions,

@@ -1,9 +1,8 @@
-//! A GPU with a CPU standing by: the same bits at every decision, whatever happens to the GPU.
+//! A GPU engine with a CPU fallback: the same bits at every decision, also after a GPU failure.
 //!
-//! Every engine returns the same bits, so a decision does not depend on who took it. The GPU is asked first. Where it
-//! gives no answer, or one that does not hold when its winner is judged again, the CPU answers the same problem in the
-//! same tick; the GPU is dropped and opened anew later, after longer and longer waits that are counted in decisions, not
-//! seconds: so a run can be replayed.
+//! Every engine returns the same bits, so the result does not depend on the engine. The GPU evaluates first. If it
+//! gives no answer, or its winner fails the check, the CPU evaluates the same problem in the same tick. The GPU is then
+//! closed and reopened later. The delays grow and count decisions, not seconds, so a run can be replayed.
 
 mod back_off;
 mod device_closer;
@@ -24,11 +23,11 @@ pub use incidents::{Incident, Incidents};
 use super::engine::{Detail, Engine, Evaluation};
 use super::{CpuEngine, EngineError, GpuFailureKind, QuantizedProblem};
 
-/// Evaluates on a GPU while there is one, and on the CPU otherwise.
+/// Evaluates on the GPU while it works, otherwise on the CPU.
 ///
-/// A winner from the GPU is used only after the CPU has judged that sample again: admissible, with the same terms and
-/// the same score. That costs one sample of thousands. What it cannot show is that no other sample is better: a GPU that
-/// computes wrongly and yet names a safe sample, rightly scored within totals that are possible, is believed.
+/// The CPU checks every winner of the GPU before it is used: the sample must be admissible, with the same terms and the
+/// same score. This costs the evaluation of one sample. The check cannot show that no other sample is better: it
+/// accepts a wrong GPU that names an admissible sample with the right score under possible totals.
 pub struct Failover {
     gpu: Option<Box<dyn Engine>>,
     source: Box<dyn GpuSource>,
@@ -40,7 +39,7 @@ pub struct Failover {
 }
 
 impl Failover {
-    /// A GPU, or why there is none to begin with, a source of others for later, and the CPU that stands by.
+    /// Creates the engine from a GPU, or the error that prevents one; a source of GPUs for later; and the fallback.
     #[must_use]
     pub fn new(
         gpu: Result<Box<dyn Engine>, EngineError>,
@@ -58,12 +57,12 @@ impl Failover {
         };
         match gpu {
             Ok(gpu) => failover.gpu = Some(gpu),
-            Err(error) => failover.lose(error.failure_kind(), error.to_string()),
+            Err(error) => failover.record_failure(error.failure_kind(), error.to_string()),
         }
         failover
     }
 
-    /// Whose answer counts now.
+    /// The engine that decides now.
     fn active(&self) -> &dyn Engine {
         match &self.gpu {
             Some(gpu) => gpu.as_ref(),
@@ -71,40 +70,38 @@ impl Failover {
         }
     }
 
-    /// The GPU's answer, if it gives one that holds.
-    fn ask_gpu<T>(
+    /// Returns the answer of the GPU if it passes the check.
+    fn try_gpu<T>(
         &mut self,
-        ask: impl FnOnce(&mut dyn Engine) -> Result<T, EngineError>,
+        evaluate: impl FnOnce(&mut dyn Engine) -> Result<T, EngineError>,
         check: impl FnOnce(&mut WinnerCheck, &T) -> Result<(), String>,
     ) -> Option<T> {
         self.incidents.decisions += 1;
         self.reopen_when_due();
         let gpu = self.gpu.as_mut()?;
-        // wgpu reports most faults and panics at some. The engine is used no more after one, so nothing half done shows.
-        let answer = catch_unwind(AssertUnwindSafe(|| ask(gpu.as_mut())));
+        // wgpu reports most faults and panics at some. After a panic the engine is dropped, so its state is not used
+        // again.
+        let answer = catch_unwind(AssertUnwindSafe(|| evaluate(gpu.as_mut())));
         let (kind, message) = match answer {
             Ok(Ok(answer)) => match check(&mut self.winner_check, &answer) {
                 Ok(()) => {
-                    self.back_off.worked();
+                    self.back_off.record_success();
                     return Some(answer);
                 }
                 Err(message) => (GpuFailureKind::WrongAnswer, message),
             },
             Ok(Err(error)) => (error.failure_kind(), error.to_string()),
-            Err(_) => (
-                GpuFailureKind::Panicked,
-                "its driver's code panicked".to_owned(),
-            ),
+            Err(_) => (GpuFailureKind::Panicked, "the driver panicked".to_owned()),
         };
-        self.lose(kind, message);
+        self.record_failure(kind, message);
         None
     }
 
-    /// Notes a failure. But for a problem that is only too large, the device has answered for the last time.
-    fn lose(&mut self, kind: GpuFailureKind, message: String) {
-        self.incidents.lost(kind, message);
+    /// Records a failure and closes the device. A problem that is too large leaves the device usable.
+    fn record_failure(&mut self, kind: GpuFailureKind, message: String) {
+        self.incidents.record_failure(kind, message);
         if kind != GpuFailureKind::TooLarge {
-            self.back_off.failed();
+            self.back_off.record_failure();
             if let Some(gpu) = self.gpu.take() {
                 self.closer.close(gpu);
             }
@@ -118,13 +115,13 @@ impl Failover {
         match self.source.poll() {
             None => {}
             Some(Ok(gpu)) => {
-                self.incidents.reopened(&gpu.name());
+                self.incidents.record_reopened(&gpu.name());
                 self.gpu = Some(gpu);
             }
             Some(Err(error)) => {
                 self.incidents
-                    .reopen_failures(error.failure_kind(), error.to_string());
-                self.back_off.failed();
+                    .record_reopen_failure(error.failure_kind(), error.to_string());
+                self.back_off.record_failure();
             }
         }
     }
@@ -148,7 +145,7 @@ impl Engine for Failover {
         problem: &QuantizedProblem,
         detail: Detail,
     ) -> Result<Evaluation, EngineError> {
-        let answer = self.ask_gpu(
+        let answer = self.try_gpu(
             |gpu| gpu.evaluate(problem, detail),
             |winner_check, answer| winner_check.check(problem, answer, detail),
         );
@@ -159,13 +156,13 @@ impl Engine for Failover {
         self.cpu.evaluate(problem, detail)
     }
 
-    /// A batch counts as one decision, and one wrong answer in it as all wrong.
+    /// A batch counts as one decision; one wrong answer rejects the whole batch.
     fn evaluate_batch(
         &mut self,
         problems: &[QuantizedProblem],
         detail: Detail,
     ) -> Result<Vec<Evaluation>, EngineError> {
-        let answers = self.ask_gpu(
+        let answers = self.try_gpu(
             |gpu| gpu.evaluate_batch(problems, detail),
             |winner_check, answers| winner_check.check_all(problems, answers, detail),
         );

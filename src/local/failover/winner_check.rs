@@ -1,23 +1,23 @@
-//! The winner of another engine, judged again: one sample, by the scalar code that the shaders are twins of.
+//! Checks the winner of another engine: evaluates that one sample with the scalar reference, the twin of the shaders.
 
 use crate::local::engine::{Detail, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner};
 use crate::local::{QuantizedProblem, rollout, score};
 
-/// Every term is below this.
+/// Bound of every term.
 const TERM_BOUND: u32 = 1 << 24;
 
-/// Judges winners. Keeps the memory of the last one.
+/// Checks winners. Reuses the memory of the last check.
 #[derive(Default)]
 pub struct WinnerCheck {
     table: Vec<i32>,
 }
 
 impl WinnerCheck {
-    /// Whether the answer to a problem holds: its counts add up, its totals are possible, and its winner is admissible,
-    /// with the terms and the score that it claims.
+    /// Checks the answer to a problem: the counts add up, the totals are possible, and the winner is admissible with
+    /// the claimed terms and score.
     ///
     /// # Errors
-    /// What does not hold, for people.
+    /// Names the first contradiction.
     pub fn check(
         &mut self,
         problem: &QuantizedProblem,
@@ -27,42 +27,42 @@ impl WinnerCheck {
         let counts = answer.counts.to_array();
         let counted: u64 = counts.into_iter().map(u64::from).sum();
         let samples = problem.len();
-        holds(counted == samples as u64, || {
-            format!("{counted} samples were counted, not {samples}")
+        ensure(counted == samples as u64, || {
+            format!("{counted} samples are counted, expected {samples}")
         })?;
         let listed = answer.samples.as_ref().map(Vec::len);
-        let wanted = (detail == Detail::Samples).then_some(samples);
-        holds(listed == wanted, || {
-            format!("samples listed: {listed:?}, not {wanted:?}")
+        let requested = (detail == Detail::Samples).then_some(samples);
+        ensure(listed == requested, || {
+            format!("samples listed: {listed:?}, expected {requested:?}")
         })?;
         let admissible = answer.counts.admissible;
         let Some(winner) = &answer.winner else {
-            return holds(
+            return ensure(
                 admissible == 0 && answer.totals == Totals::default(),
                 || format!("no winner among {admissible} admissible samples"),
             );
         };
-        holds(are_possible(&answer.totals, admissible), || {
+        ensure(are_possible(&answer.totals, admissible), || {
             format!(
-                "totals that {admissible} samples cannot have: {:?}",
+                "impossible totals of {admissible} admissible samples: {:?}",
                 answer.totals
             )
         })?;
         self.check_winner(problem, answer, winner)
     }
 
-    /// Whether all answers hold.
+    /// Checks all answers.
     ///
     /// # Errors
-    /// As [`Self::check`], or where there is not one answer for each problem.
+    /// As [`Self::check`]; also when the number of answers differs from that of the problems.
     pub fn check_all(
         &mut self,
         problems: &[QuantizedProblem],
         answers: &[Evaluation],
         detail: Detail,
     ) -> Result<(), String> {
-        holds(problems.len() == answers.len(), || {
-            format!("{} answers to {} problems", answers.len(), problems.len())
+        ensure(problems.len() == answers.len(), || {
+            format!("{} answers for {} problems", answers.len(), problems.len())
         })?;
         let mut both = problems.iter().zip(answers);
         both.try_for_each(|(problem, answer)| self.check(problem, answer, detail))
@@ -75,34 +75,34 @@ impl WinnerCheck {
         winner: &Winner,
     ) -> Result<(), String> {
         let index = winner.index as usize;
-        holds(index < problem.len(), || {
+        ensure(index < problem.len(), || {
             format!("the winner is sample {index} of {}", problem.len())
         })?;
-        let truth = self.evaluate_sample(problem, index);
-        let claim = SampleRecord {
+        let expected = self.evaluate_sample(problem, index);
+        let claimed = SampleRecord {
             status: SampleStatus::Ok,
             terms: winner.terms,
         };
-        holds(claim == truth, || {
-            format!("sample {index} won as {claim:?} and is {truth:?}")
+        ensure(claimed == expected, || {
+            format!("the winner, sample {index}, is {claimed:?}, expected {expected:?}")
         })?;
         let totals = &answer.totals;
         let listed = answer.samples.as_ref().map(|samples| samples[index]);
-        holds(listed.is_none_or(|listed| listed == truth), || {
-            format!("sample {index} won and is listed as {listed:?}")
+        ensure(listed.is_none_or(|listed| listed == expected), || {
+            format!("the winner, sample {index}, is listed as {listed:?}")
         })?;
         let within = (0..4).all(|term| {
-            let value = truth.terms.to_array()[term];
+            let value = expected.terms.to_array()[term];
             (totals.min[term]..=totals.max[term]).contains(&value)
         });
-        holds(within, || {
-            format!("sample {index} won beyond the totals {totals:?}")
+        ensure(within, || {
+            format!("the winner, sample {index}, is outside the totals {totals:?}")
         })?;
         let normalizers = score::normalizers(&problem.header, totals);
-        let score = score::score(&truth.terms, &normalizers);
-        holds(winner.score == score, || {
+        let score = score::score(&expected.terms, &normalizers);
+        ensure(winner.score == score, || {
             format!(
-                "sample {index} won with a score of {}, it is {score}",
+                "the winner, sample {index}, has the score {}, expected {score}",
                 winner.score
             )
         })
@@ -129,19 +129,19 @@ impl WinnerCheck {
     }
 }
 
-/// Whether so many samples can have such totals; others could overflow the score.
+/// Whether this number of samples can have these totals. Impossible totals could overflow the score.
 fn are_possible(totals: &Totals, admissible: u32) -> bool {
     (0..4).all(|term| {
         let (min, max) = (totals.min[term], totals.max[term]);
         let others = u64::from(admissible.saturating_sub(1));
         let (low, high) = (u64::from(min), u64::from(max));
-        // One sample has the min and one the max, the same only where there is just one.
+        // One sample has the minimum and one the maximum; they are the same sample only when there is just one.
         let sums = high + others * low..=low + others * high;
         let bounded = admissible > 0 && min <= max && max < TERM_BOUND;
         bounded && sums.contains(&totals.sums[term])
     })
 }
 
-fn holds(holds: bool, message: impl FnOnce() -> String) -> Result<(), String> {
+fn ensure(holds: bool, message: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(message()) }
 }

@@ -1,4 +1,4 @@
-//! Which problems go to the device in one submission, and where the parts of each lie in the buffers that they share.
+//! Selects the problems of one submission and places their parts in the shared buffers.
 
 use super::layout::BINDINGS;
 use super::layout::{
@@ -9,13 +9,14 @@ use crate::local::engine::{Detail, Evaluation};
 use crate::local::kernel_inputs::{QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
 use crate::local::{ClearanceField, QuantizedProblem, rollout};
 
-/// Samples of a batch of several: those that one problem may have, so that no batch takes longer than a problem may.
+/// Largest number of samples of a batch of several problems: the limit of one problem, so that no batch takes longer
+/// than one problem may.
 const MAX_SAMPLES: u64 = 1 << 22;
-/// Bytes of one binding that a batch of several keeps to: what every adapter binds. One problem alone may take as much
-/// as its adapter gives.
+/// Largest binding of a batch of several problems, bytes: every adapter supports it. A single problem may use the
+/// adapter's own limit.
 pub(super) const MAX_BYTES: u64 = 128 << 20;
 
-/// How much there is of everything.
+/// Sizes of the parts of a batch.
 #[derive(Clone, Copy, Debug, Default)]
 struct Amount {
     problems: u64,
@@ -30,7 +31,7 @@ struct Amount {
 }
 
 impl Amount {
-    /// This much and a problem more, its field not counted.
+    /// The sizes with one more problem, without its field.
     fn and(&self, problem: &QuantizedProblem) -> Self {
         let vtheta_samples = problem.vtheta_samples.len() as u64;
         let samples = problem.len() as u64;
@@ -51,8 +52,8 @@ impl Amount {
         }
     }
 
-    /// Where speeds, turns and bodies begin in the input, and where it ends, bytes. Each begins on a boundary of its
-    /// own size.
+    /// Byte offsets of forward speeds, turn rates and bodies in the input, and its length. Each part is aligned to its
+    /// own element.
     fn input_offsets(&self) -> [u64; 4] {
         let vx_samples = BATCH_HEAD_BYTES as u64 + self.problems * size_of::<BatchEntry>() as u64;
         let vtheta_samples = vx_samples + self.vx_samples * size_of::<VxSample>() as u64;
@@ -68,7 +69,7 @@ impl Amount {
     fn sizes(&self) -> Sizes {
         let [.., input] = self.input_offsets();
         Sizes {
-            // The shaders' view of the batch is as long as the longest.
+            // The shaders declare a batch of the largest length.
             input: input.max(BATCH_BYTES as u64),
             field: self.field_words * 4,
             table: self.table_words * 4,
@@ -79,10 +80,10 @@ impl Amount {
     }
 }
 
-/// Bytes of each buffer.
+/// Sizes of the buffers, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sizes {
-    /// Batch, speeds, turns and bodies, one behind the other.
+    /// Batch, forward speeds, turn rates and bodies, in this order.
     pub input: u64,
     /// The fields, each once.
     pub field: u64,
@@ -97,7 +98,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Bytes that each binding shows, by its number: the first four show the input from its start.
+    /// Size of each binding, by number. The first four show the input from its start.
     #[must_use]
     pub const fn bindings(&self) -> [u64; BINDINGS] {
         [
@@ -113,13 +114,13 @@ impl Sizes {
         ]
     }
 
-    /// What comes back at most.
+    /// Largest number of bytes that are read back.
     #[must_use]
     pub const fn readback(&self) -> u64 {
         self.answers + self.records
     }
 
-    /// Bytes of the largest.
+    /// Size of the largest buffer.
     #[must_use]
     pub fn largest(&self) -> u64 {
         [self.input, self.field, self.table, self.readback()]
@@ -127,7 +128,7 @@ impl Sizes {
             .fold(0, u64::max)
     }
 
-    /// Enough for either, part by part.
+    /// The maximum of both, part by part.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         Self {
@@ -140,7 +141,7 @@ impl Sizes {
         }
     }
 
-    /// Each part changed alike.
+    /// Applies a function to each size.
     #[must_use]
     pub fn map(&self, change: impl Fn(u64) -> u64) -> Self {
         Self {
@@ -154,12 +155,12 @@ impl Sizes {
     }
 }
 
-/// Words of a field on the device: two cells each.
+/// Words of a field on the device: two cells per word.
 pub(super) fn field_words(field: &ClearanceField) -> u64 {
     (field.units().len() as u64).div_ceil(2)
 }
 
-/// Problems that are evaluated in one submission, whoever drives the device: the engine, or a test in a browser.
+/// Problems that are evaluated in one submission, by the engine or by a browser.
 pub struct Batch<'a> {
     /// The problems.
     pub problems: &'a [QuantizedProblem],
@@ -169,7 +170,7 @@ pub struct Batch<'a> {
 }
 
 impl<'a> Batch<'a> {
-    /// As many of the first problems as one submission takes: one at least, where there is one.
+    /// The longest prefix of `problems` that fits one submission; at least one problem if there is any.
     #[must_use]
     pub fn first_of(problems: &'a [QuantizedProblem]) -> Self {
         let mut batch = Self {
@@ -197,7 +198,7 @@ impl<'a> Batch<'a> {
         batch
     }
 
-    /// What the buffers must hold.
+    /// Sizes that the buffers must have.
     #[must_use]
     pub fn sizes(&self) -> Sizes {
         self.amount.sizes()
@@ -212,9 +213,8 @@ impl<'a> Batch<'a> {
         [vtheta_samples, samples, problems, samples, problems]
     }
 
-    /// Writes what the shaders read of the problems, but for the fields, to the start of `input`, and says how many
-    /// bytes that are. `first_field` knows the word at which a field begins. The answer to the first problem will bear
-    /// the first stamp, the next the next.
+    /// Writes the inputs of the shaders, without the fields, to the start of `input` and returns their length in bytes.
+    /// `first_field` returns the word at which a field begins. The answers have consecutive stamps from `first_stamp`.
     ///
     /// # Panics
     /// When `input` is shorter than [`Sizes::input`].
@@ -263,8 +263,8 @@ impl<'a> Batch<'a> {
         end as usize
     }
 
-    /// The evaluations, from the bytes of all answers and, where asked for, of all records behind them. None when an
-    /// answer does not bear its stamp: then it is an older one.
+    /// Decodes the evaluations from the bytes of all answers and, with [`Detail::Samples`], of all records after them.
+    /// `None` when an answer has the wrong stamp: it is stale.
     #[must_use]
     pub fn read(&self, bytes: &[u8], first_stamp: u32, detail: Detail) -> Option<Vec<Evaluation>> {
         let (answers, mut records) = bytes.split_at(self.problems.len() * size_of::<Answer>());

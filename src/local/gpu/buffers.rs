@@ -1,4 +1,4 @@
-//! The device's memory for a batch of problems: made once, grown when a larger batch comes, written in one piece.
+//! The device's memory for a batch: allocated once, enlarged for a larger batch, written in one piece.
 
 use super::batch::{Batch, MAX_BYTES, Sizes};
 use super::layout::{ACCESS, Access};
@@ -6,10 +6,10 @@ use super::resident_fields::ResidentFields;
 use crate::local::ClearanceField;
 use crate::local::engine::Detail;
 
-/// No buffer is smaller: most problems of a robot under way fit into the first ones.
+/// Smallest size of a buffer: most problems of a driving robot fit into the first buffers.
 const MIN_BYTES: u64 = 1 << 20;
 
-/// Buffers and the bind group over them.
+/// The buffers and their bind group.
 pub(super) struct Buffers {
     sizes: Sizes,
     input: wgpu::Buffer,
@@ -23,7 +23,7 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// Buffers of these sizes or somewhat larger ones, so that problems that differ little share them.
+    /// Allocates buffers of at least these sizes; rounds up, so that similar problems share them.
     pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, least: &Sizes) -> Self {
         use wgpu::BufferUsages as Usage;
         let sizes = least.map(|bytes| {
@@ -92,7 +92,7 @@ impl Buffers {
         &self.readback
     }
 
-    /// Writes a batch: the inputs in one piece, and those fields that the device does not hold yet.
+    /// Writes a batch: the inputs in one piece, and the fields that the device does not hold yet.
     pub fn upload(&mut self, queue: &wgpu::Queue, batch: &Batch<'_>, first_stamp: u32) {
         let buffer = &self.field;
         self.fields
@@ -107,7 +107,7 @@ impl Buffers {
         queue.write_buffer(&self.input, 0, &self.staging[..bytes]);
     }
 
-    /// Copies the answers, and the samples where asked for, to where the host can read them: that many bytes.
+    /// Copies the answers, and the records if requested, to the readback buffer. Returns the number of bytes.
     pub fn copy_out(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -133,7 +133,7 @@ fn write_field(queue: &wgpu::Queue, buffer: &wgpu::Buffer, at: u32, field: &Clea
     let (pairs, last) = units.split_at(units.len() / 2 * 2);
     queue.write_buffer(buffer, first, bytemuck::cast_slice(pairs));
     if let [last] = last {
-        // Copies are whole words; the upper half of the last is read by nobody.
+        // Copies are whole words; the shaders do not read the upper half of the last one.
         let word = u32::from(*last).to_le_bytes();
         queue.write_buffer(buffer, first + pairs.len() as u64 * 2, &word);
     }

@@ -1,4 +1,4 @@
-//! Graphics adapters and devices, and what they say when something goes wrong.
+//! Graphics adapters and devices, and their error reports.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -7,31 +7,31 @@ use serde::Serialize;
 
 use crate::local::{EngineError, GpuFailureKind};
 
-/// How often hardware is asked whether it is done before the thread sleeps until it is: for about a millisecond. Many a
-/// decision takes no longer than the system takes to wake a thread.
+/// Number of polls, about a millisecond, before the thread sleeps until the device is done. Many decisions take less
+/// time than waking a thread.
 const POLLS: usize = 1000;
 
-/// An adapter as people and records name it.
+/// Description of an adapter for display and records.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct AdapterSummary {
-    /// The adapter's own name.
+    /// Name of the adapter.
     pub name: String,
-    /// The interface it is reached by, such as `vulkan`.
+    /// Graphics API, such as `vulkan`.
     pub backend: String,
     /// Driver and its version.
     pub driver: String,
-    /// Whether it is a program on the CPU rather than hardware.
+    /// Whether the adapter is software on the CPU.
     pub software: bool,
 }
 
 /// An adapter that can be opened.
 pub struct Adapter {
     inner: wgpu::Adapter,
-    /// Its names.
+    /// Its description.
     pub summary: AdapterSummary,
 }
 
-/// All adapters of this machine, hardware first, otherwise in the system's order.
+/// Lists the adapters of this machine, hardware first, otherwise in the system's order.
 #[must_use]
 pub fn adapters() -> Vec<Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
@@ -57,8 +57,7 @@ impl Adapter {
         Self { inner, summary }
     }
 
-    /// Opens a device with WebGPU's default limits, or the adapter's own where the large buffers of dense sampling
-    /// need more.
+    /// Opens a device with WebGPU's default limits, except for buffer sizes: dense sampling needs the adapter's own.
     pub(super) fn open(&self) -> Result<Device, EngineError> {
         let own = self.inner.limits();
         let limits = wgpu::Limits {
@@ -88,54 +87,55 @@ impl Adapter {
             let message = format!("device lost ({reason:?}): {message}");
             on_loss.report(GpuFailureKind::DeviceLost, message);
         });
-        // Mesa's LP_MAX_TGSI_LOOP_ITERATIONS, shared by all loops of an invocation; the rest is left out in silence.
+        // Mesa's LP_MAX_TGSI_LOOP_ITERATIONS, shared by all loops of an invocation. The driver drops further iterations
+        // without an error.
         let loop_iterations = self.summary.name.contains("llvmpipe").then_some(65_535);
         Ok(Device {
             inner: device,
             queue,
             faults,
             adapter: self.summary.name.clone(),
-            // A software adapter needs the processor that would do the asking.
+            // A software adapter needs the processor that would poll.
             polls: if self.summary.software { 0 } else { POLLS },
             loop_iterations,
         })
     }
 }
 
-/// A device, its queue and what it complained of.
+/// A device, its queue and its reported faults.
 pub(super) struct Device {
     pub inner: wgpu::Device,
     pub queue: wgpu::Queue,
     pub adapter: String,
-    /// Turns of loops after which the adapter's driver abandons an invocation.
+    /// Number of loop iterations after which the driver abandons an invocation.
     pub loop_iterations: Option<u64>,
     polls: usize,
     faults: Faults,
 }
 
 impl Device {
-    /// The first complaint since the device was opened, as an error.
+    /// Returns the first fault since the device was opened as an error.
     pub fn check(&self) -> Result<(), EngineError> {
-        if self.faults.messages().is_none() {
+        if self.faults.first().is_none() {
             return Ok(());
         }
-        // Calls on a lost device are refused as invalid, and only a poll makes it say that it is lost.
+        // A lost device rejects calls as invalid; only a poll makes it report the loss.
         let _ = self.inner.poll(wgpu::PollType::Poll);
-        match self.faults.messages() {
+        match self.faults.first() {
             None => Ok(()),
-            Some((kind, message)) => Err(self.lost(kind, message)),
+            Some((kind, message)) => Err(self.failure(kind, message)),
         }
     }
 
-    /// What went wrong by the device's own complaint, which says more than that something did not come.
-    pub fn complaint_or(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
+    /// The error from the device's own report if there is one: it is more precise than a missing answer.
+    pub fn reported_or(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
         match self.check() {
-            Err(complaint) => complaint,
-            Ok(()) => self.lost(kind, message),
+            Err(reported) => reported,
+            Ok(()) => self.failure(kind, message),
         }
     }
 
-    /// Bytes of the largest buffer that the shaders can see whole; never more than words of 32 bits can count.
+    /// Size of the largest buffer that the shaders can bind, bytes; at most what a `u32` can count.
     pub fn largest_buffer(&self) -> u64 {
         let limits = self.inner.limits();
         let largest = limits
@@ -144,7 +144,7 @@ impl Device {
         largest.min(u64::from(u32::MAX))
     }
 
-    /// Waits for a submission until `outcome`, which its callbacks bring about, is there.
+    /// Waits for a submission until `outcome` returns a value, which its callbacks provide.
     pub fn wait<T>(
         &self,
         submission: wgpu::SubmissionIndex,
@@ -160,10 +160,10 @@ impl Device {
             self.inner.poll(poll).map_err(|error| {
                 let kind = match error {
                     wgpu::PollError::Timeout => GpuFailureKind::TimedOut,
-                    // A device takes no more work once it is lost, and says so only later.
+                    // A lost device rejects new work before it reports the loss.
                     wgpu::PollError::WrongSubmissionIndex(..) => GpuFailureKind::DeviceLost,
                 };
-                self.complaint_or(kind, error.to_string())
+                self.reported_or(kind, error.to_string())
             })?;
             self.check()?;
             if let Some(outcome) = outcome() {
@@ -171,11 +171,11 @@ impl Device {
             }
         }
         let message = "the answer could not be mapped in time";
-        Err(self.lost(GpuFailureKind::TimedOut, message))
+        Err(self.failure(GpuFailureKind::TimedOut, message))
     }
 
-    /// The error for a device that gave no answer.
-    pub fn lost(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
+    /// The error of a device that gave no answer.
+    pub fn failure(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
         EngineError::Lost {
             adapter: self.adapter.clone(),
             kind,
@@ -192,26 +192,27 @@ const fn kind_of(error: &wgpu::Error) -> GpuFailureKind {
     }
 }
 
-/// The first complaint of a device, written by its callbacks. wgpu's own answer to an error would be a panic.
+/// The first fault of a device, written by its callbacks. Without them wgpu panics at an error.
 #[derive(Clone, Default)]
 struct Faults(Arc<Mutex<Option<(GpuFailureKind, String)>>>);
 
 impl Faults {
-    /// Keeps the first complaint; the loss of the device is the reason of those before it.
+    /// Keeps the first fault. A loss of the device replaces it, because the loss is the cause.
     fn report(&self, kind: GpuFailureKind, message: String) {
-        let mut messages = self.lock();
-        match messages.take() {
-            None => *messages = Some((kind, message)),
-            Some((first, before))
-                if kind == GpuFailureKind::DeviceLost && first != GpuFailureKind::DeviceLost =>
+        let mut first = self.lock();
+        match first.take() {
+            None => *first = Some((kind, message)),
+            Some((before_kind, before))
+                if kind == GpuFailureKind::DeviceLost
+                    && before_kind != GpuFailureKind::DeviceLost =>
             {
-                *messages = Some((kind, format!("{message}; before that: {before}")));
+                *first = Some((kind, format!("{message}; before that: {before}")));
             }
-            first => *messages = first,
+            earlier => *first = earlier,
         }
     }
 
-    fn messages(&self) -> Option<(GpuFailureKind, String)> {
+    fn first(&self) -> Option<(GpuFailureKind, String)> {
         self.lock().clone()
     }
 
@@ -225,9 +226,9 @@ mod tests {
     use super::*;
     use GpuFailureKind::{DeviceLost, Internal, OutOfMemory, Validation};
 
-    /// No test can use up the memory of a machine that others share, so what wgpu would say then is said here.
+    /// No test may exhaust the memory of a shared machine, so the test constructs wgpu's errors.
     #[test]
-    fn what_a_device_complains_of_keeps_its_kind_and_the_first_counts_unless_it_is_lost() {
+    fn faults_keep_first_error_until_device_is_lost() {
         let source = || Box::new(core::fmt::Error);
         let description = String::new;
         let errors = [
@@ -248,11 +249,11 @@ mod tests {
             faults.report(kind_of(error), error.to_string());
         }
         assert_eq!(kinds, [OutOfMemory, Internal, Validation]);
-        let messages = |faults: &Faults| faults.messages().expect("several errors were reported");
-        assert_eq!(messages(&faults).0, OutOfMemory);
+        let first = |faults: &Faults| faults.first().expect("several errors were reported");
+        assert_eq!(first(&faults).0, OutOfMemory);
         faults.report(DeviceLost, "gone".to_owned());
         faults.report(DeviceLost, "gone again".to_owned());
-        let (kind, message) = messages(&faults);
+        let (kind, message) = first(&faults);
         assert_eq!(kind, DeviceLost);
         assert_eq!(message, "gone; before that: Out of Memory");
     }

@@ -1,5 +1,5 @@
-//! What the shaders read of a batch and write, as Rust sees it. TWIN of `shaders/layout.wgsl`; what they read of one
-//! problem is in `inputs.rs`.
+//! The inputs and outputs of the shaders for a batch. TWIN of `shaders/layout.wgsl`; the inputs of one problem are in
+//! `kernel_inputs.rs`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -9,25 +9,25 @@ use crate::local::kernel_inputs::{Header, VxSample};
 
 /// Number of bindings.
 pub const BINDINGS: usize = 9;
-/// Number of the binding that holds the fields. Those before it all show the input from its start.
+/// Number of the binding of the fields. All bindings before it show the input from its start.
 pub const FIELD: usize = 4;
-/// Number of the binding that holds a [`super::layout::Record`] for each sample of a batch.
+/// Number of the binding of the [`Record`]s, one per sample of a batch.
 pub const RECORDS: usize = 6;
-/// Number of the binding that holds a [`super::layout::Answer`] for each problem of a batch.
+/// Number of the binding of the [`Answer`]s, one per problem of a batch.
 pub const ANSWERS: usize = 8;
 
-/// How the shaders reach a binding.
+/// Access of the shaders to a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// As a uniform.
+    /// Uniform buffer.
     Uniform,
-    /// As storage that is only read.
+    /// Read-only storage buffer.
     Read,
-    /// As storage that is read and written.
+    /// Storage buffer that is read and written.
     ReadWrite,
 }
 
-/// The access of each binding of `shaders/layout.wgsl`, by its number.
+/// The access of each binding of `shaders/layout.wgsl`, by number.
 pub const ACCESS: [Access; BINDINGS] = [
     Access::Uniform,
     Access::Read,
@@ -40,32 +40,32 @@ pub const ACCESS: [Access; BINDINGS] = [
     Access::ReadWrite,
 ];
 
-/// Threads of a workgroup of `tabulate_vtheta`: enough for the most samples, were they all turn rates, to need no more
-/// than the 65,535 workgroups that every adapter allows.
+/// Threads per workgroup of `tabulate_vtheta`. With this size the largest number of samples, all of them turn rates,
+/// needs no more than the 65,535 workgroups that every adapter supports.
 pub const VTHETA_PER_GROUP: u32 = 128;
-/// Threads of a workgroup of `evaluate_samples` and `score_samples`.
+/// Threads per workgroup of `evaluate_samples` and `score_samples`.
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.
 pub const PARTIAL_BYTES: u64 = 64;
 
-/// Problems of a batch: all of them fit into the uniform buffer that every adapter binds, 64 KiB.
+/// Largest number of problems of a batch: they fit into the uniform buffer of 64 KiB that every adapter supports.
 pub const MAX_PROBLEMS: usize = 256;
-/// Bytes of a `Batch` before its problems: their count, filled up to the 16-byte boundary that they need.
+/// Bytes of a `Batch` before its problems: the count and padding to a 16-byte boundary.
 pub const BATCH_HEAD_BYTES: usize = 16;
 /// Bytes of a `Batch`.
 pub const BATCH_BYTES: usize = BATCH_HEAD_BYTES + MAX_PROBLEMS * size_of::<BatchEntry>();
 
-/// Where a problem's parts begin in the buffers that all problems of a batch share.
+/// Offsets of a problem's parts in the buffers of the batch.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct BufferOffsets {
-    /// Workgroups of turns and of samples before its own; those of samples have a `Partial` each.
+    /// Workgroups of turn rates and of samples before its own. A workgroup of samples has one `Partial`.
     pub first_groups: [u32; 2],
-    /// Speeds before its own, counted from the start of the input.
+    /// Forward speeds before its own, from the start of the input.
     pub first_vx: u32,
-    /// Turns before its own, counted from the start of the input.
+    /// Turn rates before its own, from the start of the input.
     pub first_vtheta: u32,
-    /// Words before its discs and moving obstacles, counted from the start of the input.
+    /// Words before its discs and moving obstacles, from the start of the input.
     pub first_body: u32,
     /// Words of fields before its own.
     pub first_field: u32,
@@ -75,17 +75,17 @@ pub struct BufferOffsets {
     pub first_record: u32,
 }
 
-/// A problem's numbers and where its parts are.
+/// One problem of a batch.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct BatchEntry {
-    /// The numbers that are not lists.
+    /// The scalars.
     pub header: Header,
-    /// Where the lists are.
+    /// Offsets of the lists.
     pub offsets: BufferOffsets,
 }
 
-/// A sample, judged.
+/// An evaluated sample.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Record {
@@ -100,7 +100,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// The record of a sample with this speed.
+    /// Converts the record of a sample with this forward speed.
     #[must_use]
     pub fn sample(&self, vx: &VxSample) -> SampleRecord {
         let status = SampleStatus::from_u32(self.status);
@@ -118,7 +118,7 @@ impl Record {
     }
 }
 
-/// All samples of a problem, from the bytes of their [`Record`]s.
+/// Decodes all samples of a problem from the bytes of their [`Record`]s.
 pub(super) fn sample_records(problem: &QuantizedProblem, bytes: &[u8]) -> Vec<SampleRecord> {
     bytes
         .chunks_exact(size_of::<Record>())
@@ -128,7 +128,7 @@ pub(super) fn sample_records(problem: &QuantizedProblem, bytes: &[u8]) -> Vec<Sa
         .collect()
 }
 
-/// What a decision returns.
+/// The answer to one problem.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Answer {
@@ -138,9 +138,9 @@ pub struct Answer {
     pub sums_low: [u32; 4],
     /// Upper halves of the sums.
     pub sums_high: [u32; 4],
-    /// Least values.
+    /// Minima.
     pub min: [u32; 4],
-    /// Greatest values.
+    /// Maxima.
     pub max: [u32; 4],
     /// Offset, mantissa and bits of each term's normaliser.
     pub normalizers: [[u32; 3]; 4],
@@ -150,14 +150,14 @@ pub struct Answer {
     pub score_low: u32,
     /// Upper half of its score.
     pub score_high: u32,
-    /// Stamp of the problem answered.
+    /// Stamp of the problem.
     pub stamp: u32,
-    /// Its heading, clearance, velocity and path terms.
+    /// Heading, clearance, velocity and path terms of the winner.
     pub terms: [u32; 4],
 }
 
 impl Answer {
-    /// The evaluation that this answer stands for.
+    /// Converts the answer to an evaluation.
     #[must_use]
     pub fn evaluation(&self, samples: Option<Vec<SampleRecord>>) -> Evaluation {
         let [admissible, collision, cannot_stop, outside] = self.counts;

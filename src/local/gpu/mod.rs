@@ -1,7 +1,7 @@
 //! The GPU engine: transport only. One upload, one submission of five dispatches, one small answer back.
 //!
-//! Every decision is a batch, most of them of one problem. Pipelines, buffers and distance fields stay on the device;
-//! what the first submission of all costs is paid when the engine is made.
+//! Every decision is a batch, usually of one problem. Pipelines, buffers and distance fields stay on the device. The
+//! constructor takes a first decision, so its cost does not fall into the first control tick.
 
 pub mod batch;
 mod buffers;
@@ -25,8 +25,7 @@ use super::{ClearanceField, EngineError, GpuFailureKind, QuantizedProblem};
 use crate::geometry::Pose;
 use crate::map::{GridFrame, ObstacleGrid};
 
-/// A submission that takes longer than this for each of its problems has hung: far longer than any does, on software
-/// too.
+/// Timeout per problem: far longer than any decision takes, on software too.
 const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Evaluates on a graphics adapter.
@@ -34,18 +33,18 @@ pub struct GpuEngine {
     device: Device,
     pipelines: [wgpu::ComputePipeline; 5],
     layout: wgpu::BindGroupLayout,
-    /// Those of the last answer.
+    /// Buffers of the last answer.
     buffers: Option<Buffers>,
     stamp: u32,
     timeout: Duration,
 }
 
 impl GpuEngine {
-    /// An engine on an adapter, warm: it has made its pipelines and taken a first tiny decision, so the robot's first
-    /// one takes no longer than those after it, but for buffers that must grow.
+    /// Opens an adapter, creates the pipelines and takes a first tiny decision. The first decision of the robot then
+    /// takes no longer than later ones, except for buffers that must grow.
     ///
     /// # Errors
-    /// When the adapter gives no device, refuses a pipeline, or does not answer.
+    /// When the adapter gives no device, refuses a pipeline or does not answer.
     pub fn new(adapter: &Adapter) -> Result<Self, EngineError> {
         let device = adapter.open()?;
         let layout = buffers::bind_group_layout(&device.inner);
@@ -62,24 +61,24 @@ impl GpuEngine {
         Ok(engine)
     }
 
-    /// Drops the device as a driver reset would, for tests of what follows.
+    /// Destroys the device as a driver reset does, for tests.
     pub fn destroy_device(&self) {
         self.device.inner.destroy();
     }
 
-    /// As [`Self::destroy_device`], at any time and from any thread: also while an answer is waited for.
+    /// Returns a function that destroys the device, from any thread and at any time, also while an answer is pending.
     pub fn destroyer(&self) -> impl FnOnce() + Send + 'static {
         let device = self.device.inner.clone();
         move || device.destroy()
     }
 
-    /// How long to wait for the answer to each problem from now on; 20 s unless told. An answer that comes later is an
-    /// error of the kind [`GpuFailureKind::TimedOut`], and is never taken for that of a later problem.
+    /// Sets the timeout of each problem; the default is 20 s. A later answer is an error of the kind
+    /// [`GpuFailureKind::TimedOut`]; it is never taken for the answer to another problem.
     pub const fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// Takes out buffers that hold this batch: those of the last one when they are large enough.
+    /// Takes the buffers of the last answer if they are large enough for the batch, otherwise allocates larger ones.
     fn take_buffers(&mut self, batch: &Batch<'_>) -> Result<Buffers, EngineError> {
         let sizes = batch.sizes();
         let grown = match self.buffers.take() {
@@ -104,20 +103,20 @@ impl GpuEngine {
         }
     }
 
-    /// Refuses a problem that the adapter's driver would leave unfinished.
+    /// Rejects a problem that exceeds the driver's limit of loop iterations.
     fn check_loops(&self, problem: &QuantizedProblem) -> Result<(), EngineError> {
         let header = &problem.header;
         let (steps, discs) = (u64::from(header.steps), u64::from(header.disc_count));
         let moving = u64::from(header.obstacle_count);
-        // A turn for each step, disc and obstacle, and up to three more for the square root of a distance; one for each
-        // disc and obstacle before; some to find the problem in its batch, for the roots of the terms, and to add up
-        // the workgroup.
+        // One iteration per step, disc and obstacle, and up to three more for the square root of a distance; before
+        // that, one per disc and obstacle; 40 for the search of the problem in its batch, the roots of the terms and
+        // the reduction of the workgroup.
         let needed = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 40;
         match self.device.loop_iterations {
             Some(most) if needed > most => Err(EngineError::TooLarge {
                 adapter: self.device.adapter.clone(),
                 message: format!(
-                    "{steps} steps of {discs} discs among {moving} moving obstacles take up to {needed} vtheta_samples of loops, the driver allows {most}: use --engine cpu"
+                    "{steps} steps of {discs} discs among {moving} moving obstacles need up to {needed} loop iterations, the driver allows {most}: use the CPU engine"
                 ),
             }),
             _ => Ok(()),
@@ -125,7 +124,7 @@ impl GpuEngine {
     }
 
     /// Evaluates a batch in one submission.
-    fn answer(
+    fn evaluate_submission(
         &mut self,
         batch: &Batch<'_>,
         detail: Detail,
@@ -134,7 +133,7 @@ impl GpuEngine {
         for problem in batch.problems {
             self.check_loops(problem)?;
         }
-        // Put back only after an answer: those of a failed attempt may still be mapped, or be written late.
+        // Kept only after an answer: after a failure they may still be mapped, or be written late.
         let mut buffers = self.take_buffers(batch)?;
         let first_stamp = self.stamp;
         self.stamp = first_stamp.wrapping_add(batch.problems.len() as u32);
@@ -146,14 +145,14 @@ impl GpuEngine {
                 batch.read(bytes, first_stamp, detail)
             })?
             .ok_or_else(|| {
-                let message = "a stale answer came back";
-                self.device.lost(GpuFailureKind::Stale, message)
+                let message = "the answer is stale";
+                self.device.failure(GpuFailureKind::Stale, message)
             })?;
         self.buffers = Some(buffers);
         Ok(evaluations)
     }
 
-    /// Starts the work; says also how many bytes will come back.
+    /// Submits the work. Returns also the number of bytes to read back.
     fn submit(
         &self,
         buffers: &Buffers,
@@ -176,7 +175,7 @@ impl GpuEngine {
         (self.device.queue.submit([encoder.finish()]), bytes)
     }
 
-    /// Waits for the submission and hands the bytes that came back to `read`.
+    /// Waits for the submission and passes the bytes to `read`.
     fn read_back<T>(
         &self,
         buffers: &Buffers,
@@ -185,15 +184,12 @@ impl GpuEngine {
         deadline: Duration,
         read: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, EngineError> {
-        // Only a lost device keeps an answer from being mapped.
-        let unmapped = |message| {
-            self.device
-                .complaint_or(GpuFailureKind::DeviceLost, message)
-        };
+        // Mapping fails only on a lost device.
+        let unmapped = |message| self.device.reported_or(GpuFailureKind::DeviceLost, message);
         let (sender, receiver) = mpsc::channel();
         let slice = buffers.readback().slice(..bytes);
         slice.map_async(wgpu::MapMode::Read, move |outcome| {
-            // The receiver is gone only when the wait below gave up.
+            // The receiver is gone only after the wait below has failed.
             let _ = sender.send(outcome);
         });
         self.device
@@ -240,13 +236,13 @@ impl Engine for GpuEngine {
         let mut evaluations = Vec::with_capacity(problems.len());
         while evaluations.len() < problems.len() {
             let batch = Batch::first_of(&problems[evaluations.len()..]);
-            evaluations.extend(self.answer(&batch, detail)?);
+            evaluations.extend(self.evaluate_submission(&batch, detail)?);
         }
         Ok(evaluations)
     }
 }
 
-/// The smallest problem: one sample of one step, standing still on a free cell.
+/// The smallest problem: one sample of one step at rest on a free cell.
 fn warm_up_problem() -> QuantizedProblem {
     let frame = GridFrame {
         width: 1,

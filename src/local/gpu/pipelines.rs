@@ -1,9 +1,9 @@
-//! The five compute pipelines, one for each entry point of the shaders.
+//! The source of the shaders and the five compute pipelines, one per entry point.
 
 use super::device::Device;
 use crate::local::EngineError;
 
-/// Each part and its text.
+/// Name and text of each part, in the order of their dependencies.
 pub const PARTS: [(&str, &str); 6] = [
     (
         "numeric.wgsl",
@@ -28,7 +28,7 @@ pub const ENTRY_POINTS: [&str; 5] = [
     "evaluate_samples",
     "normalize",
     "score_samples",
-    "choose",
+    "select_winner",
 ];
 
 /// One module of all parts.
@@ -37,7 +37,7 @@ pub fn source() -> String {
     PARTS.map(|(_, text)| text).join("\n")
 }
 
-/// Has the adapter's driver compile the shaders; what it refuses is an error, not the panic that wgpu would make of it.
+/// Compiles the shaders. Returns what the driver rejects as an error; wgpu alone would panic.
 pub(super) fn make(
     device: &Device,
     layout: &wgpu::BindGroupLayout,
@@ -56,8 +56,7 @@ pub(super) fn make(
             bind_group_layouts: &[Some(layout)],
             immediate_size: 0,
         });
-    // Every word of workgroup memory is written before it is read, and one software adapter took as long for the zeros
-    // as for all the rest.
+    // Workgroup memory is written before it is read. On one software adapter clearing it took as long as all the rest.
     let compilation_options = || wgpu::PipelineCompilationOptions {
         zero_initialize_workgroup_memory: false,
         ..Default::default()

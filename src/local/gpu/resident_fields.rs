@@ -1,19 +1,19 @@
-//! The distance fields that the device holds, so that each is uploaded once.
+//! The distance fields that the device holds: each is uploaded once.
 
 use super::batch::field_words;
 use crate::local::ClearanceField;
 
-/// What lies where in the buffer of fields.
+/// Positions of the fields in their buffer.
 #[derive(Default)]
 pub(super) struct ResidentFields {
-    /// The number of each field held, and the word at which it begins.
+    /// Id and first word of each field.
     held: Vec<(u64, u32)>,
     used_words: u64,
 }
 
 impl ResidentFields {
-    /// Makes room for these fields, which fit into `capacity` bytes, and hands those that are not held yet to `write`
-    /// with their first word. Fields of earlier decisions stay where there is room for them beside the new ones.
+    /// Makes the device hold these fields, which fit into `capacity` bytes: calls `write` with the first word of each
+    /// field that it does not hold yet. Earlier fields stay if there is room for them.
     pub fn hold(
         &mut self,
         fields: &[&ClearanceField],
@@ -36,7 +36,7 @@ impl ResidentFields {
         }
     }
 
-    /// The first word of a field that is held.
+    /// The first word of a field that the device holds.
     pub fn find(&self, field: &ClearanceField) -> Option<u32> {
         let held = self.held.iter().find(|(id, _)| *id == field.id());
         held.map(|(_, at)| *at)
