@@ -152,19 +152,17 @@ fn one_line(error: &serde_json::Error, text: &str) -> String {
 
 fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Problem> {
     file.limits.validate().context("limits")?;
-    let defaults = LocalSettings::default();
-    let settings = LocalSettings {
-        vx_samples: file.vx_samples.unwrap_or(defaults.vx_samples),
-        vtheta_samples: file.vtheta_samples.unwrap_or(defaults.vtheta_samples),
-        control_period_s: file.control_period_s.unwrap_or(defaults.control_period_s),
-        sim_time_s: file.sim_time_s.unwrap_or(defaults.sim_time_s),
-        sim_step_s: file.sim_step_s.unwrap_or(defaults.sim_step_s),
-        max_clearance_m: file.max_clearance_m.unwrap_or(defaults.max_clearance_m),
-        outside: file.outside,
-        weights: file.weights,
-        normalization: file.normalization,
-        stopping: file.stopping,
-    };
+    let mut settings = LocalSettings::default();
+    settings.vx_samples = file.vx_samples.unwrap_or(settings.vx_samples);
+    settings.vtheta_samples = file.vtheta_samples.unwrap_or(settings.vtheta_samples);
+    settings.control_period_s = file.control_period_s.unwrap_or(settings.control_period_s);
+    settings.sim_time_s = file.sim_time_s.unwrap_or(settings.sim_time_s);
+    settings.sim_step_s = file.sim_step_s.unwrap_or(settings.sim_step_s);
+    settings.max_clearance_m = file.max_clearance_m.unwrap_or(settings.max_clearance_m);
+    settings.outside = file.outside;
+    settings.weights = file.weights;
+    settings.normalization = file.normalization;
+    settings.stopping = file.stopping;
     settings.validate()?;
     let [linear, angular] = file.robot.velocity;
     let twist = Twist::new(linear, angular);

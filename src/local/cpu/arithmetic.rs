@@ -1,4 +1,4 @@
-//! The operations of [`crate::numeric`] on many lanes: same names, same order, same bits.
+//! The operations of [`crate::numeric`] in lanes: same names, same order, same bits.
 
 use super::lanes::Lanes;
 use crate::numeric::{HALF_TURN, QUARTER_TURN};
@@ -38,10 +38,10 @@ pub fn atan2_turn<L: Lanes>(token: L::FeatureToken, y: L, x: L) -> L {
     let (width, height) = (x.abs(), y.abs());
     let steep = width.less(height);
     let (long, short) = (width.max(height), width.min(height));
-    // The zero vector then has a ratio of zero.
+    // The zero vector then has the ratio zero.
     let long = long.max(one);
     let scale = long.leading_zeros();
-    // Upper halves, rounded to the nearest. They are not below 2^15, so no ratio is above 2^16.
+    // Upper halves, rounded to the nearest. They are at least 2^15, so no ratio exceeds 2^16.
     let divisor = long.shl_each(scale).shr(15).add(one).shr(1);
     let ratio = short.shl_each(scale).div_unsigned(divisor);
     let flat = ratio.shl(14).odd_polynomial(
@@ -61,7 +61,7 @@ pub fn atan2_turn<L: Lanes>(token: L::FeatureToken, y: L, x: L) -> L {
     L::select(y.less(zero), zero.sub(half), half)
 }
 
-/// The sizes of binary angles' turns either way, 0..=2^31 as unsigned values.
+/// The absolute values of binary angles, 0..=2^31 as unsigned values.
 #[inline(always)]
 pub fn turn_size<L: Lanes>(angle: L) -> L {
     angle.abs()

@@ -1,4 +1,4 @@
-//! What no clearance is below: for neighbouring samples of a tile, group of steps by group of steps.
+//! Lower bounds of the clearances of neighbouring samples of a tile, for each group of steps.
 
 use super::displacement_bounds::{DisplacementBounds, GROUPS};
 use super::displacement_table::lane_numbers;
@@ -17,7 +17,7 @@ pub struct ClearanceBounds {
 }
 
 impl ClearanceBounds {
-    /// Finds them, by the cells that the samples visit; says to `register_tiles` which cells those are.
+    /// Computes the bounds from the cells that the samples visit, and passes those cells to `register_tiles`.
     #[inline(always)]
     pub fn fill<L: Lanes>(
         &mut self,
@@ -57,7 +57,8 @@ impl ClearanceBounds {
         }
     }
 
-    /// Lists for each box of a list the group that promises it the smallest clearance. They are not told again.
+    /// Selects, for each box of a list, the group with the smallest bound. [`Self::below`] does not select these groups
+    /// again.
     #[inline(always)]
     pub fn take_smallest<L: Lanes>(
         &mut self,
@@ -91,7 +92,7 @@ impl ClearanceBounds {
         }
     }
 
-    /// Lists the groups in which a clearance can be below what matters to the samples of a list.
+    /// Selects the groups whose bound is below the clearance that matters to the samples of a list.
     #[inline(always)]
     pub fn below<L: Lanes>(
         &self,
@@ -125,7 +126,7 @@ fn greatest(list: &[i32]) -> i32 {
     greatest
 }
 
-/// The samples of one of the boxes that a chunk is divided into.
+/// The samples of one box of a chunk.
 #[inline(always)]
 fn in_box(samples: &[i32], boxes: usize, number: usize) -> &[i32] {
     let size = samples.len() / boxes;

@@ -1,31 +1,31 @@
-//! What one disc of a row's samples meets at some of the steps.
+//! Looks up the clearance of one disc for a row's samples at some steps.
 
 use super::displacement_table::DisplacementTable;
 use super::lanes::Lanes;
 use super::soa_inputs::SoaInputs;
 use crate::local::QuantizedProblem;
 
-/// Steps that are looked at together: lists of them are filled up to whole pairs.
+/// Number of steps that are looked up together: lists of steps are padded to whole pairs.
 pub const PAIR: usize = 2;
 
-/// A disc and where it is looked up. All that a lookup takes is here by value or as a slice of its own, or compilers
-/// read it again for each step.
+/// A disc and its table. All values of a lookup are copies or separate slices; otherwise the compiler reloads them at
+/// each step.
 pub struct DiscLookup<'a> {
-    /// Of the table; all of one length.
+    /// Columns of the table; all have the same length.
     x: &'a [i32],
     y: &'a [i32],
     across: &'a [i32],
     along: &'a [i32],
     cell: &'a [i32],
     radius: i32,
-    /// From a product to a cell.
+    /// Shift from a product to a cell.
     bits: u32,
     width: i32,
     units: &'a [u16],
 }
 
 impl<'a> DiscLookup<'a> {
-    /// A disc of the samples with this table.
+    /// A disc of the samples of this table.
     #[inline(always)]
     pub fn new(
         problem: &'a QuantizedProblem,
@@ -48,8 +48,8 @@ impl<'a> DiscLookup<'a> {
         }
     }
 
-    /// Lowers the clearances of samples, whose coarse speeds are in both halves of these words, to what the disc meets
-    /// at these steps, whole pairs of them.
+    /// Lowers the clearances of samples to those of the disc at these steps, which are whole pairs. `coarse` holds the
+    /// coarse speeds in both halves of each word.
     #[inline(always)]
     pub fn lower_all<L: Lanes>(
         &self,
@@ -67,7 +67,7 @@ impl<'a> DiscLookup<'a> {
         }
     }
 
-    /// The same for some vectors, which share what is read for each step.
+    /// Lowers the clearances of `N` vectors, which share the loads of each step.
     #[inline(always)]
     fn lower<L: Lanes, const N: usize>(
         &self,

@@ -1,4 +1,4 @@
-//! Between what bounds the entries of some tables lie, group of steps by group of steps.
+//! Bounds of the entries of some displacement tables, for each group of steps.
 
 use super::arithmetic::shift_round;
 use super::displacement_table::DisplacementTable;
@@ -7,23 +7,23 @@ use super::min_pyramid::Boxes;
 use super::soa_inputs::SoaInputs;
 use crate::local::kernel_inputs::{Header, QuantizedDisc};
 
-/// At most so many groups of steps, whole vectors.
+/// Largest number of groups of steps, whole vectors.
 pub const GROUPS: usize = 2 * MAX_LANES;
 
-/// Groups, and a vector written behind them.
+/// The groups, and space for one more vector store.
 const ROOM: usize = GROUPS + MAX_LANES;
 
-/// The least and the greatest entries of a tile's tables. Groups beyond the last are as the last.
+/// Minima and maxima of the entries of a tile's tables. Groups beyond the last repeat it.
 #[derive(Debug, Default)]
 pub struct DisplacementBounds {
     /// For x, y and each disc's x and y.
     columns: Vec<ColumnBounds>,
-    /// Of one column by step, and room behind.
+    /// Minima and maxima of one column by step, padded.
     least: Vec<i32>,
     most: Vec<i32>,
 }
 
-/// Of one column of the tables.
+/// Bounds of one column of the tables.
 #[derive(Clone, Copy, Debug)]
 struct ColumnBounds {
     least: [i32; ROOM],
@@ -40,7 +40,7 @@ impl Default for ColumnBounds {
 }
 
 impl DisplacementBounds {
-    /// Looks through the tables.
+    /// Computes the bounds of these tables.
     #[inline(always)]
     pub fn fill<L: Lanes>(
         &mut self,
@@ -66,7 +66,7 @@ impl DisplacementBounds {
         }
     }
 
-    /// The boxes of cells that a disc is in with speeds between these two, for the groups from `at`.
+    /// The boxes of cells of a disc's centre for speeds between these two, for the groups from `at`.
     #[inline(always)]
     pub fn boxes<L: Lanes>(
         &self,
@@ -84,7 +84,7 @@ impl DisplacementBounds {
         }
     }
 
-    /// The least and the greatest of all tables, step by step.
+    /// Minima and maxima over all tables, step by step.
     #[inline(always)]
     fn merge<L: Lanes>(
         &mut self,
@@ -104,14 +104,14 @@ impl DisplacementBounds {
             least.store(&mut self.least[at..]);
             most.store(&mut self.most[at..]);
         }
-        // The last group may be longer than what is left.
+        // The last group may extend beyond the last step.
         for list in [&mut self.least, &mut self.most] {
             let last = list[inputs.steps - 1];
             list[inputs.steps..].fill(last);
         }
     }
 
-    /// The least and the greatest of all steps of each group.
+    /// Minima and maxima over the steps of each group.
     #[inline(always)]
     fn group<L: Lanes>(&mut self, token: L::FeatureToken, inputs: &SoaInputs, number: usize) {
         let bounds = &mut self.columns[number];
@@ -146,7 +146,7 @@ fn column<'a>(table: &'a DisplacementTable, inputs: &SoaInputs, number: usize) -
     }
 }
 
-/// The first and the last columns, or rows, for displacements in the first span from places in the second.
+/// The first and last columns, or rows, for displacements in the first bounds from positions in the second.
 #[inline(always)]
 fn cells<L: Lanes>(
     token: L::FeatureToken,

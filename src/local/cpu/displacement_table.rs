@@ -1,4 +1,4 @@
-//! The table of one turn rate: where the discs of the footprint are at each step. Lanes are steps here.
+//! The table of one turn rate: the positions of the footprint's discs at each step. Lanes are steps here.
 
 use super::arithmetic::{cos_q20, shift_round, sin_q20};
 use super::lanes::{Lanes, MAX_LANES};
@@ -8,9 +8,9 @@ use crate::local::kernel_inputs::{Header, VthetaSample};
 
 /// The table of one turn rate, by step.
 ///
-/// A disc's position along x is `disc_x + round(coarse x / 2^coarse_bits)`, and its column that divided by `2^cell_bits`. The
-/// divisions are one: with the part of `disc_x` below a cell, and the half that rounds, in the product's scale as `across`,
-/// the column is that of `disc_x` plus `(coarse x + across) >> (coarse_bits + cell_bits)`.
+/// A disc's x position is `disc_x + round(coarse x / 2^coarse_bits)`, and its column is that divided by `2^cell_bits`.
+/// One shift does both divisions: `across` holds the part of `disc_x` below a cell plus the rounding half, in the scale
+/// of the product. The column is that of `disc_x` plus `(coarse x + across) >> (coarse_bits + cell_bits)`.
 #[derive(Debug, Default)]
 pub struct DisplacementTable {
     cosines: Vec<i32>,
@@ -19,22 +19,22 @@ pub struct DisplacementTable {
     pub x: Vec<i32>,
     /// Coarse displacement along y.
     pub y: Vec<i32>,
-    /// `x` as two numbers of 16 bits, which add up to it.
+    /// `x` as two 16-bit numbers whose sum is `x`.
     pub x_halves: Vec<i32>,
-    /// `y` as two numbers of 16 bits, which add up to it.
+    /// `y` as two 16-bit numbers whose sum is `y`.
     pub y_halves: Vec<i32>,
-    /// For each disc and step its centre for a robot that did not move, along x.
+    /// Centre of each disc at each step for a robot that does not translate, x.
     pub disc_x: Vec<i32>,
-    /// And along y.
+    /// Centre of each disc at each step for a robot that does not translate, y.
     pub disc_y: Vec<i32>,
-    /// For each disc and step what leads from a product to its cell.
+    /// Addend from a product to its cell for each disc and step, x.
     pub across: Vec<i32>,
-    /// The same along y.
+    /// Addend from a product to its cell for each disc and step, y.
     pub along: Vec<i32>,
-    /// The cell of that disc for a robot that did not move.
+    /// The cell of each disc for a robot that does not translate.
     pub cell: Vec<i32>,
-    /// `disc_x` with the half that rounds, in the product's scale; what is beyond 32 bits is cut off. Only for lanes that
-    /// look up in registers, as the next.
+    /// `disc_x` and the rounding half, in the scale of the product, modulo 2^32. Only for lanes with register lookups,
+    /// as `y_scaled`.
     pub x_scaled: Vec<i32>,
     /// The same along y.
     pub y_scaled: Vec<i32>,
@@ -45,7 +45,7 @@ pub struct DisplacementTable {
 }
 
 impl DisplacementTable {
-    /// The table of a turn rate, for which there is room; entries beyond the last step repeat it.
+    /// Fills the table of a turn rate; entries beyond the last step repeat it.
     #[inline(always)]
     pub fn fill<L: Lanes>(
         &mut self,
@@ -59,7 +59,8 @@ impl DisplacementTable {
         self.place_discs::<L>(token, problem, inputs, false);
     }
 
-    /// Enters what is the same for all turn rates of a decision: central discs do not move as the robot turns.
+    /// Fills the entries that are equal for all turn rates of a decision: central discs do not move when the robot
+    /// turns.
     #[inline(always)]
     pub fn begin<L: Lanes>(
         &mut self,
@@ -70,7 +71,7 @@ impl DisplacementTable {
         self.place_discs::<L>(token, problem, inputs, true);
     }
 
-    /// Finds where the central discs are, or the others.
+    /// Computes the positions of either the central discs or the others.
     #[inline(always)]
     fn place_discs<L: Lanes>(
         &mut self,
@@ -86,10 +87,10 @@ impl DisplacementTable {
         }
     }
 
-    /// Makes room for the tables of this decision.
+    /// Resizes the columns for this decision.
     #[inline(always)]
     pub fn make_room<L: Lanes>(&mut self, inputs: &SoaInputs, discs: usize) {
-        // A step's discs stand turned already: one angle more than steps.
+        // The discs of a step are turned already: there is one more angle than steps.
         let angles = inputs.steps + MAX_LANES;
         let cells = inputs.steps * discs;
         if self.cosines.len() == angles && self.disc_x.len() == cells {
@@ -120,7 +121,7 @@ impl DisplacementTable {
         }
     }
 
-    /// Finds the cosines and sines of all headings; those beyond the last repeat it.
+    /// Computes the cosines and sines of all headings; those beyond the last repeat it.
     #[inline(always)]
     fn turn_on<L: Lanes>(
         &mut self,
@@ -146,7 +147,7 @@ impl DisplacementTable {
         }
     }
 
-    /// Finds the displacements, which are sums of cosines and sines.
+    /// Computes the displacements, the running sums of cosines and sines.
     #[inline(always)]
     fn add_up<L: Lanes>(&mut self, token: L::FeatureToken, header: &Header, inputs: &SoaInputs) {
         let (zero, low) = (L::splat(token, 0), L::splat(token, 0xFFFF));
@@ -170,7 +171,7 @@ impl DisplacementTable {
             for at in (0..inputs.steps).step_by(L::COUNT) {
                 let number = lane_numbers::<L>(token).add(L::splat(token, at as i32));
                 let values = L::load(token, &values[at..]);
-                // At most 2^20 for each of 1023 steps; none beyond the last.
+                // At most 2^20 for each of 1023 steps; nothing is added beyond the last step.
                 let values = L::select(number.less(steps), values, zero);
                 let sum = values.prefix_sums().add(L::splat(token, *end));
                 *end = sum.last();
@@ -183,7 +184,7 @@ impl DisplacementTable {
         }
     }
 
-    /// Finds where one disc is.
+    /// Computes the positions of one disc.
     #[inline(always)]
     fn place_disc<L: Lanes>(
         &mut self,
@@ -228,8 +229,8 @@ impl DisplacementTable {
     }
 }
 
-/// Whether every disc of a row's samples stays on the field. Positions are monotonic in the speed, rounded as they are, so
-/// the first and the last sample bound the others.
+/// Whether every disc of a row's samples stays on the field. Rounded positions are monotonic in the speed, so the first
+/// and the last sample bound the others.
 #[inline(always)]
 pub fn stays_inside<L: Lanes>(
     token: L::FeatureToken,
@@ -262,7 +263,7 @@ pub fn stays_inside<L: Lanes>(
     true
 }
 
-/// How far one sample has moved at the steps from `at`.
+/// Displacement of one sample at the steps from `at`.
 #[inline(always)]
 pub fn moved_steps<L: Lanes>(
     token: L::FeatureToken,
@@ -277,7 +278,7 @@ pub fn moved_steps<L: Lanes>(
     (shift_round(token, x, bits), shift_round(token, y, bits))
 }
 
-/// Where a disc is then.
+/// Position of a disc for these displacements.
 #[inline(always)]
 pub fn disc_steps<L: Lanes>(
     token: L::FeatureToken,
@@ -291,7 +292,7 @@ pub fn disc_steps<L: Lanes>(
     )
 }
 
-/// Zero in the first lane, one in the second, and so on.
+/// The index of each lane.
 #[inline(always)]
 pub fn lane_numbers<L: Lanes>(token: L::FeatureToken) -> L {
     const NUMBERS: [i32; MAX_LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];

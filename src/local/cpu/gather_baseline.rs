@@ -1,27 +1,27 @@
-//! The limit that the engine is measured against: gathers from the distance field and nothing else.
+//! The lower bound for the engine's time in benchmarks: gathers from the distance field and nothing else.
 
 use super::instruction_set::Kernel;
 use super::lanes::{LaneTask, Lanes, MAX_LANES};
 use super::{CpuEngine, InstructionSet};
 use crate::local::{ClearanceField, EngineError};
 
-/// Reads the field's entries at many cells, as fast as the instructions can, and nothing else.
+/// Reads entries of the field at many cells, as fast as the instruction set allows.
 ///
-/// A decision of one disc reads one entry for each sample and step, so the time of this over as many cells is what no
-/// engine can beat that looks at every step.
+/// A decision with one disc reads one entry per sample and step. An engine that evaluates every step cannot be faster
+/// than this over as many cells.
 pub struct GatherBaseline(Kernel);
 
 impl GatherBaseline {
-    /// With certain instructions.
+    /// Uses a given instruction set.
     ///
     /// # Errors
-    /// When the processor does not have them.
+    /// When the processor lacks the instructions.
     pub fn new(instructions: InstructionSet) -> Result<Self, EngineError> {
         CpuEngine::kernel_of(instructions).map(Self)
     }
 
-    /// The smallest entry, in the field's units, at these cells (row times width plus column); those of an incomplete
-    /// vector at the end are left out, and other indices give one of the field's entries.
+    /// The smallest entry, in the field's units, at these cells (row times width plus column). An incomplete vector at
+    /// the end is ignored; other indices give one of the field's entries.
     #[must_use]
     pub fn least(&self, field: &ClearanceField, cells: &[i32]) -> i32 {
         let list = field.padded_units();
@@ -47,7 +47,7 @@ impl LaneTask for Gathering<'_> {
     fn run<L: Lanes>(self, token: L::FeatureToken) -> i32 {
         let Self { list, cells } = self;
         let most = L::splat(token, i32::from(u16::MAX));
-        // Several at a time: no gather waits for the one before.
+        // Four independent gathers at a time.
         let (mut one, mut two, mut three, mut four) = (most, most, most, most);
         for cells in cells.chunks_exact(4 * MAX_LANES) {
             for at in (0..4 * MAX_LANES).step_by(4 * L::COUNT) {

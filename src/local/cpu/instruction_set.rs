@@ -1,15 +1,15 @@
-//! Which vector instructions the CPU engine uses: found out when the program runs, never when it is built.
+//! Selects the vector instructions of the CPU engine at run time.
 
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512, run_avx2, run_avx512};
 use super::lanes::{LaneTask, Lanes, Portable};
 
-/// A way to judge samples on a CPU. All give the same bits.
+/// Instruction sets of the CPU kernels. All return the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// One sample after the other, step by step, as the shaders do it: the reference for the others.
+    /// One sample after the other, step by step, as in the shaders: the reference for the others.
     Scalar,
-    /// Loops over short arrays, which the compiler turns into the vectors that every processor of its kind has.
+    /// Loops over short arrays; the compiler uses the vector instructions that every processor of the target has.
     Portable,
     /// Eight samples at once with AVX2.
     Avx2,
@@ -18,10 +18,10 @@ pub enum InstructionSet {
 }
 
 impl InstructionSet {
-    /// Every way.
+    /// All instruction sets.
     pub const ALL: [Self; 4] = [Self::Scalar, Self::Portable, Self::Avx2, Self::Avx512];
 
-    /// The best that this processor has.
+    /// The fastest that this processor has.
     #[must_use]
     pub fn best() -> Self {
         let mut best = Self::Portable;
@@ -33,13 +33,13 @@ impl InstructionSet {
         best
     }
 
-    /// Whether this processor has them.
+    /// Whether this processor has the instructions.
     #[must_use]
     pub fn is_available(self) -> bool {
         Kernel::of(self).is_some()
     }
 
-    /// The word for people.
+    /// The name for display.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ impl InstructionSet {
     }
 }
 
-/// InstructionSet that are here, with what shows it.
+/// An available instruction set, with the token that shows it.
 #[derive(Clone, Copy, Debug)]
 pub enum Kernel {
     /// One sample at a time.
@@ -67,7 +67,7 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// Does some work with these instructions; the scalar kernel, which has none of its own, with arrays.
+    /// Runs a task with these instructions. The scalar kernel uses arrays.
     pub fn run<W: LaneTask>(self, work: W) -> W::Output {
         match self {
             Self::Scalar | Self::Portable => work.run::<Portable>(()),
@@ -78,7 +78,7 @@ impl Kernel {
         }
     }
 
-    /// The kernel of these instructions, where the processor has them.
+    /// The kernel of an instruction set, if the processor has it.
     pub fn of(instructions: InstructionSet) -> Option<Self> {
         match instructions {
             InstructionSet::Scalar => Some(Self::Scalar),

@@ -1,39 +1,39 @@
-//! The smallest entries of squares of the field: what no cell of a rectangle is below, in two lookups.
+//! Minimum pyramid of the field: a lower bound of the entries of any rectangle of cells takes two lookups.
 
 use super::lanes::{LaneTask, Lanes, Square};
 use super::reachable_region::Region;
 use crate::local::QuantizedProblem;
 
-/// Squares have sides of 1, 2, 4 and so on up to 2 to this power.
+/// The sides of the squares are 1, 2, 4 and so on, up to 2 to this power.
 const MAX_LEVEL: u32 = 4;
 
-/// The side of the largest squares.
+/// Side of the largest squares.
 const LARGEST: usize = 1 << MAX_LEVEL;
 
-/// The most entries of one size: those of a larger region would not stay near the processor.
+/// Largest number of entries of one level: more would not stay in the cache.
 const MAX_ENTRIES: usize = 1 << 18;
 
-/// Lookups of a decision from which on a cell is worth pooling.
+/// Number of lookups per cell from which building the pyramid is faster than not.
 const PER_CELL: usize = 8;
 
-/// How many sizes of squares there are.
+/// Number of levels.
 const LEVELS: usize = MAX_LEVEL as usize + 1;
 
-/// Columns are filled up to whole vectors of this many entries.
+/// Rows are padded to a multiple of this many entries.
 const FILLED: usize = 32;
 
-/// For each cell of a region and each size of square the smallest entry of the square that begins there and goes on
-/// to higher columns and rows. What a square has beyond the region does not count.
+/// For each cell of a region and each level, the smallest entry of the square that begins in the cell and extends to
+/// higher columns and rows. Cells beyond the region do not count.
 #[derive(Debug, Default)]
 pub struct MinPyramid {
     region: Region,
     stride: usize,
-    /// Entries of one size.
+    /// Entries of one level.
     level: usize,
     entries: Vec<u16>,
 }
 
-/// The first and the last columns and rows of rectangles of cells in the field, one in each lane.
+/// First and last columns and rows of rectangles of cells, one rectangle per lane.
 #[derive(Clone, Copy)]
 pub struct Boxes<L> {
     /// First column, last column.
@@ -43,7 +43,7 @@ pub struct Boxes<L> {
 }
 
 impl<L: Lanes> Boxes<L> {
-    /// Without a cell.
+    /// Empty boxes.
     #[inline(always)]
     pub fn nowhere(token: L::FeatureToken) -> Self {
         let nowhere = (L::splat(token, i32::MAX), L::splat(token, i32::MIN));
@@ -53,7 +53,7 @@ impl<L: Lanes> Boxes<L> {
         }
     }
 
-    /// The boxes around these and others.
+    /// The smallest boxes that contain both.
     #[inline(always)]
     pub fn with(self, other: Self) -> Self {
         Self {
@@ -69,13 +69,13 @@ fn around<L: Lanes>(one: (L, L), other: (L, L)) -> (L, L) {
 }
 
 impl MinPyramid {
-    /// Pools a region of the field that is not too large.
+    /// Builds the pyramid of a region, which must not be too large.
     #[inline(always)]
     pub fn fill(&mut self, problem: &QuantizedProblem, region: Region) {
         self.region = region;
         self.stride = stride(region);
         self.level = entries(region);
-        // All the room at once: regions differ from one decision to the next.
+        // Reserves for the largest region: regions differ from one decision to the next.
         if self.entries.capacity() == 0 {
             self.entries.reserve_exact(MAX_ENTRIES * LEVELS);
         }
@@ -100,7 +100,7 @@ impl MinPyramid {
         }
     }
 
-    /// The square of the region that begins in this cell of the field, or as near to it as the region does.
+    /// The square of the region that begins in this cell of the field, or in the nearest cell of the region.
     #[inline(always)]
     pub fn square(&self, column: i32, row: i32) -> Square<'_> {
         let Region { width, height, .. } = self.region;
@@ -114,29 +114,29 @@ impl MinPyramid {
         }
     }
 
-    /// Forgets the last decision.
+    /// Discards the last decision's pyramid.
     pub fn clear(&mut self) {
         self.region = Region::default();
     }
 
-    /// Whether nothing was pooled for this decision.
+    /// Whether there is no pyramid for this decision.
     pub const fn is_empty(&self) -> bool {
         self.region.cells() == 0
     }
 
-    /// Pretends that there are no obstacles.
+    /// Clears all obstacles from the pyramid.
     #[cfg(test)]
     pub fn forget(&mut self) {
         self.entries.fill(u16::MAX);
     }
 
-    /// What was pooled.
+    /// The region of the pyramid.
     #[cfg(test)]
     pub const fn region(&self) -> Region {
         self.region
     }
 
-    /// What no entry in the boxes is below, or zero where a box is too large to tell. Boxes are cut off at the region.
+    /// Lower bounds of the entries in the boxes; zero for a box that is too large. Boxes are clipped to the region.
     #[inline(always)]
     pub fn least<L: Lanes>(&self, token: L::FeatureToken, boxes: &Boxes<L>) -> L {
         let Region {
@@ -150,7 +150,7 @@ impl MinPyramid {
         let one = L::splat(token, 1);
         let wide = columns.1.sub(columns.0).add(one);
         let high = rows.1.sub(rows.0).add(one);
-        // Two squares cover the box: as high as it is wide, or half as long as it is.
+        // Two squares cover the box. Their side is the box's shorter side, or half of its longer side if that is more.
         let side = wide.min(high).max(wide.max(high).add(one).shr(1));
         let level = L::splat(token, 31).sub(side.add(side).sub(one).leading_zeros());
         let too_large = L::splat(token, MAX_LEVEL as i32).less(level);
@@ -170,18 +170,18 @@ impl MinPyramid {
     }
 }
 
-/// Columns of a region, filled up.
+/// Padded columns of a region.
 const fn stride(region: Region) -> usize {
     (region.width as usize).next_multiple_of(FILLED)
 }
 
-/// Entries of one size. There are rows behind the last, for squares that go on beyond it, and for lookups, which take
-/// the entry behind as well.
+/// Entries of one level. There are rows after the last one, for squares that extend beyond it and for gathers, which
+/// read one more entry.
 const fn entries(region: Region) -> usize {
     stride(region) * (region.height as usize + LARGEST)
 }
 
-/// Counted from the region's corner and cut off at its ends.
+/// Converts to indices from the region's corner and clips them.
 #[inline(always)]
 fn within<L: Lanes>(
     token: L::FeatureToken,
@@ -197,8 +197,8 @@ fn within<L: Lanes>(
     )
 }
 
-/// Where the two squares begin along one axis: at both ends of what is longer than a square, and otherwise both in the
-/// same place with the box in their middle.
+/// Starts of the two squares along one axis. If the box is longer than a square, they are at both ends; otherwise both
+/// are the same and contain the box in their middle.
 #[inline(always)]
 fn ends<L: Lanes>(token: L::FeatureToken, (first, last): (L, L), length: L, side: L) -> (L, L) {
     let zero = L::splat(token, 0);
@@ -208,8 +208,8 @@ fn ends<L: Lanes>(token: L::FeatureToken, (first, last): (L, L), length: L, side
     (one, other)
 }
 
-/// Squares twice as large, from four of the smaller ones each. Those that reach beyond a row's end go on in the next
-/// one: they may be told too small an entry, never one too large.
+/// Builds squares twice as large from four smaller ones. Those that extend beyond the end of a row continue in the next
+/// row: their entry may be too small, never too large.
 #[inline(always)]
 fn pool(smaller: &[u16], larger: &mut [u16], stride: usize, side: usize) {
     let len = larger.len();
@@ -224,11 +224,11 @@ fn pool(smaller: &[u16], larger: &mut [u16], stride: usize, side: usize) {
     }
 }
 
-/// Pooling what a decision can look at, unless that is more than it looks up or too large.
+/// Builds the pyramid of the reachable region, unless it is too large or has too few lookups per cell.
 pub struct BuildMinPyramid<'a> {
-    /// What is filled.
+    /// The pyramid to fill.
     pub pyramid: &'a mut MinPyramid,
-    /// Whose field.
+    /// The problem with the field.
     pub problem: &'a QuantizedProblem,
 }
 

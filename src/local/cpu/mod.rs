@@ -1,4 +1,5 @@
-//! The CPU engine: rows of samples, one for each turn rate, judged by threads with the best instructions there are.
+//! The CPU engine: threads evaluate rows of samples, one row per turn rate, with the best instruction set of the
+//! processor.
 
 mod arithmetic;
 mod clearance_bounds;
@@ -45,17 +46,17 @@ use super::engine::{Detail, Engine, Evaluation, SampleRecord, Winner};
 use super::select::{Candidate, NO_CANDIDATE, better};
 use super::{EngineError, QuantizedProblem, score};
 
-/// Parts for each thread of several: enough that one who wakes late leaves little undone.
+/// Shards per thread when there are several threads: enough that a late thread leaves little work to the others.
 const SHARDS_PER_THREAD: usize = 4;
 
-/// With fewer samples the choice is made sooner than handed out.
+/// Number of samples from which the selection uses all threads. Below it one thread is faster.
 const PARALLEL_ARGMAX_SAMPLES: usize = 1 << 15;
 
-/// Evaluates on the machine's own cores.
+/// Evaluates on the cores of this machine.
 pub struct CpuEngine {
     instructions: InstructionSet,
     kernel: Kernel,
-    /// None where all is done in the caller's thread.
+    /// `None` when the caller's thread does all work.
     pool: Option<ThreadPool>,
     threads: usize,
     inputs: SoaInputs,
@@ -64,7 +65,7 @@ pub struct CpuEngine {
 }
 
 impl CpuEngine {
-    /// An engine that works in the thread that calls it.
+    /// An engine that works in the caller's thread.
     #[must_use]
     pub fn single_threaded() -> Self {
         let instructions = InstructionSet::best();
@@ -76,18 +77,18 @@ impl CpuEngine {
         )
     }
 
-    /// An engine that works in the thread that calls it and in others; with one thread, or none, in the caller's alone.
+    /// An engine that works in the caller's thread and `threads - 1` others; with 0 or 1 in the caller's alone.
     ///
     /// # Errors
-    /// When the system does not give the threads.
+    /// When the system refuses a thread.
     pub fn with_threads(threads: usize) -> Result<Self, EngineError> {
         Self::with_instruction_set(InstructionSet::best(), threads)
     }
 
-    /// An engine with certain instructions, to compare them.
+    /// An engine with a given instruction set, for comparisons.
     ///
     /// # Errors
-    /// When the processor does not have them, or the system does not give the threads.
+    /// When the processor lacks the instructions, or the system refuses a thread.
     pub fn with_instruction_set(
         instructions: InstructionSet,
         threads: usize,
@@ -129,13 +130,13 @@ impl CpuEngine {
         }
     }
 
-    /// The instructions it uses.
+    /// The instruction set that it uses.
     #[must_use]
     pub const fn instructions(&self) -> InstructionSet {
         self.instructions
     }
 
-    /// Has every part judged.
+    /// Evaluates every shard.
     fn evaluate_rows(&mut self, problem: &QuantizedProblem) {
         let (kernel, shards) = (self.kernel, &self.shards);
         let (inputs, pyramid) = (&self.inputs, &self.pyramid);
@@ -147,7 +148,7 @@ impl CpuEngine {
         });
     }
 
-    /// What all samples add up to, and the best of them.
+    /// Statistics of all samples, and the best sample.
     fn select(&mut self, problem: &QuantizedProblem) -> (SampleStats, Candidate) {
         let mut stats = SampleStats::default();
         for shard in &mut self.shards {
@@ -160,7 +161,7 @@ impl CpuEngine {
             inputs: &self.inputs,
             scales: normalizers.map(|normalizer| TermScale::new(&normalizer)),
         };
-        // The row that promises most comes first: few of the others can then still win.
+        // The row with the largest bound comes first: few other rows can beat its best sample.
         let mut first = (NO_CANDIDATE, 0);
         for (number, shard) in self.shards.iter_mut().enumerate() {
             let bound = unlocked(shard).find_bounds(&argmax);
@@ -184,7 +185,7 @@ impl CpuEngine {
         (stats, best.fold(NO_CANDIDATE, better))
     }
 
-    /// The winner, unless nobody won.
+    /// The winner; `None` when no sample is admissible.
     fn winner(&mut self, problem: &QuantizedProblem, (score, index): Candidate) -> Option<Winner> {
         let vx_samples = problem.vx_samples.len();
         let (row, column) = (index as usize / vx_samples, index as usize % vx_samples);
@@ -198,7 +199,7 @@ impl CpuEngine {
         })
     }
 
-    /// All samples in order: parts follow one another as their rows do.
+    /// All samples in order of index: shards and their rows are in that order.
     fn samples(&mut self, problem: &QuantizedProblem) -> Vec<SampleRecord> {
         let inputs = &self.inputs;
         let mut samples = Vec::with_capacity(problem.len());
@@ -214,7 +215,7 @@ impl CpuEngine {
     }
 }
 
-/// Does something with every part, each taken by whoever is free.
+/// Calls `each` with every shard; each idle thread takes the next one.
 fn for_each_shard(
     pool: Option<&mut ThreadPool>,
     shards: &[Mutex<RowShard>],

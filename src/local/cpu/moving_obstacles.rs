@@ -1,5 +1,6 @@
-//! Moving obstacles: where one can come nearer to a tile's neighbouring samples than anything else, it is looked at.
-//! The middle sample of the middle row bounds the others by how far they are apart.
+//! Clearances to moving obstacles. Only an obstacle that can be nearer to a tile's neighbouring samples than anything
+//! else is evaluated exactly: the middle sample of the middle row, and the distance of the others from it, give a
+//! bound.
 
 use super::displacement_table::{DisplacementTable, disc_steps, moved_steps};
 use super::lanes::Lanes;
@@ -9,23 +10,23 @@ use crate::local::QuantizedProblem;
 
 const ROUNDING_UNITS: i32 = ROUNDING as i32;
 
-/// So many are looked at together: room that does not depend on how many there are.
+/// Number of entries evaluated together: the memory does not depend on the number of obstacles.
 const MAX_NEAR: usize = 256;
 
-/// Room for the work on one chunk of a tile.
+/// Working memory for one chunk of a tile.
 #[derive(Debug, Default)]
 pub struct MovingObstacles {
     /// Squared distances from the middle sample, for each vector of steps, disc and obstacle.
     squared: Vec<i32>,
-    /// What can be nearest.
+    /// Candidates for the nearest obstacle.
     near: Vec<Near>,
 }
 
-/// A disc at a step at which a moving obstacle can be nearest.
+/// A disc at a step, and a moving obstacle that can be the nearest one.
 #[derive(Clone, Copy, Debug)]
 struct Near {
     step: usize,
-    /// Of the disc at that step in the tables.
+    /// Index of the disc and step in the tables.
     place: usize,
     body_x: i32,
     body_y: i32,
@@ -34,18 +35,18 @@ struct Near {
 
 /// The samples of a chunk in all rows of a tile.
 pub struct Chunk<'a> {
-    /// One for each row.
+    /// One per row.
     pub tables: &'a [DisplacementTable],
     /// The first sample.
     pub first: usize,
-    /// The one behind the last.
+    /// One past the last sample.
     pub end: usize,
 }
 
 impl MovingObstacles {
     /// Lowers the clearances of a chunk's samples, in all rows of a tile, to those to moving obstacles.
     ///
-    /// The nearest of them at any step lowers the bound first; most of the others are then too far.
+    /// The nearest obstacle at any step lowers the bound first; most other obstacles are then too far.
     #[inline(always)]
     pub fn lower<L: Lanes>(
         &mut self,
@@ -76,7 +77,7 @@ impl MovingObstacles {
         }
         let coarse = &inputs.coarse[chunk.first..chunk.end];
         let middle = L::splat(token, coarse[coarse.len() / 2]);
-        // Counted by hand: an iterator here is called, not inlined.
+        // A manual counter: the compiler does not inline an iterator here.
         let mut place = 0;
         for at in (0..inputs.steps).step_by(L::COUNT) {
             let moved = moved_steps(token, problem, table, middle, at);
@@ -87,27 +88,27 @@ impl MovingObstacles {
                     let (track_x, track_y) = inputs.track(body);
                     let across = bounded(token, x.sub(L::load(token, &track_x[at..])));
                     let along = bounded(token, y.sub(L::load(token, &track_y[at..])));
-                    // Above 2^31 only where the distance is beyond every bound.
+                    // Above 2^31 only if the distance exceeds every bound.
                     let squared = across.mul(across).add(along.mul(along));
                     squared.store(&mut self.squared[place..]);
                     place += L::COUNT;
                     nearest = nearest.min(squared.shr(1));
                 }
-                // Halved, for the comparison is signed: at most one less than it was.
+                // Halved because the comparison is signed; the result is at most one too small.
                 let nearest = f64::from(2 * nearest.reduce_min() as u32 + 1).sqrt() as i32 + 1;
                 let apart = inputs.apart[at + L::COUNT - 1] + ROUNDING_UNITS;
                 bound = bound.min(nearest + apart - disc.radius - least_radius);
             }
         }
         if bound <= 0 {
-            // All of them collide.
+            // Every sample collides.
             for least in least.chunks_exact_mut(inputs.stride) {
                 least[chunk.first..chunk.end].fill(0);
             }
             return;
         }
         let most = L::splat(token, MAX_OFFSET);
-        // Counted by hand: an iterator here is called, not inlined.
+        // A manual counter: the compiler does not inline an iterator here.
         let mut place = 0;
         for at in (0..inputs.steps).step_by(L::COUNT) {
             let apart = L::load(token, &inputs.apart[at..]);
@@ -143,7 +144,7 @@ impl MovingObstacles {
         self.look::<L>(token, problem, inputs, chunk, least);
     }
 
-    /// Lowers the clearances to what is near.
+    /// Lowers the clearances to those of the candidates.
     #[inline(always)]
     fn look<L: Lanes>(
         &self,
@@ -179,7 +180,7 @@ impl MovingObstacles {
     }
 }
 
-/// The lanes that stand for steps of the horizon.
+/// Bit mask of the lanes that are steps of the horizon.
 fn steps_left(steps: u32, at: usize, lanes: usize) -> u32 {
     let left = (steps as usize).saturating_sub(at);
     if left >= lanes {

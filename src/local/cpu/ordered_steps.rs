@@ -1,4 +1,5 @@
-//! Trajectories that may leave the field, or stop within the arc left: every step in order, as `rollout.rs` does.
+//! Evaluates trajectories that may leave the field, or stop within the remaining arc: every step in order, as in
+//! `rollout.rs`.
 
 use super::arithmetic::shift_round;
 use super::displacement_table::DisplacementTable;
@@ -7,7 +8,7 @@ use super::row::LaneOutcome;
 use super::soa_inputs::SoaInputs;
 use crate::local::QuantizedProblem;
 
-/// What the samples of one vector meet.
+/// Evaluates the samples of one vector.
 #[inline(always)]
 pub fn evaluate<L: Lanes>(
     token: L::FeatureToken,
@@ -66,7 +67,7 @@ pub fn evaluate<L: Lanes>(
             has: least,
         };
     }
-    // What ends a trajectory decides only where no step was free.
+    // The end of a trajectory decides only if no step is free.
     let started = zero.less(free);
     LaneOutcome {
         collision: L::mask_and_not(collision, started),
@@ -82,7 +83,7 @@ pub fn moved<L: Lanes>(token: L::FeatureToken, coarse: L, table: i32, bits: u32)
     shift_round(token, coarse.mul(L::splat(token, table)), bits)
 }
 
-/// Distance to the nearest static obstacle, and where the position is off the field; there the distance means nothing.
+/// Distance to the nearest static obstacle, and the lanes that are off the field; their distance is undefined.
 #[inline(always)]
 fn distance_or_off<L: Lanes>(
     token: L::FeatureToken,
@@ -113,7 +114,7 @@ pub fn squared_distance<L: Lanes>(token: L::FeatureToken, x: L, y: L, to_x: i32,
     across.mul(across).add(along.mul(along))
 }
 
-/// Within what can be squared and added in 32 bits.
+/// Limits a coordinate so that two squares fit in 32 bits.
 #[inline(always)]
 pub fn bounded<L: Lanes>(token: L::FeatureToken, value: L) -> L {
     value
@@ -121,10 +122,10 @@ pub fn bounded<L: Lanes>(token: L::FeatureToken, value: L) -> L {
         .max(L::splat(token, -MAX_OFFSET))
 }
 
-/// Two squares of this still fit in 32 bits.
+/// Two squares of this fit in 32 bits.
 pub const MAX_OFFSET: i32 = 46_340;
 
-/// The clearance, or that to a body at this squared distance where it is smaller.
+/// The smaller of the clearance and the clearance to a body at this squared distance.
 #[inline(always)]
 pub fn nearer<L: Lanes>(token: L::FeatureToken, clearance: L, squared: L, radii: i32) -> L {
     let radii = L::splat(token, radii);
@@ -133,7 +134,7 @@ pub fn nearer<L: Lanes>(token: L::FeatureToken, clearance: L, squared: L, radii:
         L::splat(token, 0).less(reach),
         squared.less_unsigned(reach.mul(reach)),
     );
-    // The root is taken only where it can matter, which is seldom.
+    // The root is computed only where it can matter, which is rare.
     if L::bitmask(near) == 0 {
         clearance
     } else {

@@ -1,21 +1,21 @@
-//! Looking one disc of two rows' samples up in a patch: places are words of 16 bits, so a vector of them is two rows.
+//! Looks up one disc of two rows in a register tile: indices have 16 bits, so one vector holds two rows.
 
 use super::displacement_table::DisplacementTable;
 use super::lanes::Lanes;
 use super::soa_inputs::SoaInputs;
 
-/// The positions of one disc in two rows, in the scale of products: what is beyond 32 bits is cut off, which leaves
-/// columns and rows modulo the side of a patch as they are.
+/// The positions of one disc in two rows, in the scale of the products, modulo 2^32. This keeps columns and rows modulo
+/// the side of a register tile.
 pub struct PairedLookup<'a> {
     one: Positions<'a>,
     other: Positions<'a>,
 }
 
-/// By step, all of one length.
+/// Columns by step; all have the same length.
 struct Positions<'a> {
-    /// Coarse displacements as two numbers of 16 bits.
+    /// Coarse displacements as two 16-bit numbers.
     moved: [&'a [i32]; 2],
-    /// For a robot that did not move.
+    /// Positions for a robot that does not translate.
     standing: [&'a [i32]; 2],
 }
 
@@ -33,7 +33,7 @@ impl<'a> Positions<'a> {
         }
     }
 
-    /// At a step, for samples with these coarse speeds.
+    /// Positions at a step for samples with these coarse speeds.
     #[inline(always)]
     fn at<L: Lanes>(&self, token: L::FeatureToken, step: usize, vx: L) -> (L, L) {
         let x = L::splat(token, self.moved[0][step]);
@@ -45,7 +45,7 @@ impl<'a> Positions<'a> {
 }
 
 impl<'a> PairedLookup<'a> {
-    /// Of two tables.
+    /// Combines two tables.
     #[inline(always)]
     pub fn new(
         inputs: &SoaInputs,
@@ -59,7 +59,7 @@ impl<'a> PairedLookup<'a> {
         }
     }
 
-    /// The smallest entries at the steps of some groups, of the first row in the lower halves of the lanes.
+    /// The smallest entries at the steps of some groups, the first row in the lower halves of the lanes.
     #[inline(always)]
     pub fn nearest<L: Lanes, const SIDE: usize>(
         &self,

@@ -1,4 +1,4 @@
-//! The part of the field that a decision can look at.
+//! The region of the field that the samples of a decision can reach.
 
 use super::arithmetic::cos_q20;
 use super::lanes::{Lanes, MAX_LANES};
@@ -6,15 +6,15 @@ use crate::local::QuantizedProblem;
 use crate::local::kernel_inputs::{Header, QuantizedDisc, VxSample};
 use crate::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN, shift_round};
 
-/// More than two rounded cosines can be out of order: each is within 0.63 of the true one. Q20.
+/// Bound of the error in the order of two rounded cosines, Q20: each is within 0.63 of the true one.
 const ROUNDING_Q20: i32 = 2;
 
 /// A rectangle of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Region {
-    /// Its first column.
+    /// First column.
     pub column: i32,
-    /// Its first row.
+    /// First row.
     pub row: i32,
     /// Columns.
     pub width: i32,
@@ -23,8 +23,8 @@ pub struct Region {
 }
 
 impl Region {
-    /// All cells of the field that a disc of any sample is on at any step, and a few more. Empty where that is nowhere
-    /// on the field.
+    /// All cells of the field that a disc's centre can be in for any sample at any step, and a small margin. Empty when
+    /// none is on the field.
     #[inline(always)]
     pub fn new<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem) -> Self {
         let header = &problem.header;
@@ -46,19 +46,19 @@ impl Region {
         }
     }
 
-    /// How many cells.
+    /// Number of cells.
     pub const fn cells(&self) -> usize {
         self.width as usize * self.height as usize
     }
 }
 
-/// No disc's centre is farther from the robot's origin, units.
+/// Largest distance of a disc's centre from the robot's origin, units.
 pub fn disc_reach(problem: &QuantizedProblem) -> i32 {
     let reach = |disc: &QuantizedDisc| disc.x.abs() + disc.y.abs();
     problem.discs.iter().map(reach).max().unwrap_or_default()
 }
 
-/// The least and the most that any sample moves, to any step, along the axis that the heading is measured from.
+/// Smallest and largest displacement of any sample at any step, along the axis from which the heading is measured.
 #[inline(always)]
 fn moved<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem, heading: u32) -> (i32, i32) {
     let header = &problem.header;
@@ -68,7 +68,7 @@ fn moved<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem, heading: 
     ) else {
         return (0, 0);
     };
-    // VthetaSample rates rise from the first to the last, and turn less than a full turn apart in a step.
+    // Turn rates increase from the first to the last, and differ by less than a full turn per step.
     let apart = last.angle_per_step.wrapping_sub(first.angle_per_step);
     let (mut least, mut most) = (0, 0);
     let (mut fewest, mut greatest) = (0, 0);
@@ -95,7 +95,7 @@ fn moved<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem, heading: 
     (least, most)
 }
 
-/// The coarse speeds of the slowest sample and the fastest.
+/// The coarse speeds of the slowest and of the fastest sample.
 fn slowest_and_fastest(problem: &QuantizedProblem) -> [i32; 2] {
     let coarse = |vx: Option<&VxSample>| vx.map_or(0, |vx| vx.coarse);
     [
@@ -111,8 +111,8 @@ fn displacement(header: &Header, coarse: i32, sum: i32) -> i32 {
     )
 }
 
-/// The least and the greatest cosines of all headings at the steps from `begin`, when the first row turns by `angle_per_step`
-/// in each and the last by `apart` more.
+/// Minima and maxima of the cosines of all headings at the steps from `begin`. The first row turns by `angle_per_step`
+/// per step, the last by `apart` more.
 #[inline(always)]
 fn cosines<L: Lanes>(
     token: L::FeatureToken,
@@ -123,7 +123,7 @@ fn cosines<L: Lanes>(
     let (mut from, mut beyond) = ([0; MAX_LANES], [0; MAX_LANES]);
     for (step, (from, beyond)) in (begin..).zip(from.iter_mut().zip(&mut beyond)) {
         *from = heading.wrapping_add(angle_per_step.wrapping_mul(step)) as i32;
-        // Nothing is beyond a full turn.
+        // The range of headings is at most a full turn.
         *beyond = (u64::from(apart) * u64::from(step)).min(u64::from(u32::MAX)) as u32 as i32;
     }
     let (from, beyond) = (L::load(token, &from), L::load(token, &beyond));

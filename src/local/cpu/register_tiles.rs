@@ -1,5 +1,7 @@
-//! Where all samples of a chunk, in all rows of a tile and for some steps, are within one small square of the field, a
-//! copy of it is looked up instead: two registers hold 64 cells, and are much nearer than memory.
+//! Looks up clearances in register tiles: copies of small squares of the field.
+//!
+//! A register tile applies if the cells of all samples of a chunk, in all rows of a tile and for some steps, lie in one
+//! small square. Two registers hold 64 cells and are much faster than memory.
 
 use core::ops::{Range, RangeInclusive};
 
@@ -11,34 +13,34 @@ use super::step_groups::StepGroups;
 use super::step_pruning::SampleTile;
 use crate::local::kernel_inputs::Header;
 
-/// The bits from a product to a cell with which places in a patch are found ([`Lanes::look_up`]).
+/// Shifts from a product to a cell for which [`Lanes::look_up`] works.
 const BITS: RangeInclusive<u32> = 20..=28;
 
-/// From a product to a cell.
+/// Shift from a product to a cell.
 const fn product_bits(header: &Header) -> u32 {
     header.coarse_bits + header.cell_bits
 }
 
-/// The samples that a list of groups of steps is for.
+/// The samples that share a list of groups of steps.
 #[derive(Clone, Debug)]
 pub struct SampleList {
-    /// Which list.
+    /// Number of the list.
     pub number: usize,
-    /// Of which disc.
+    /// Number of the disc.
     pub disc: usize,
-    /// Of a row.
+    /// Range of samples in a row.
     pub samples: Range<usize>,
 }
 
-/// Where chunks are, and room for the work.
+/// The cells visited by each list, and working memory.
 #[derive(Debug, Default)]
 pub struct RegisterTiles {
     can_be: bool,
     /// For each list and group of steps: first columns, last columns, first rows, last rows.
     visited: Vec<[[i32; GROUPS]; 4]>,
-    /// Groups that share a patch.
+    /// Groups that share a register tile.
     run: StepGroups,
-    /// How many patches were looked up so far.
+    /// Number of register tiles looked up so far.
     #[cfg(test)]
     pub looked_up: usize,
 }
@@ -72,19 +74,19 @@ fn around(one: [i32; 2], other: [i32; 2]) -> [i32; 2] {
 }
 
 impl RegisterTiles {
-    /// Makes room for a tile.
+    /// Prepares for a tile of samples.
     pub fn begin(&mut self, tile: &SampleTile<'_>) {
         let header = &tile.problem.header;
         self.can_be = BITS.contains(&product_bits(header));
         self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
     }
 
-    /// Whether the tile can have any.
+    /// Whether register tiles apply to this problem.
     pub const fn can_be(&self) -> bool {
         self.can_be
     }
 
-    /// Takes note of the cells that a list's samples visit, for the groups from `at`.
+    /// Stores the cells that a list's samples visit, for the groups from `at`.
     #[inline(always)]
     pub fn note<L: Lanes>(&mut self, list: usize, at: usize, visited: Boxes<L>) {
         let [first_columns, last_columns, first_rows, last_rows] = &mut self.visited[list];
@@ -94,8 +96,8 @@ impl RegisterTiles {
         visited.rows.1.store(&mut last_rows[at..]);
     }
 
-    /// Lowers the clearances of a list's samples to what its disc meets in these groups of steps, but for those in which
-    /// the samples are too far apart: they become the rest.
+    /// Lowers the clearances of a list's samples with its disc's lookups in these groups of steps. Groups whose cells
+    /// exceed a register tile go to `rest`.
     #[inline(always)]
     pub fn lower<L: Lanes>(
         &mut self,
@@ -132,7 +134,8 @@ impl RegisterTiles {
                     continue;
                 }
             }
-            // The next does not fit in with those before, or there is none: called from one place, as it is large.
+            // The next group does not fit, or there is none. This call stays the only one, because the inlined code is
+            // large.
             self.finish_run::<L>(token, (tile, pyramid), list, all, least);
             let Some((group, here)) = here else {
                 return;
@@ -152,7 +155,7 @@ impl RegisterTiles {
         }
     }
 
-    /// Looks at the groups that share a patch.
+    /// Looks up the groups that share a register tile.
     #[inline(always)]
     fn finish_run<L: Lanes>(
         &mut self,
@@ -177,7 +180,7 @@ impl RegisterTiles {
         self.run.clear();
     }
 
-    /// Looks the steps up, for two rows at a time.
+    /// Looks up the steps, for two rows at a time.
     #[inline(always)]
     fn look<L: Lanes, const SIDE: usize>(
         &mut self,

@@ -1,4 +1,5 @@
-//! All samples of one turn rate, judged. Lanes are samples here; the arithmetic is that of `score.rs`, to the bit.
+//! Evaluates all samples of one turn rate. Lanes are samples here; the arithmetic equals that of `score.rs`, to the
+//! bit.
 
 use super::arithmetic::{atan2_turn, shift_round, turn_size};
 use super::displacement_table::{DisplacementTable, lane_numbers, stays_inside};
@@ -12,34 +13,34 @@ use crate::local::rollout::end_heading;
 use crate::local::{QuantizedProblem, SampleStatus};
 use crate::numeric::HALF_TURN;
 
-/// Words that the row of a course needs for its samples: heading term and reason, clearance, path term.
+/// Words per sample in the result columns of a row: heading term and status, clearance, path term.
 pub const COLUMNS: usize = 3;
 
-/// The reason's place in the first word of a sample, above the heading term.
+/// Position of the status in the first word of a sample, above the heading term.
 pub const STATUS_SHIFT: u32 = 24;
 
-/// Room for the final positions of a row's samples.
+/// Final positions of a row's samples.
 #[derive(Debug, Default)]
 pub struct EndPositions {
     x: Vec<i32>,
     y: Vec<i32>,
 }
 
-/// How the samples of one vector fared.
+/// The result of the rollout of one vector of samples.
 #[derive(Clone, Copy)]
 pub struct LaneOutcome<L: Lanes> {
-    /// They touch an obstacle.
+    /// Samples that touch an obstacle.
     pub collision: L::Mask,
-    /// They leave the field.
+    /// Samples that leave the field.
     pub outside: L::Mask,
     /// Smallest clearance, units.
     pub clearance: L,
-    /// What stopping has: that clearance, or free steps.
+    /// Available for stopping: that clearance, or free steps.
     pub has: L,
 }
 
 impl<L: Lanes> LaneOutcome<L> {
-    /// Of samples that stay on the field and are judged by their smallest clearance.
+    /// The result of samples that stay on the field and are judged by their smallest clearance.
     #[inline(always)]
     fn of_clearance(token: L::FeatureToken, least: L) -> Self {
         let zero = L::splat(token, 0);
@@ -52,8 +53,8 @@ impl<L: Lanes> LaneOutcome<L> {
     }
 }
 
-/// Judges every sample of a turn rate with its table and adds it to a tally; the best value of each term, unless no sample
-/// is admissible. `samples` has [`COLUMNS`] columns of the course's stride.
+/// Evaluates every sample of a turn rate with its table and adds it to the statistics. Returns the best value of each
+/// term, or `None` when no sample is admissible. `samples` has [`COLUMNS`] columns of `inputs.stride` words.
 #[inline(always)]
 pub fn evaluate_row<L: Lanes>(
     token: L::FeatureToken,
@@ -93,15 +94,15 @@ pub fn evaluate_row<L: Lanes>(
         for first in vectors.clone() {
             row.find_ends(first);
         }
-        // Each term in a loop of its own: the vectors in it do not wait for one another, and more of them are under way
-        // at once than of the whole.
+        // Each term has its own loop: its vectors are independent, and more of them execute in parallel than in one
+        // loop.
         for first in vectors.clone() {
             row.find_headings(first, samples);
         }
         for first in vectors.clone() {
             row.find_paths(first, samples);
         }
-        // By itself, or compilers add up in memory.
+        // In a local copy; otherwise the compiler keeps the sums in memory.
         let mut sums = *row.stats;
         for first in vectors {
             row.add_up(first, samples, &mut sums);
@@ -124,8 +125,8 @@ struct Row<'a, L: Lanes> {
 }
 
 impl<L: Lanes> Row<'_, L> {
-    /// Counts the samples of one vector; writes their clearances, and zeros as their first words where they are
-    /// admissible. Only those are looked at later: the other terms of the others mean nothing.
+    /// Counts the samples of one vector. Stores their clearances and the first words: zero for an admissible sample,
+    /// otherwise its status. The later steps read only the admissible ones.
     #[inline(always)]
     fn note(&mut self, first: usize, outcome: LaneOutcome<L>, samples: &mut [i32]) {
         let Self { token, inputs, .. } = *self;
@@ -155,7 +156,7 @@ impl<L: Lanes> Row<'_, L> {
             .store(&mut samples[inputs.stride + first..]);
     }
 
-    /// Finds the final positions of one vector from the start, fine units.
+    /// Computes the final positions of one vector relative to the start, fine units.
     #[inline(always)]
     fn find_ends(&mut self, first: usize) {
         let Self { token, inputs, .. } = *self;
@@ -168,7 +169,7 @@ impl<L: Lanes> Row<'_, L> {
         shift_round(token, y, header.fine_bits).store(&mut self.ends.y[first..]);
     }
 
-    /// What was found.
+    /// The final positions.
     #[inline(always)]
     fn end(&self, first: usize) -> (L, L) {
         (
@@ -177,7 +178,7 @@ impl<L: Lanes> Row<'_, L> {
         )
     }
 
-    /// Writes the heading terms of the admissible samples of one vector.
+    /// Stores the heading terms of the admissible samples of one vector.
     #[inline(always)]
     fn find_headings(&self, first: usize, samples: &mut [i32]) {
         let Self { token, .. } = *self;
@@ -200,7 +201,7 @@ impl<L: Lanes> Row<'_, L> {
         L::select(ok, heading, words).store(&mut samples[first..]);
     }
 
-    /// Writes the path terms of one vector where a sample is admissible.
+    /// Stores the path terms of one vector if a sample is admissible.
     #[inline(always)]
     fn find_paths(&self, first: usize, samples: &mut [i32]) {
         let Self { token, inputs, .. } = *self;
@@ -216,7 +217,7 @@ impl<L: Lanes> Row<'_, L> {
         path.store(&mut samples[2 * inputs.stride + first..]);
     }
 
-    /// Adds up the terms of the admissible samples of one vector.
+    /// Adds the terms of the admissible samples of one vector to the sums.
     #[inline(always)]
     fn add_up(&self, first: usize, samples: &[i32], sums: &mut LaneStats<L>) {
         let Self { token, inputs, .. } = *self;
@@ -229,7 +230,7 @@ impl<L: Lanes> Row<'_, L> {
     }
 }
 
-/// Which samples are admissible, by their first words.
+/// The admissible samples, by their first words.
 #[inline(always)]
 fn is_ok<L: Lanes>(token: L::FeatureToken, words: L) -> L::Mask {
     words.less_unsigned(L::splat(token, 1 << STATUS_SHIFT))

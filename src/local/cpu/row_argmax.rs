@@ -1,11 +1,11 @@
-//! The best sample of a row, found in loops that compile to vectors.
+//! Finds the best sample of a row in loops that compile to vector instructions.
 
 use super::lanes::{LaneTask, Lanes};
 use super::row::STATUS_SHIFT;
 use super::soa_inputs::SoaInputs;
 use crate::local::score::Normalizer;
 
-/// A normaliser without branches: `(term - offset) * mantissa`, shifted to the right, then to the left.
+/// A normaliser without branches: `(term - offset) * mantissa`, shifted right, then left.
 #[derive(Clone, Copy, Debug)]
 pub struct TermScale {
     offset: u32,
@@ -15,7 +15,7 @@ pub struct TermScale {
 }
 
 impl TermScale {
-    /// The same as [`crate::local::score::share`] of a normaliser.
+    /// Equals [`crate::local::score::share`] with this normaliser.
     pub const fn new(normalizer: &Normalizer) -> Self {
         let bits = normalizer.bits;
         Self {
@@ -37,7 +37,7 @@ impl TermScale {
     }
 }
 
-/// The score of some terms, the same as [`crate::local::score::score`].
+/// The score of these terms, equal to [`crate::local::score::score`].
 #[inline(always)]
 pub fn score(scales: &[TermScale; 4], [heading, clearance, velocity, path]: [i32; 4]) -> i64 {
     scales[0]
@@ -47,17 +47,17 @@ pub fn score(scales: &[TermScale; 4], [heading, clearance, velocity, path]: [i32
         .wrapping_sub(scales[3].of(path))
 }
 
-/// Looking for the best of a row's admissible samples: its score and its place, the first where several have it.
+/// Finds the best of a row's admissible samples: its score and position; of equal scores the first.
 pub struct RowArgmax<'a> {
-    /// Where the velocity terms are.
+    /// Holds the velocity terms.
     pub inputs: &'a SoaInputs,
-    /// The row's columns.
+    /// The result columns of the row.
     pub row: &'a [i32],
-    /// How many samples it has.
+    /// Number of samples.
     pub samples: usize,
-    /// What makes the score.
+    /// The scales of the terms.
     pub scales: &'a [TermScale; 4],
-    /// Samples that score less are of no interest.
+    /// Samples with a lower score are ignored.
     pub least: i64,
 }
 
@@ -91,7 +91,7 @@ impl LaneTask for RowArgmax<'_> {
     }
 }
 
-/// The terms of a row's samples, each list as long as the others.
+/// The terms of a row's samples; all columns have the same length.
 struct Columns<'a> {
     heading: &'a [i32],
     clearance: &'a [i32],
@@ -100,7 +100,7 @@ struct Columns<'a> {
 }
 
 impl Columns<'_> {
-    /// The score of a sample; `i64::MIN` where it is not admissible.
+    /// The score of a sample; `i64::MIN` unless admissible.
     #[inline(always)]
     fn score(&self, index: usize, scales: &[TermScale; 4]) -> i64 {
         let (heading, clearance) = (self.heading[index], self.clearance[index]);

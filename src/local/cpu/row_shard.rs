@@ -1,4 +1,4 @@
-//! A share of the turn rates, and what became of their samples.
+//! A shard of the rows and the results of its samples.
 
 use core::ops::Range;
 
@@ -18,7 +18,7 @@ use crate::local::engine::{SampleRecord, SampleStatus, Terms};
 use crate::local::select::{Candidate, NO_CANDIDATE, better};
 use crate::local::{QuantizedProblem, Totals};
 
-/// Room for the lanes' work.
+/// Working memory of the lanes.
 #[derive(Debug, Default)]
 struct Scratch {
     /// Tables of a tile's rows.
@@ -27,7 +27,7 @@ struct Scratch {
     ends: EndPositions,
 }
 
-/// What choosing a sample takes.
+/// Inputs of the selection.
 pub struct ArgmaxInputs<'a> {
     pub kernel: Kernel,
     pub problem: &'a QuantizedProblem,
@@ -35,27 +35,27 @@ pub struct ArgmaxInputs<'a> {
     pub scales: [TermScale; 4],
 }
 
-/// A share of the rows. Its memory is kept from one decision to the next.
+/// A shard of the rows. The next decision reuses its memory.
 #[derive(Debug, Default)]
 pub struct RowShard {
     rows: Range<usize>,
-    /// For each row its columns.
+    /// The result columns of each row.
     samples: Vec<i32>,
-    /// For each row the best value of each term, where it has an admissible sample.
+    /// The best value of each term for each row that has an admissible sample.
     best_terms: Vec<Option<[i32; 4]>>,
-    /// Of all rows.
+    /// Statistics of all rows.
     total: SampleStats,
-    /// Of rows that have admissible samples.
+    /// Bounds of the rows that have admissible samples.
     bounds: Vec<Candidate>,
     best: Candidate,
-    /// Of the scalar kernel.
+    /// Working memory of the scalar kernel.
     table: Vec<i32>,
-    /// Of the others.
+    /// Working memory of the other kernels.
     scratch: Scratch,
 }
 
 impl RowShard {
-    /// Judges the samples of these rows.
+    /// Evaluates the samples of these rows.
     pub fn evaluate(
         &mut self,
         kernel: Kernel,
@@ -109,7 +109,7 @@ impl RowShard {
             ends,
         } = &mut self.scratch;
         let tiles = self.samples.chunks_mut(inputs.tile_rows * words);
-        // For the largest tile: the next decision's may have more rows than this one's.
+        // Sized for the largest tile: the next decision may have more rows per tile.
         for table in tables.iter_mut().take(vtheta_samples.len()) {
             table.make_room::<L>(inputs, problem.discs.len());
         }
@@ -145,32 +145,33 @@ impl RowShard {
         }
     }
 
-    /// The groups of steps that its last tile was looked at, list by list.
+    /// The groups of steps that the second round looked up for the last tile, list by list.
     #[cfg(test)]
     pub fn picked(&self) -> &[StepGroups] {
         self.scratch.pruning.picked()
     }
 
-    /// How many patches were looked up so far.
+    /// Number of register tiles looked up so far.
     #[cfg(test)]
     pub const fn looked_up(&self) -> usize {
         self.scratch.pruning.looked_up()
     }
 
-    /// What all its samples add up to.
+    /// Statistics of all its samples.
     pub const fn total(&self) -> &SampleStats {
         &self.total
     }
 
-    /// Finds the most that a sample of each row could score, with the index of the row's first; rows without an admissible
-    /// sample left out. The best of them.
+    /// Computes an upper bound of the scores of each row that has an admissible sample, with the index of the row's
+    /// first sample. Returns the best bound.
     ///
-    /// No sample of a row scores more than one with the row's best value of each term would.
+    /// A sample with the best value of each term in its row scores at least as much as every sample of the row.
     pub fn find_bounds(&mut self, argmax: &ArgmaxInputs<'_>) -> Candidate {
         let vx_samples = argmax.problem.vx_samples.len();
         let mut best = NO_CANDIDATE;
         self.bounds.clear();
-        // Room for all rows: how many have an admissible sample changes from one decision to the next.
+        // Reserves for all rows, because the number of rows with an admissible sample changes from one decision to the
+        // next.
         self.bounds.reserve(self.rows.len());
         for (row, terms) in self.rows.clone().zip(&self.best_terms) {
             if let Some(terms) = *terms {
@@ -183,7 +184,7 @@ impl RowShard {
         best
     }
 
-    /// Looks for its best sample among the rows that could beat a candidate, by the bounds that were found.
+    /// Searches the rows whose bound beats the candidate for a better sample.
     pub fn choose(&mut self, argmax: &ArgmaxInputs<'_>, candidate: Candidate) {
         let vx_samples = argmax.problem.vx_samples.len();
         self.best = candidate;
@@ -194,12 +195,12 @@ impl RowShard {
         }
     }
 
-    /// What `choose` found, or the candidate that it was given.
+    /// The result of `select_best`.
     pub const fn best(&self) -> Candidate {
         self.best
     }
 
-    /// The better of a candidate and the best sample of one of its rows.
+    /// The better of a candidate and the best sample of one row.
     pub fn best_of_row(
         &self,
         argmax: &ArgmaxInputs<'_>,
@@ -224,7 +225,7 @@ impl RowShard {
         &self.samples[(row - self.rows.start) * words..][..words]
     }
 
-    /// The rows it has.
+    /// The rows of the shard.
     pub const fn rows(&self) -> &Range<usize> {
         &self.rows
     }
@@ -242,7 +243,7 @@ impl RowShard {
     }
 }
 
-/// EvaluateRows a part in lanes.
+/// Evaluates a shard in lanes.
 struct EvaluateRows<'a> {
     shard: &'a mut RowShard,
     problem: &'a QuantizedProblem,

@@ -1,20 +1,20 @@
-//! Counts and totals of samples, in lanes and merged.
+//! Counts and totals of samples, accumulated in lanes and merged.
 
 use super::lanes::Lanes;
 use crate::local::engine::{Counts, Totals};
 use crate::local::select;
 
-/// What samples add up to.
+/// Counts and totals of samples.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SampleStats {
-    /// How many were judged how.
+    /// The number of samples of each status.
     pub counts: Counts,
-    /// Sums and ranges of the terms of the admissible ones.
+    /// Sums and ranges of the terms of the admissible samples.
     pub totals: Totals,
 }
 
 impl SampleStats {
-    /// Adds another.
+    /// Adds other statistics.
     pub fn merge(&mut self, other: &Self) {
         self.counts.admissible += other.counts.admissible;
         self.counts.collision += other.counts.collision;
@@ -24,13 +24,13 @@ impl SampleStats {
     }
 }
 
-/// Vectors of terms below 2^24 whose lanes' sums stay below 2^32.
+/// Number of vectors of terms below 2^24 for which the sums of the lanes stay below 2^32.
 const VECTORS_PER_SUM: u32 = 256;
 
-/// The term of which less is better, the last one.
+/// Index of the path term, the only term with the best value at its minimum.
 const PATH: usize = 3;
 
-/// A tally being taken: sums in lanes of 32 bits, emptied before they can overflow.
+/// Statistics in lanes: sums of 32 bits, flushed before they can overflow.
 #[derive(Clone, Copy)]
 pub struct LaneStats<L: Lanes> {
     token: L::FeatureToken,
@@ -40,14 +40,14 @@ pub struct LaneStats<L: Lanes> {
     min: [L; 4],
     max: [L; 4],
     vectors: u32,
-    /// Of the row under way the greatest of each term, and of the last, the path's, the least.
+    /// Best value of each term in the current row: the maximum, for the path term the minimum.
     best: [L; 4],
-    /// Admissible samples of the rows before.
+    /// Admissible samples of the previous rows.
     before: u32,
 }
 
 impl<L: Lanes> LaneStats<L> {
-    /// An empty one.
+    /// Empty statistics.
     #[inline(always)]
     pub fn new(token: L::FeatureToken) -> Self {
         let zero = L::splat(token, 0);
@@ -64,14 +64,14 @@ impl<L: Lanes> LaneStats<L> {
         }
     }
 
-    /// Worse than any term.
+    /// Values that every term beats.
     #[inline(always)]
     fn nothing(token: L::FeatureToken) -> [L; 4] {
         let zero = L::splat(token, 0);
         [zero, zero, zero, L::splat(token, i32::MAX)]
     }
 
-    /// Counts the samples of one vector: bits of those there are, not admissible, collided, and off the field.
+    /// Counts the samples of one vector by bit masks: existing, not admissible, colliding, off the field.
     #[inline(always)]
     pub fn count(&mut self, valid: u32, bad: u32, collision: u32, outside: u32) {
         self.counts.admissible += (valid & !bad).count_ones();
@@ -80,13 +80,13 @@ impl<L: Lanes> LaneStats<L> {
         self.counts.cannot_stop += (bad & !collision & !outside).count_ones();
     }
 
-    /// Whether any sample of the row under way is admissible.
+    /// Whether the current row has an admissible sample.
     #[inline(always)]
     pub const fn has_admissible(&self) -> bool {
         self.counts.admissible > self.before
     }
 
-    /// Adds the terms of one vector where `ok` is set.
+    /// Adds the terms of one vector in the lanes of `ok`.
     #[inline(always)]
     pub fn gather(&mut self, ok: L::Mask, terms: [L; 4]) {
         if self.vectors == VECTORS_PER_SUM {
@@ -110,7 +110,7 @@ impl<L: Lanes> LaneStats<L> {
         }
     }
 
-    /// Ends a row: the best value of each term in it, unless no sample is admissible.
+    /// Ends a row. Returns the best value of each term, or `None` when no sample is admissible.
     #[inline(always)]
     pub fn end_row(&mut self) -> Option<[i32; 4]> {
         if !self.has_admissible() {
@@ -142,7 +142,7 @@ impl<L: Lanes> LaneStats<L> {
         self.vectors = 0;
     }
 
-    /// All of it.
+    /// The statistics of all lanes.
     #[inline(always)]
     pub fn finish(mut self) -> SampleStats {
         if self.counts.admissible == 0 {

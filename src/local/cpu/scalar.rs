@@ -1,4 +1,4 @@
-//! One sample after the other, with the twins of the shaders: the reference for the kernels in lanes.
+//! The scalar reference: one sample after the other, with the twins of the shaders.
 
 use super::row::STATUS_SHIFT;
 use super::sample_stats::SampleStats;
@@ -6,7 +6,7 @@ use super::soa_inputs::SoaInputs;
 use crate::local::kernel_inputs::VthetaSample;
 use crate::local::{QuantizedProblem, SampleStatus, rollout, score, select};
 
-/// Judges every sample of a turn rate. `table` is room for it; for `samples` see [`super::row::evaluate_row`].
+/// Evaluates every sample of a turn rate. `table` is working memory; `samples` is as in [`super::row::evaluate_row`].
 pub fn evaluate_row(
     problem: &QuantizedProblem,
     inputs: &SoaInputs,

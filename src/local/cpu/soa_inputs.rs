@@ -1,4 +1,4 @@
-//! What all rows of a decision share, laid out for lanes.
+//! The inputs that all rows of a decision share, as structure of arrays (SoA) for vector loads.
 
 use core::ops::Range;
 
@@ -10,57 +10,58 @@ use crate::local::QuantizedProblem;
 use crate::local::kernel_inputs::{Header, QuantizedObstacle, VthetaSample};
 use crate::numeric::shift_round;
 
-/// The most samples of a chunk.
+/// Largest number of samples of a chunk.
 pub const MAX_SAMPLES: usize = 128;
 
-/// The most rows of a tile.
+/// Largest number of rows of a tile.
 pub const MAX_ROWS: usize = 16;
 
-/// About how many cells apart the samples of a box may end.
+/// Approximate distance between the final positions of the samples of a box, cells.
 const BOX_CELLS: f64 = 4.0;
 
-/// The same for the rows of a tile.
+/// Approximate distance between the final positions of the rows of a tile, cells.
 const TILE_CELLS: f64 = 18.0;
 
-/// Samples of a chunk that end farther apart than so many cells are not sifted: their boxes would be too large to tell
-/// much.
+/// Largest distance between the final positions of a chunk's samples for step pruning, cells. Above it the boxes are
+/// too large for useful bounds.
 const MAX_CELLS: f64 = 22.0;
 
-/// Samples of a tile and chunk from which on finer groups of steps pay.
+/// Number of samples of a tile and chunk from which finer groups of steps are faster.
 const DENSE: usize = 512;
 
-/// The most boxes that a chunk is divided into.
+/// Largest number of boxes of a chunk.
 const MAX_BOXES: usize = 2;
 
-/// More than the rounding of two stored distances, or of two positions with their tables and discs, units.
+/// Bound of the rounding of two stored distances, or of two positions with their tables and discs, units.
 pub const ROUNDING: f64 = 10.0;
 
-/// Lists of the problem as columns, filled up to whole vectors by repeating the last entry. Kept from one decision to
-/// the next, so that a decision allocates nothing.
+/// The lists of a problem as columns. The last entry is repeated to fill whole vectors. The memory is reused by the
+/// next decision, so that a decision allocates nothing.
 #[derive(Debug, Default)]
 pub struct SoaInputs {
     /// Coarse speeds.
     pub coarse: Vec<i32>,
-    /// Coarse speeds in both halves of each word.
+    /// Coarse speeds, in both halves of each word.
     pub coarse_twice: Vec<i32>,
     /// Fine speeds.
     pub fine: Vec<i32>,
     /// Velocity terms.
     pub velocity_term: Vec<i32>,
-    /// What stopping takes.
+    /// Requirements for stopping.
     pub stopping_need: Vec<i32>,
-    /// For each moving obstacle and step its centre in units from the field's corner: all x, then all y.
+    /// Centre of each moving obstacle at each step, in units from the field's corner: first all x, then all y.
     pub tracks: Vec<i32>,
-    /// Speeds filled up.
+    /// Number of forward speeds, rounded up to whole vectors.
     pub stride: usize,
-    /// Steps filled up.
+    /// Number of steps, rounded up to whole vectors.
     pub steps: usize,
-    /// Whether steps can be looked at in any order: samples are judged by their smallest clearance, and positions are
-    /// small enough for the short way from a product to a cell ([`super::row::DisplacementTable`]).
+    /// Whether the order of the steps is free. This needs samples that are judged by their smallest clearance, and
+    /// positions small enough for the short conversion from product to cell
+    /// ([`super::displacement_table::DisplacementTable`]).
     pub in_any_order: bool,
     /// Samples of a chunk, whole vectors.
     pub chunk: usize,
-    /// Whether it is plain that no sample can leave the field.
+    /// Whether a simple bound shows that no sample can leave the field.
     pub inside: bool,
     /// Rows of a tile.
     pub tile_rows: usize,
@@ -68,22 +69,22 @@ pub struct SoaInputs {
     pub boxes: usize,
     /// Steps of a group.
     pub group: i32,
-    /// How many groups there are.
+    /// Number of groups.
     pub groups: usize,
-    /// For each step one where a group begins, else zero.
+    /// One at each step at which a group begins, otherwise zero.
     pub begins: Vec<i32>,
     /// All steps, in whole pairs.
     pub every_step: Vec<i32>,
-    /// Less than any clearance for each group that there is, and more for the others.
+    /// `i32::MIN` for each existing group, `i32::MAX` for the others.
     pub missing: [i32; GROUPS],
-    /// Whether samples lie near enough together for the sieve: their boxes are small.
+    /// Whether step pruning applies: the samples are close together, so their boxes are small.
     pub is_fine: bool,
-    /// For each step how far, in units, a chunk's samples are at most from its middle one.
+    /// For each step, the largest distance of a chunk's samples from its middle sample, units.
     pub apart: Vec<i32>,
 }
 
 impl SoaInputs {
-    /// Takes over a problem.
+    /// Fills the columns from a problem.
     pub fn fill(&mut self, problem: &QuantizedProblem) {
         let header = &problem.header;
         self.stride = problem.vx_samples.len().next_multiple_of(MAX_LANES);
@@ -139,10 +140,10 @@ impl SoaInputs {
             return false;
         }
         let fastest = self.coarse.iter().map(|coarse| coarse.unsigned_abs()).max();
-        // The most that the coarse table can hold: a cosine is at most one, and one in 2^20 more by its rounding.
+        // Bound of the coarse table: a cosine is at most one, and 2^-20 more after rounding.
         let growth = ((i64::from(header.steps) * ((1 << 20) + 1)) >> header.table_bits) + 1;
         let product = i64::from(fastest.unwrap_or_default()) * growth;
-        // What is added is less than a cell and half a unit, in the product's scale.
+        // The addend is less than a cell and half a unit, in the scale of the product.
         let fits = product + 2 * (1 << bits) < 1 << 31;
         let cells = (product >> bits) + 2;
         fits && growth < 65_535 && cells < 1 << 15 && header.width < 1 << 15
@@ -153,7 +154,7 @@ impl SoaInputs {
         let header = &problem.header;
         let cell = f64::from(1 << header.cell_bits);
         let steps = f64::from(header.steps);
-        // Units that a sample moves in a step for each unit of its coarse speed.
+        // Units per step for each unit of coarse speed.
         let per_coarse = 2.0_f64.powi(20 - header.table_bits as i32 - header.coarse_bits as i32);
         let (first, last) = (self.coarse[0], self.coarse[self.stride - 1]);
         let fastest = f64::from(first.abs().max(last.abs())) * per_coarse;
@@ -171,7 +172,7 @@ impl SoaInputs {
             .clamp(1, MAX_BOXES)
             .next_power_of_two();
 
-        // Headings that turn apart: the way between two rows grows with the square of the steps.
+        // The headings of two rows diverge: the distance between the rows grows with the square of the steps.
         let vtheta = largest_turn(problem);
         let ends = fastest * vtheta * steps * steps / 2.0;
         self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MAX_ROWS);
@@ -186,7 +187,7 @@ impl SoaInputs {
                 .push(((away * step + between_rows).ceil() + ROUNDING) as i32);
         }
         self.divide_steps(header);
-        // Nothing moves further than straight ahead at the greatest speed.
+        // The distance driven straight ahead at the largest speed bounds every displacement.
         let margin = fastest * steps + f64::from(reach) + 2.0 * ROUNDING;
         let within = |start: i32, cells: u32| {
             let start = f64::from(start);
@@ -200,7 +201,7 @@ impl SoaInputs {
         self.every_step.clear();
         let whole = (header.steps as usize).next_multiple_of(PAIR);
         self.every_step.extend(0..whole as i32);
-        // Bounds for more groups cost as much for few samples as for many.
+        // Bounds of more groups cost the same for few samples as for many.
         let is_dense = self.chunk * self.tile_rows >= DENSE;
         let groups = if is_dense { GROUPS } else { GROUPS / 2 };
         self.group = header.steps.div_ceil(groups as u32) as i32;
@@ -219,7 +220,7 @@ impl SoaInputs {
         }
     }
 
-    /// The steps of a group: the last may have fewer.
+    /// The steps of a group; the last group may have fewer.
     #[inline(always)]
     pub const fn steps_of(&self, group: i32) -> Range<usize> {
         let first = group as usize * self.group as usize;
@@ -234,14 +235,14 @@ impl SoaInputs {
     }
 }
 
-/// The largest difference from the middle one.
+/// The largest difference from the middle sample.
 fn from_middle(samples: &[i32]) -> i32 {
     let middle = samples[samples.len() / 2];
     let [first, last] = [samples[0], samples[samples.len() - 1]];
     (first - middle).abs().max((last - middle).abs())
 }
 
-/// The largest angle by which neighbouring rows turn apart in a step, radians.
+/// The largest angle between neighbouring rows per step, radians.
 fn largest_turn(problem: &QuantizedProblem) -> f64 {
     let apart = |pair: &[VthetaSample]| {
         let apart = pair[1].angle_per_step.wrapping_sub(pair[0].angle_per_step) as i32;

@@ -1,9 +1,9 @@
-//! Lists of groups of steps, without memory of their own.
+//! Lists of groups of steps in fixed memory.
 
 use super::displacement_bounds::GROUPS;
 use super::lanes::{Lanes, MAX_LANES};
 
-/// Some groups of steps. There is room for a vector behind the last.
+/// Some groups of steps, with space for one more vector store.
 #[derive(Clone, Debug)]
 pub struct StepGroups {
     list: [i32; GROUPS + MAX_LANES],
@@ -20,20 +20,20 @@ impl Default for StepGroups {
 }
 
 impl StepGroups {
-    /// Forgets all.
+    /// Removes all groups.
     #[inline(always)]
     pub const fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// Adds one, of at most as many as there are.
+    /// Adds one group; there are never more than [`GROUPS`].
     #[inline(always)]
     pub const fn push(&mut self, group: i32) {
         self.list[self.count] = group;
         self.count += 1;
     }
 
-    /// Adds those of a vector that are set.
+    /// Adds the groups in the lanes of a mask.
     #[inline(always)]
     pub fn add<L: Lanes>(&mut self, set: L::Mask, groups: L) {
         self.count += L::compress(set, groups, &mut self.list[self.count..]);

@@ -1,13 +1,13 @@
-//! Which steps can matter to a tile of neighbouring samples, a few speeds of a few turn rates; the others change no bit
-//! and are left out.
+//! Selects the steps that can matter to a tile of neighbouring samples (a few speeds of a few turn rates); skipping the
+//! others changes no bit.
 //!
-//! A position's column and row rise or fall with the speed, rounded as they are. So all cells that neighbouring samples
-//! visit in a group of steps lie in the box between the least and the greatest of their displacements, and no clearance
-//! there is below the smallest entry in that box. Where each of the samples has met something nearer already, the group
+//! The column and the row of a rounded position are monotonic in the speed. So all cells that neighbouring samples
+//! visit in a group of steps lie in the box between the smallest and the largest displacement. The smallest entry of
+//! the field in this box bounds the clearance from below. If every sample already has a smaller clearance, the group
 //! cannot matter.
 //!
-//! This is for trajectories that cannot leave the field and that are judged by their smallest clearance: there the
-//! order of the steps does not matter.
+//! This applies to trajectories that cannot leave the field and are judged by their smallest clearance: the order of
+//! their steps does not matter.
 
 use super::clearance_bounds::ClearanceBounds;
 use super::disc_lookup::{DiscLookup, PAIR};
@@ -22,16 +22,16 @@ use super::step_groups::StepGroups;
 use crate::local::QuantizedProblem;
 use crate::local::kernel_inputs::VthetaSample;
 
-/// The work on one tile, and room for it.
+/// Working memory for one tile.
 #[derive(Debug, Default)]
 pub struct StepPruning {
     displacements: DisplacementBounds,
     bounds: ClearanceBounds,
-    /// For each list the groups of steps to look at.
+    /// The groups of steps to look up, for each list.
     picks: Vec<StepGroups>,
-    /// What a clearance must be below to matter to any row's sample of a speed.
+    /// For each speed, the bound below which a clearance can matter to the sample of any row.
     matters: Vec<i32>,
-    /// For each row the smallest clearances of its samples.
+    /// The smallest clearances of the samples of each row.
     least: Vec<i32>,
     register_tiles: RegisterTiles,
     /// Groups that are looked up in the field itself, and their steps.
@@ -44,14 +44,14 @@ pub struct StepPruning {
 pub struct SampleTile<'a> {
     pub problem: &'a QuantizedProblem,
     pub inputs: &'a SoaInputs,
-    /// One for each row.
+    /// One per row.
     pub vtheta_samples: &'a [VthetaSample],
-    /// One for each row.
+    /// One per row.
     pub tables: &'a [DisplacementTable],
 }
 
 impl SampleTile<'_> {
-    /// Steps are listed for each disc of each chunk.
+    /// Number of lists of steps: one per disc of each chunk.
     #[inline(always)]
     pub fn lists(&self) -> usize {
         self.inputs.stride.div_ceil(self.inputs.chunk) * self.problem.discs.len()
@@ -71,9 +71,9 @@ impl SampleTile<'_> {
 }
 
 impl StepPruning {
-    /// Finds the smallest clearance of each sample of a tile's rows that stay on the field: not above zero where it
-    /// collides, and of one that cannot stop either way some clearance with which it could not. What other rows get
-    /// means nothing.
+    /// Finds the smallest clearance of each sample of the tile's rows that stay on the field. The clearance of a
+    /// colliding sample is only known to be not above zero. That of a sample that cannot stop is any value with which
+    /// it cannot stop. The results of other rows are undefined.
     #[inline(always)]
     pub fn prune<L: Lanes>(
         &mut self,
@@ -84,7 +84,7 @@ impl StepPruning {
         let SampleTile {
             problem, inputs, ..
         } = *tile;
-        // Room for the largest tile, and for all steps: not every decision needs them.
+        // Reserves for the largest tile and for all steps: not every decision needs them.
         self.steps.clear();
         self.steps.reserve(inputs.steps + PAIR);
         self.least.clear();
@@ -101,7 +101,7 @@ impl StepPruning {
             let of_boxes = (&self.displacements, pyramid);
             self.bounds
                 .fill::<L>(token, tile, of_boxes, &mut self.register_tiles);
-            // In a loop, as what looks at the picks is large: in one copy it stays near the processor.
+            // A loop of two rounds, because the inlined lookup is large: one copy of it stays in the instruction cache.
             for round in 0..2 {
                 if round == 0 {
                     self.pick_first::<L>(token, tile);
@@ -128,13 +128,13 @@ impl StepPruning {
         }
     }
 
-    /// The groups of steps that the last tile was looked at, list by list, after those that came first.
+    /// The groups of steps of the second round for the last tile, list by list.
     #[cfg(test)]
     pub fn picked(&self) -> &[StepGroups] {
         &self.picks
     }
 
-    /// How many patches were looked up so far.
+    /// Number of register tiles looked up so far.
     #[cfg(test)]
     pub const fn looked_up(&self) -> usize {
         self.register_tiles.looked_up
@@ -146,7 +146,7 @@ impl StepPruning {
         &self.least[row * inputs.stride..][..inputs.stride]
     }
 
-    /// Looks at every step.
+    /// Looks up every step.
     #[inline(always)]
     fn meet_all<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         let SampleTile {
@@ -161,7 +161,7 @@ impl StepPruning {
         }
     }
 
-    /// Picks for each list the groups that promise its boxes the smallest clearances.
+    /// Selects, for each list, the groups with the smallest bounds of its boxes.
     #[inline(always)]
     fn pick_first<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         self.picks.resize_with(tile.lists(), StepGroups::default);
@@ -171,7 +171,7 @@ impl StepPruning {
         }
     }
 
-    /// Finds what a clearance must be below to matter, by those found so far.
+    /// Computes the bounds below which a clearance can matter, from the clearances found so far.
     #[inline(always)]
     fn weigh<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         let inputs = tile.inputs;
@@ -185,7 +185,7 @@ impl StepPruning {
             for (row, vtheta) in tile.vtheta_samples.iter().enumerate() {
                 let least = L::load(token, &self.least[row * inputs.stride + at..]);
                 let stopping_need = stopping_need.max(L::splat(token, vtheta.stopping_need as i32));
-                // One that cannot stop can still collide; one that collides can do nothing else.
+                // A sample that cannot stop can still collide; the status of a colliding sample is final.
                 let matters = L::select(least.less(stopping_need), one, least);
                 let matters = L::select(zero.less(least), matters, nothing);
                 most = most.max(matters);
@@ -194,7 +194,7 @@ impl StepPruning {
         }
     }
 
-    /// Picks the groups of steps that can matter.
+    /// Selects the groups of steps that can matter.
     #[inline(always)]
     fn pick<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         for (number, picks) in self.picks.iter_mut().enumerate() {
@@ -204,7 +204,7 @@ impl StepPruning {
         }
     }
 
-    /// Looks at what was picked.
+    /// Looks up the selected groups.
     #[inline(always)]
     fn meet_picks<L: Lanes>(
         &mut self,
@@ -236,7 +236,7 @@ impl StepPruning {
             steps_of(inputs, groups, &mut self.steps);
             let SampleList { disc, samples, .. } = list_samples;
             let coarse = &inputs.coarse_twice[samples.clone()];
-            // Row after row for the same list: its length is then foreseen.
+            // All rows of one list in a row: the branch predictor then knows the length of the list.
             let rows = self.least.chunks_exact_mut(inputs.stride);
             for (table, least) in tile.tables.iter().zip(rows) {
                 let lookup = DiscLookup::new(problem, inputs, table, disc);
@@ -246,7 +246,7 @@ impl StepPruning {
     }
 }
 
-/// Lists the steps of these groups, the last one twice where they are not whole pairs.
+/// Lists the steps of these groups; repeats the last step to complete a pair.
 #[inline(always)]
 pub fn steps_of(inputs: &SoaInputs, groups: &[i32], steps: &mut Vec<i32>) {
     steps.clear();

@@ -1,8 +1,7 @@
-//! Threads that wait for work and do it together with the caller.
+//! A pool of threads that run one task together with the caller.
 //!
-//! A decision takes a tenth of a millisecond, so handing it out must cost microseconds and no allocation. A worker
-//! looks out for new work for a short while before it sleeps; the caller works as well, so a worker that wakes late
-//! costs time but never holds up what is left.
+//! A decision takes 0.1 ms, so starting the task must cost microseconds and no allocation. A worker spins for a short
+//! time before it sleeps. The caller works too, so a worker that wakes late delays nothing.
 #![expect(
     unsafe_code,
     reason = "a pool that takes borrowed work without allocating; the usual one allocates for each decision"
@@ -17,10 +16,10 @@ use crate::local::EngineError;
 
 type LaneTask<'a> = &'a (dyn Fn() + Sync);
 
-/// Turns of an empty loop before a worker sleeps, or a caller that has finished does: some ten microseconds.
+/// Iterations of the spin loop before a worker or the waiting caller sleeps: about ten microseconds.
 const TIMEOUT: u32 = 4000;
 
-/// Worker threads beside the caller's own.
+/// Worker threads in addition to the caller's thread.
 pub struct ThreadPool {
     shared: Arc<Shared>,
     workers: Vec<JoinHandle<()>>,
@@ -28,9 +27,9 @@ pub struct ThreadPool {
 
 struct Shared {
     order: Mutex<Order>,
-    /// Number of the order given last, as a sleepless look at it.
+    /// Number of the last task, for spinning without the lock.
     given: AtomicU64,
-    /// Workers still at it.
+    /// Workers that have not finished the task.
     busy: AtomicU64,
     wake: Condvar,
     done: Condvar,
@@ -44,10 +43,10 @@ struct Order {
 }
 
 impl ThreadPool {
-    /// A crew of this many workers.
+    /// Starts the workers.
     ///
     /// # Errors
-    /// When the system does not give the threads.
+    /// When the system refuses a thread.
     pub fn new(workers: usize) -> Result<Self, EngineError> {
         let shared = Arc::new(Shared {
             order: Mutex::new(Order {
@@ -78,13 +77,13 @@ impl ThreadPool {
         Ok(pool)
     }
 
-    /// Calls `work` once in the caller's thread and once in each worker's; returns when all have returned.
+    /// Calls `task` once in the caller's thread and once in each worker. Returns when all calls have returned.
     ///
     /// # Panics
-    /// When `work` does, in whichever thread, after all have returned.
+    /// When `task` panics in any thread, after all calls have returned.
     pub fn run(&mut self, work: LaneTask<'_>) {
-        // SAFETY: only the lifetime changes. Workers use the reference between the order and their report that they
-        // have done with it, and below this waits for all reports, also when `work` panics in this thread.
+        // SAFETY: only the lifetime changes. Workers use the reference between the start and their report of
+        // completion, and this function waits for all reports below, also when `task` panics in this thread.
         let unbounded = unsafe { core::mem::transmute::<LaneTask<'_>, LaneTask<'static>>(work) };
         self.shared.give(unbounded, self.workers.len() as u64);
         let own = catch_unwind(AssertUnwindSafe(work));
@@ -102,7 +101,7 @@ impl Drop for ThreadPool {
         self.shared.given.store(u64::MAX, Ordering::Release);
         self.shared.wake.notify_all();
         for worker in self.workers.drain(..) {
-            // Workers catch panics, so there is nothing to learn from how they ended.
+            // Workers catch panics, so the result carries no information.
             let _ = worker.join();
         }
     }
@@ -124,7 +123,7 @@ impl Shared {
         self.wake.notify_all();
     }
 
-    /// Waits until no worker is busy; whether one panicked.
+    /// Waits until no worker is busy. Returns whether one panicked.
     fn wait(&self) -> bool {
         look_out(|| self.busy.load(Ordering::Acquire) == 0);
         let mut order = self.lock();
@@ -138,7 +137,7 @@ impl Shared {
         order.panicked
     }
 
-    /// A worker's life.
+    /// The loop of a worker.
     fn serve(&self) {
         let mut last = 0;
         while let Some((number, work)) = self.next(last) {
@@ -153,7 +152,7 @@ impl Shared {
         }
     }
 
-    /// The order after this one; none when the crew is dismissed.
+    /// The next task after `last`; `None` when the pool shuts down.
     fn next(&self, last: u64) -> Option<(u64, LaneTask<'static>)> {
         look_out(|| self.given.load(Ordering::Acquire) != last);
         let mut order = self.lock();
@@ -174,7 +173,7 @@ impl Shared {
     }
 }
 
-/// Looks for a while whether something has come true.
+/// Spins for a limited time until `condition` holds.
 fn look_out(come_true: impl Fn() -> bool) {
     for _ in 0..TIMEOUT {
         if come_true() {

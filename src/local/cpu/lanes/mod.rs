@@ -1,9 +1,9 @@
-//! Many samples at once: 32-bit lanes of one vector register, or of an array where there is none.
+//! Lanes: 32-bit integers of many samples in one vector register, or in an array.
 //!
-//! The kernels are written once over [`Lanes`] and compiled for each set of instructions; which one runs is decided
-//! when the program starts ([`super::InstructionSet`]). Every operation is exact, so the choice changes no bit.
+//! The kernels are generic over [`Lanes`] and compiled for each instruction set, which is selected at run time
+//! ([`super::InstructionSet`]). Every operation is exact, so the selection changes no bit.
 
-/// Looking up in a patch by gathering from memory.
+/// Looks up in a register tile by gathers from memory.
 macro_rules! look_up_in_memory {
     () => {
         const HAS_REGISTER_LOOKUP: bool = false;
@@ -46,25 +46,25 @@ pub use register_tile::{LARGE_TILE, RegisterTile, SMALL_TILE, Square};
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512, run_avx2, run_avx512};
 
-/// The most lanes that any implementation has.
+/// Largest number of lanes of any implementation.
 pub const MAX_LANES: usize = 16;
 
 /// Lanes of `i32`. Additions, subtractions and products wrap; comparisons are signed.
 ///
-/// Methods are `inline(always)`: they must be compiled within the kernel that has the instructions enabled.
+/// Methods are `inline(always)`: they must be compiled within the kernel that enables the instructions.
 pub trait Lanes: Copy {
     /// Number of lanes.
     const COUNT: usize;
-    /// Shows that the processor has the instructions. Vectors are made from it, so none exists without.
+    /// Shows that the processor has the instructions. A vector is constructed from it, so none exists without it.
     type FeatureToken: Copy;
-    /// A truth value for each lane.
+    /// One truth value per lane.
     type Mask: Copy;
 
-    /// The same value in each lane.
+    /// Sets all lanes to one value.
     fn splat(token: Self::FeatureToken, value: i32) -> Self;
-    /// The first values of a list that is at least as long as there are lanes.
+    /// Loads the first values of a slice that has at least [`Self::COUNT`] entries.
     fn load(token: Self::FeatureToken, from: &[i32]) -> Self;
-    /// Writes to the front of a list that is at least as long as there are lanes.
+    /// Stores to the front of a slice that has at least [`Self::COUNT`] entries.
     fn store(self, to: &mut [i32]);
 
     /// `self + other`.
@@ -75,28 +75,30 @@ pub trait Lanes: Copy {
     fn mul(self, other: Self) -> Self;
     /// Upper half of the signed product.
     fn mul_hi(self, other: Self) -> Self;
-    /// A value from -2^30 to 2^30 times a polynomial of its square, which is divided by 2^30, rounded down: by Horner's
-    /// rule the first coefficient, then each time times the square, divided by 2^30, rounded down, plus the next. The
-    /// product is divided by two to the power of these bits, 1 to 31, rounded down. What is multiplied, and the outcome,
-    /// fit in 32 bits.
+    /// An odd polynomial: `self`, from -2^30 to 2^30, times a polynomial of its square.
+    ///
+    /// The square is divided by 2^30 and rounded down. Horner's rule starts with the first coefficient; each iteration
+    /// multiplies by the square, divides by 2^30, rounds down and adds the next coefficient. The final product is
+    /// divided by 2^`bits`, `bits` from 1 to 31, and rounded down. All factors and the result fit in 32 bits.
     fn odd_polynomial<const N: usize>(self, bits: u32, coefficients: [i32; N]) -> Self;
-    /// Shifted to the left by 0 to 31 bits.
+    /// Shifts left by 0 to 31 bits.
     fn shl(self, bits: u32) -> Self;
-    /// Shifted to the right by 0 to 31 bits, keeping the sign.
+    /// Shifts right by 0 to 31 bits, arithmetic.
     fn sar(self, bits: u32) -> Self;
-    /// Shifted to the right by 0 to 31 bits, filling with zeros.
+    /// Shifts right by 0 to 31 bits, logical.
     fn shr(self, bits: u32) -> Self;
-    /// Each lane shifted to the left by its own 0 to 31 bits.
+    /// Shifts each lane left by its own 0 to 31 bits.
     fn shl_each(self, bits: Self) -> Self;
-    /// A number of 16 bits, given in both halves of a lane, times the sum of the two halves of another lane, all signed.
+    /// Multiplies a 16-bit number, present in both halves of a lane, by the sum of the two halves of the other lane.
+    /// All are signed.
     fn mul_halves(self, halves: Self) -> Self;
     /// Bitwise and.
     fn and(self, other: Self) -> Self;
-    /// The smaller of two.
+    /// Minimum.
     fn min(self, other: Self) -> Self;
-    /// The greater of two.
+    /// Maximum.
     fn max(self, other: Self) -> Self;
-    /// The size of a value; -2^31 stays as it is.
+    /// Absolute value; -2^31 is unchanged.
     fn abs(self) -> Self;
     /// Number of leading zeros of a value above zero.
     fn leading_zeros(self) -> Self;
@@ -107,35 +109,36 @@ pub trait Lanes: Copy {
     fn isqrt(self) -> Self;
     /// `floor(sqrt(self^2 + other^2))` for values below 2^25 in size.
     fn hypot(self, other: Self) -> Self;
-    /// `(y >> bits) * width + (x >> bits)`, for shifted values that fit in 16 bits, 16 to 31 `bits`, and a width from 1 to
+    /// `(y >> bits) * width + (x >> bits)`. The shifted values fit in 16 bits, `bits` is 16 to 31 and `width` 1 to
     /// 32767.
     fn row_major(token: Self::FeatureToken, x: Self, y: Self, bits: u32, width: i32) -> Self;
-    /// The entries of a list in the lower halves of the lanes; the upper halves hold anything. The list has at least one
-    /// entry more than the greatest index; other indices give one of its entries as well.
+    /// Gathers entries of a slice into the lower halves of the lanes; the upper halves are undefined. The slice has at
+    /// least one entry more than the greatest index; other indices give one of its entries.
     fn gather_dirty_high(self, list: &[u16]) -> Self;
-    /// The smaller of two that loose operations gave, or of one and a value below 2^16; again loose.
+    /// Minimum of two results with undefined upper halves, or of one and a value below 2^16. The upper halves of the
+    /// result are undefined.
     fn min_dirty_high(self, other: Self) -> Self;
-    /// The smaller of two numbers, unsigned, in each half of the lanes.
+    /// Unsigned minimum in each half of the lanes.
     fn min_halves(self, other: Self) -> Self;
-    /// Clears the upper halves of what the loose operations gave.
+    /// Clears the upper halves.
     fn mask_high(self) -> Self;
-    /// The entries of a list, as in `gather_dirty_high`.
+    /// Gathers entries of a slice, see [`Self::gather_dirty_high`].
     #[inline(always)]
     fn gather(self, list: &[u16]) -> Self {
         self.gather_dirty_high(list).mask_high()
     }
 
-    /// Whether registers can be looked up in: then `look_up` takes less time than two gathers from memory.
+    /// Whether `look_up` uses registers; it is then faster than two gathers from memory.
     const HAS_REGISTER_LOOKUP: bool;
-    /// A square of a grid, its side 8 or 16.
+    /// A square of a grid with a side of 8 or 16.
     type RegisterTile: Copy;
     /// Copies a square.
     fn register_tile<const SIDE: usize>(
         token: Self::FeatureToken,
         square: &Square<'_>,
     ) -> Self::RegisterTile;
-    /// The entries of a patch of this side at the columns `x >> bits` and the rows `y >> bits`, both modulo the side: of
-    /// the first pair in the lower halves of the lanes, of the second in the upper ones. `bits` is 20 to 28.
+    /// Looks up the entries at the columns `x >> bits` and the rows `y >> bits`, both modulo the side: the first pair
+    /// to the lower halves of the lanes, the second to the upper halves. `bits` is 20 to 28.
     fn look_up<const SIDE: usize>(
         token: Self::FeatureToken,
         register_tile: &Self::RegisterTile,
@@ -144,40 +147,40 @@ pub trait Lanes: Copy {
         bits: u32,
     ) -> Self;
 
-    /// Each lane with the sum of those before it added.
+    /// Inclusive prefix sums.
     fn prefix_sums(self) -> Self;
     /// The last lane.
     fn last(self) -> i32;
-    /// The smallest of all lanes.
+    /// Minimum of all lanes.
     fn reduce_min(self) -> i32;
-    /// The greatest of all lanes.
+    /// Maximum of all lanes.
     fn reduce_max(self) -> i32;
-    /// The sum of all lanes, unsigned.
+    /// Unsigned sum of all lanes.
     fn reduce_sum_unsigned(self) -> u64;
 
     /// `self < other`.
     fn less(self, other: Self) -> Self::Mask;
-    /// `self < other`, both unsigned.
+    /// `self < other`, unsigned.
     fn less_unsigned(self, other: Self) -> Self::Mask;
     /// `self == other`.
     fn equal(self, other: Self) -> Self::Mask;
-    /// Each lane from `yes` where the mask is set, from `no` elsewhere.
+    /// Takes `yes` in the lanes of the mask and `no` in the others.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// A mask without a lane set.
+    /// The empty mask.
     fn mask_none(token: Self::FeatureToken) -> Self::Mask;
-    /// Set in both.
+    /// Bitwise and of two masks.
     fn mask_and(one: Self::Mask, other: Self::Mask) -> Self::Mask;
-    /// Set in either.
+    /// Bitwise or of two masks.
     fn mask_or(one: Self::Mask, other: Self::Mask) -> Self::Mask;
-    /// Set in the first and not in the second.
+    /// Bitwise and of the first mask and the complement of the second.
     fn mask_and_not(one: Self::Mask, other: Self::Mask) -> Self::Mask;
-    /// Writes the lanes that are set one after the other to the front of a list that has room for all; their number.
-    /// What comes behind them is anything.
+    /// Stores the lanes of the mask consecutively at the front of a slice that has space for all lanes. Returns their
+    /// number. The entries after them are undefined.
     fn compress(mask: Self::Mask, lanes: Self, to: &mut [i32]) -> usize;
-    /// The lanes set, first lane in the lowest bit.
+    /// The mask as bits; the first lane is the lowest bit.
     fn bitmask(mask: Self::Mask) -> u32;
 
-    /// The values as a list; those beyond the number of lanes are zero.
+    /// The lanes as an array; entries beyond [`Self::COUNT`] are zero.
     #[cfg(test)]
     fn to_array(self) -> [i32; MAX_LANES] {
         let mut array = [0; MAX_LANES];

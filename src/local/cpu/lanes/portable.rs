@@ -1,4 +1,4 @@
-//! Lanes on any processor: loops over a short array, which compilers turn into what vectors there are.
+//! Lanes for any processor: loops over a short array, which the compiler vectorises.
 #![expect(
     clippy::needless_range_loop,
     reason = "one index for several arrays is what compilers turn into vectors"
@@ -12,7 +12,7 @@ const COUNT: usize = 8;
 #[derive(Clone, Copy, Debug)]
 pub struct Portable([i32; COUNT]);
 
-/// All bits set where true.
+/// All bits of a lane are set where true.
 #[derive(Clone, Copy, Debug)]
 pub struct Mask([i32; COUNT]);
 
@@ -164,13 +164,13 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn isqrt(self) -> Self {
-        // Exact: the root of an integer below 2^32 is not within half an ulp of an integer that it does not reach.
+        // Exact: the root of an integer below 2^32 is never within half an ulp below the next integer.
         self.map(|value| f64::from(value as u32).sqrt() as i32)
     }
 
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
-        // Exact: squares and their sum are integers below 2^53; for the root see `isqrt`.
+        // Exact: the squares and their sum are integers below 2^53; for the root see `isqrt`.
         self.zip(other, |x, y| {
             let (x, y) = (f64::from(x), f64::from(y));
             (x * x + y * y).sqrt() as i32

@@ -1,19 +1,19 @@
-//! Entries of a grid that are near together: as many as registers hold.
+//! Copies of small squares of a grid, as large as registers hold.
 
-/// The side of a small patch.
+/// Side of a small register tile.
 pub const SMALL_TILE: usize = 8;
-/// The side of a large one.
+/// Side of a large register tile.
 pub const LARGE_TILE: usize = 16;
 
-/// Entries of a large patch, and two more, for vectors that read two at a time.
+/// Entries of a large register tile, and two more for vector loads.
 const ROOM: usize = LARGE_TILE * LARGE_TILE + 2;
 
-/// Where a square of a grid is.
+/// The position of a square in a grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Square<'a> {
-    /// The grid's entries from the first one of the square to the last one, at least, row by row.
+    /// Entries of the grid, row-major, at least from the first to the last entry of the square.
     pub entries: &'a [u16],
-    /// From one row to the next.
+    /// Distance between rows, entries.
     pub stride: usize,
     /// The first column.
     pub column: usize,
@@ -22,7 +22,7 @@ pub struct Square<'a> {
 }
 
 impl<'a> Square<'a> {
-    /// The entries of a square of this side in the row whose number is this, modulo the side.
+    /// The entries of the row whose number modulo the side is `row` modulo the side.
     #[inline(always)]
     pub fn row<const SIDE: usize>(&self, row: usize) -> &'a [u16] {
         let after = row.wrapping_sub(self.row) % SIDE;
@@ -30,7 +30,7 @@ impl<'a> Square<'a> {
     }
 }
 
-/// A patch in memory: each entry at its column and row in the grid modulo the side, row by row.
+/// A register tile in memory, row-major: each entry at its column and row in the grid, modulo the side.
 #[derive(Clone, Copy, Debug)]
 pub struct RegisterTile([u16; ROOM]);
 

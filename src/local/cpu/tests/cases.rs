@@ -1,4 +1,4 @@
-//! What the operations are tried on: words where integer arithmetic breaks first, and random ones of every size.
+//! Inputs of the operation tests: edge cases of integer arithmetic and random words of every size.
 
 use std::sync::LazyLock;
 
@@ -7,10 +7,10 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::local::cpu::lanes::{MAX_LANES, Square};
 
-/// What one lane is given.
+/// Inputs of one lane.
 pub type Case = [i32; 2];
 
-/// What all lanes of a vector are given.
+/// Inputs of all lanes of a vector.
 #[derive(Clone, Copy, Debug)]
 pub struct Shared {
     /// 0 to 31.
@@ -20,12 +20,12 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// A list to gather from, one entry longer than the width.
+    /// A list to gather from, one entry longer than `width`.
     pub fn list(&self) -> &'static [u16] {
         &LIST[..=self.width as usize]
     }
 
-    /// Bits with which places in a patch are found.
+    /// `bits` of `look_up`.
     pub const fn tile_bits(&self) -> u32 {
         20 + self.bits % 9
     }
@@ -41,7 +41,7 @@ impl Shared {
         }
     }
 
-    /// The entry of a patch with this side that has a copy of it.
+    /// The entry of a register tile of this square.
     pub fn entry<const SIDE: usize>(&self, x: i32, y: i32) -> i32 {
         let square = self.square();
         let after = |word: i32, first: usize| {
@@ -53,20 +53,20 @@ impl Shared {
     }
 }
 
-/// As many lanes as any implementation has.
+/// Cases for the largest number of lanes.
 pub struct Group {
     pub shared: Shared,
     pub cases: [Case; MAX_LANES],
 }
 
-/// An odd factor makes all entries differ, so a lane that reads a wrong one shows.
+/// An odd factor makes all entries differ, so a lane that reads the wrong entry is detected.
 static LIST: LazyLock<Vec<u16>> =
     LazyLock::new(|| (0..1_u32 << 15).map(|n| (n * 40_503) as u16).collect());
 
-/// Random groups beside the edges.
+/// Number of random groups in addition to the edge cases.
 const RANDOM_GROUPS: usize = 2000;
 
-/// Zero, every power of two, what lies beside it, and all these negative.
+/// Zero, every power of two, its two neighbours, and the negatives of all these.
 fn edges() -> Vec<i32> {
     let mut edges = vec![0];
     for bit in 0..32 {
@@ -80,7 +80,7 @@ fn edges() -> Vec<i32> {
     edges
 }
 
-/// Every pair of edges, then random ones of every size.
+/// Every pair of edge cases, then random words of every size.
 pub fn groups(seed: u64) -> Vec<Group> {
     let rng = &mut Pcg64Mcg::seed_from_u64(seed);
     let edges = edges();

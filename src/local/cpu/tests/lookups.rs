@@ -1,4 +1,4 @@
-//! Operations that look entries of lists up.
+//! Lookup operations.
 
 use super::cases::{Case, Shared};
 use super::operations::{Operation, any, each, whole};
@@ -55,7 +55,7 @@ pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
                 let is_entry = |&word: &i32| s.list().iter().any(|&entry| i32::from(entry) == word);
                 let found = x.gather(s.list()).to_array();
                 let known = found[..L::COUNT].iter().map(|word| {
-                    // Long lists hold half of all that there is, and a search through them takes long.
+                    // Long lists contain half of all values, and searching them takes long.
                     i32::from(s.width > 2000 && (0..=0xFFFF).contains(word) || is_entry(word))
                 });
                 known.collect()
@@ -65,7 +65,7 @@ pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
     ]
 }
 
-/// Two places in a patch of this side, one the other with columns and rows exchanged.
+/// Two lookups in a register tile; the second exchanges columns and rows.
 const fn look_up<L: Lanes, const SIDE: usize>(name: &'static str) -> Operation<L> {
     each(
         name,

@@ -1,4 +1,4 @@
-//! Every operation of every kind of lanes here equals plain scalar arithmetic, bit for bit.
+//! Compares every lane operation of every available instruction set with scalar arithmetic, bit for bit.
 
 mod cases;
 mod lookups;
@@ -15,10 +15,10 @@ use operations::{Operation, Way, operations};
 /// Seed of the random cases.
 const SEED: u64 = 37;
 
-/// Of an operation's differences, so many are told in full.
+/// Number of differences reported per operation.
 const MAX_REPORTED: usize = 4;
 
-/// What one vector of an operation gave, and should have given.
+/// Expected and actual result of one vector of an operation.
 struct Outcome<'a> {
     cases: &'a [Case],
     shared: &'a Shared,
@@ -52,8 +52,8 @@ fn outcome<'a, L: Lanes>(
     }
 }
 
-/// What to say of an operation that differs from plain arithmetic: how often, and the first few in hexadecimal. On
-/// demand one bit of one vector is flipped first.
+/// Describes how an operation differs from scalar arithmetic: the number of differences and the first few in
+/// hexadecimal. On demand it flips one bit of one vector first.
 fn differences<L: Lanes>(
     token: L::FeatureToken,
     operation: &Operation<L>,
@@ -85,7 +85,7 @@ fn differences<L: Lanes>(
     (differing > 0).then(|| format!("{name}: {differing} of {all} differ:{messages}"))
 }
 
-/// Where the lists differ; a word that only one of them has differs.
+/// Indices at which the lists differ, also by length.
 fn wrong_places(outcome: &Outcome<'_>) -> Vec<usize> {
     let Outcome {
         expected, found, ..
@@ -116,7 +116,7 @@ fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages: &
     said.expect("a string takes everything");
 }
 
-/// Fails with all that differs.
+/// Asserts that no operation differs.
 fn equal_plain<L: Lanes>(token: L::FeatureToken) {
     let groups = groups(SEED);
     let wrong: Vec<String> = operations::<L>()
@@ -149,7 +149,7 @@ fn avx512_lanes_equal_plain_arithmetic() {
     }
 }
 
-/// Past the test harness, which keeps what a passing test prints to itself.
+/// Bypasses the test harness, which captures the output of a passing test.
 #[cfg(target_arch = "x86_64")]
 fn say_not_here(instructions: &str) {
     use std::io::Write as _;

@@ -1,4 +1,4 @@
-//! The table of operations: as the lanes do them, and as plain arithmetic does.
+//! The table of operations: in lanes and as scalar arithmetic.
 
 use super::cases::{Case, Shared};
 use super::lookups::lists;
@@ -7,14 +7,14 @@ use crate::local::cpu::arithmetic;
 use crate::local::cpu::lanes::{Lanes, MAX_LANES};
 use crate::numeric;
 
-/// How an operation is done in lanes and plainly.
+/// The two implementations of an operation.
 pub enum Way<L: Lanes> {
     /// Lane by lane.
     Each(
         fn(L::FeatureToken, L, L, &Shared) -> L,
         fn(i32, i32, &Shared) -> i32,
     ),
-    /// All lanes of a vector together, to a list.
+    /// All lanes of a vector together, returning a list.
     Whole(
         fn(L::FeatureToken, L, L, &Shared) -> Vec<i32>,
         fn(&[Case], &Shared) -> Vec<i32>,
@@ -27,7 +27,7 @@ const POLYNOMIAL: [i32; 4] = [-400_539, 17_993_950, -113_684_708, 341_774_852];
 /// One operation.
 pub struct Operation<L: Lanes> {
     pub name: &'static str,
-    /// Moves any arguments into the domain that the trait's documentation states.
+    /// Maps any arguments to the domain that the trait documents.
     pub fit: fn(Case, &Shared) -> Case,
     pub way: Way<L>,
 }
@@ -52,7 +52,7 @@ pub const fn whole<L: Lanes>(
     Operation { name, fit, way }
 }
 
-/// All of them.
+/// All operations.
 pub fn operations<L: Lanes>() -> Vec<Operation<L>> {
     let shards = [
         moves(),
@@ -140,7 +140,7 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
         ),
         each(
             "odd_polynomial",
-            // To either end of what it takes.
+            // Covers both ends of the domain.
             |[x, y], _| [if x == i32::MAX { 1 << 30 } else { x >> 1 }, y],
             |_, x, _, s| x.odd_polynomial(28 + s.bits % 4, POLYNOMIAL),
             |x, _, s| {
@@ -199,10 +199,10 @@ fn bits<L: Lanes>() -> Vec<Operation<L>> {
     ]
 }
 
-/// The greatest divisor and quotient of `div_unsigned`.
+/// The largest divisor and quotient of `div_unsigned`.
 const MAX_DIVISOR: u32 = 1 << 17;
 
-/// A divisor from 1 to 2^17, and a value with a quotient up to that.
+/// A divisor from 1 to 2^17, and a value whose quotient is at most 2^17.
 fn dividable([x, y]: Case, _: &Shared) -> Case {
     let divisor = y as u32 % MAX_DIVISOR + 1;
     let limit = u64::from(divisor) * u64::from(MAX_DIVISOR + 1);
@@ -279,7 +279,7 @@ fn roots<L: Lanes>() -> Vec<Operation<L>> {
     ]
 }
 
-/// Below 2^25 in size.
+/// Below 2^25 in absolute value.
 fn short([x, y]: Case, _: &Shared) -> Case {
     [x % (1 << 25), y % (1 << 25)]
 }
@@ -293,7 +293,7 @@ fn truth<L: Lanes>(token: L::FeatureToken, mask: L::Mask) -> L {
     L::select(mask, L::splat(token, 1), L::splat(token, 0))
 }
 
-/// Two masks of the same values that differ where one value is negative.
+/// Two masks of the same values; they differ where one value is negative.
 fn two<L: Lanes>(x: L, y: L) -> (L::Mask, L::Mask) {
     (x.less(y), x.less_unsigned(y))
 }
@@ -314,7 +314,7 @@ fn masks<L: Lanes>() -> Vec<Operation<L>> {
         ),
         each(
             "equal",
-            // Often equal, else different in one bit.
+            // Often equal, otherwise different in one bit.
             |[x, y], s| [x, if y & 1 == 0 { x } else { x ^ (1 << s.bits) }],
             |p, x, y, _| truth(p, x.equal(y)),
             |x, y, _| i32::from(x == y),

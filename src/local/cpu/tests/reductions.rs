@@ -1,4 +1,4 @@
-//! Operations that make one number of all lanes.
+//! Operations that reduce all lanes to one number.
 
 use super::operations::{Operation, any, whole};
 use crate::local::cpu::lanes::Lanes;

@@ -1,4 +1,4 @@
-//! What the sieve leaves out changes no bit, and it does leave most out.
+//! Step pruning changes no bit, and it skips most steps.
 
 use std::sync::Arc;
 
@@ -19,15 +19,15 @@ use crate::robot::{Disc, Footprint};
 /// Seed of the problems.
 const SEED: u64 = 53;
 
-/// How many problems.
+/// Number of problems.
 const PROBLEMS: u64 = 100;
 
-/// A random problem with many samples, which start in the middle of the field and mostly stay on it.
+/// A random problem with many samples that start in the middle of the field; most of them stay on it.
 fn dense_problem(case: u64) -> Problem {
     random_problem(case, (0.4, 0.6), 0.45)
 }
 
-/// The same in one of two corners of the field, with slow samples.
+/// A random problem with slow samples in one of two corners of the field.
 fn corner_problem(case: u64) -> Problem {
     let start = if case.is_multiple_of(2) {
         (0.02, 0.1)
@@ -37,7 +37,8 @@ fn corner_problem(case: u64) -> Problem {
     random_problem(case, start, 0.05)
 }
 
-/// A random problem that starts between these shares of the field's width and height, and goes so much of them at most.
+/// A random problem. The start lies between two fractions of the field's width and height; the samples travel at most
+/// `reach` of the shorter one.
 fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
     let rng = &mut Pcg64Mcg::seed_from_u64(SEED ^ case.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     let frame = GridFrame {
@@ -90,7 +91,7 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
         },
     };
     let discs = (0..rng.random_range(1..=3)).map(|_| {
-        // Often around the origin: such discs do not move as the robot turns.
+        // Often central: such discs do not move when the robot turns.
         let away = f64::from(rng.random_range(0..3_u8).min(1));
         Disc {
             x: away * rng.random_range(-0.4..0.4),
@@ -132,7 +133,7 @@ fn engines() -> Vec<CpuEngine> {
     engines.collect()
 }
 
-/// Groups of steps that the last tile was looked at, and all of its groups, over its discs and chunks.
+/// Groups of steps looked up for the last tile, and all of its groups, over its discs and chunks.
 fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
     if engine.pyramid.is_empty() {
         return None;
@@ -143,7 +144,7 @@ fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
     Some((lookup, lists.len() * engine.inputs.groups))
 }
 
-/// Every engine's answer is that of the first.
+/// Asserts that every engine's answer equals the first one's.
 fn compare(engines: &mut [CpuEngine], quantized: &QuantizedProblem, name: &str) {
     let answers: Vec<_> = engines
         .iter_mut()
@@ -194,7 +195,7 @@ fn every_sample_of_dense_problems_is_as_without_the_sieve() {
     assert!(2 * lookup < all, "{lookup} of {all} groups were lookup at");
 }
 
-/// Slow samples near to one another, in the middle of a large field.
+/// Slow samples close together, in the middle of a large field.
 fn slow_problem(steps: u32) -> Problem {
     let frame = GridFrame {
         width: 64,
@@ -284,7 +285,7 @@ fn a_bound_that_is_too_high_is_noticed() {
 
 #[test]
 fn every_cell_that_is_looked_at_is_in_the_region() {
-    // A region that misses a cell would cut its box off; so would one that is empty.
+    // A region that misses a cell would clip a box; an empty region would too.
     for case in 0..PROBLEMS {
         let problem = dense_problem(case);
         let field = Arc::clone(&problem.field);

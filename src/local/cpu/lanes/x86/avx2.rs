@@ -4,7 +4,7 @@
     reason = "vector instructions, several times the speed of the portable lanes"
 )]
 
-// Clippy minds only outside of tests.
+// The lint applies only outside of tests.
 #[cfg_attr(
     not(test),
     expect(
@@ -28,15 +28,15 @@ const PAIRS: i32 = 0b10_11_00_01;
 #[derive(Clone, Copy, Debug)]
 pub struct Avx2(__m256i);
 
-/// All bits of a lane set where true.
+/// All bits of a lane are set where true.
 #[derive(Clone, Copy, Debug)]
 pub struct Mask(__m256i);
 
-/// Shows that the processor has AVX2 and the operations on bits that came with it or before.
+/// Shows that the processor has AVX2 and the bit manipulation instructions up to it.
 #[derive(Clone, Copy, Debug)]
 pub struct FeatureToken(());
 
-/// For each mask the lanes that are set, in order.
+/// For each mask, the indices of its lanes in order.
 static ORDERS: [[i32; COUNT]; 256] = orders();
 
 const fn orders() -> [[i32; COUNT]; 256] {
@@ -57,7 +57,7 @@ const fn orders() -> [[i32; COUNT]; 256] {
 }
 
 impl Avx2 {
-    /// A proof, where the processor has the instructions.
+    /// A token, if the processor has the instructions.
     pub fn detect() -> Option<FeatureToken> {
         detected!("avx2" "bmi1" "bmi2" "lzcnt" "popcnt").then_some(FeatureToken(()))
     }
@@ -71,7 +71,7 @@ fn halves(lanes: __m256i) -> (__m128i, __m128i) {
     ))
 }
 
-/// Both halves rounded towards zero.
+/// Truncates both halves towards zero.
 #[inline(always)]
 fn truncate(low: __m256d, high: __m256d) -> Avx2 {
     run!(Avx2(_mm256_set_m128i(
@@ -80,7 +80,7 @@ fn truncate(low: __m256d, high: __m256d) -> Avx2 {
     )))
 }
 
-/// The upper halves of the even lanes' products and the odd ones'.
+/// The upper halves of the products of the even and of the odd lanes.
 #[inline(always)]
 fn upper_halves(even: __m256i, odd: __m256i) -> Avx2 {
     run!(Avx2(_mm256_blend_epi32::<0xAA>(
@@ -97,7 +97,7 @@ fn length(x: __m128i, y: __m128i) -> __m256d {
     })
 }
 
-/// 32 bits from this one on of each lane of 64: of the first vector in the even lanes, of the second in the odd ones.
+/// 32 bits of each 64-bit lane, from bit `bits`: of the first vector to the even lanes, of the second to the odd lanes.
 #[inline(always)]
 fn in_turn(even: __m256i, odd: __m256i, bits: u32) -> Avx2 {
     run!({
@@ -117,13 +117,13 @@ fn count(bits: u32) -> __m256i {
     run!(_mm256_set1_epi32(bits as i32))
 }
 
-/// Turns the order of unsigned values into that of signed ones.
+/// Maps the order of unsigned values to that of signed values.
 #[inline(always)]
 fn flip_sign(lanes: __m256i) -> __m256i {
     run!(_mm256_xor_si256(lanes, _mm256_set1_epi32(i32::MIN)))
 }
 
-/// Unsigned values as floats: flipped to the signed range, then moved back by 2^31.
+/// Converts unsigned values to floats: flips them to the signed range, then adds 2^31.
 #[inline(always)]
 fn floats(lanes: __m256i) -> (__m256d, __m256d) {
     let (low, high) = halves(flip_sign(lanes));
@@ -198,8 +198,8 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn leading_zeros(self) -> Self {
-        // The exponent of a float says it. Without the bit below its highest a value cannot be rounded up to the next
-        // power of two.
+        // The exponent of a float is the position of the highest bit. Without the bit below the highest, rounding
+        // cannot reach the next power of two.
         run!({
             let kept = _mm256_andnot_si256(_mm256_srli_epi32::<1>(self.0), self.0);
             let float = _mm256_castps_si256(_mm256_cvtepi32_ps(kept));
@@ -210,7 +210,7 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        // A float is off by less than one; the remainder corrects it. The half of an unsigned value is a signed one.
+        // The float is off by less than one; the remainder corrects it. Half of an unsigned value fits a signed one.
         run!({
             let half = _mm256_cvtepi32_ps(_mm256_srli_epi32::<1>(self.0));
             let floats = _mm256_div_ps(_mm256_add_ps(half, half), _mm256_cvtepi32_ps(divisor.0));
@@ -227,14 +227,14 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn isqrt(self) -> Self {
-        // Exact, as the portable lanes say.
+        // Exact, see the portable lanes.
         let (low, high) = floats(self.0);
         run!(truncate(_mm256_sqrt_pd(low), _mm256_sqrt_pd(high)))
     }
 
     #[inline(always)]
     fn hypot(self, other: Self) -> Self {
-        // Exact, as the portable lanes say.
+        // Exact, see the portable lanes.
         let ((x_low, x_high), (y_low, y_high)) = (halves(self.0), halves(other.0));
         truncate(length(x_low, y_low), length(x_high, y_high))
     }
@@ -244,7 +244,7 @@ impl Lanes for Avx2 {
         run!({
             let column = _mm256_srav_epi32(x.0, count(bits));
             let row = _mm256_srav_epi32(y.0, count(bits - 16));
-            // Row and column in one word, for one instruction multiplies and adds both.
+            // Row and column in one word: one instruction multiplies and adds both.
             let mask_and = _mm256_blend_epi16::<0xAA>(column, row);
             Self(_mm256_madd_epi16(
                 mask_and,
@@ -255,7 +255,7 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn gather_dirty_high(self, list: &[u16]) -> Self {
-        // Each lane reads the entry and the one behind it: the last index is that of the last but one.
+        // Each lane reads an entry and the next one, so the largest index is that of the last but one entry.
         let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
         assert!(last >= 0, "a list to gather from has two entries at least");
         run!({
@@ -272,7 +272,7 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn prefix_sums(self) -> Self {
         run!({
-            // In each half, then the sum of the first half to all of the second.
+            // In each half, then the sum of the first half is added to the second.
             let sums = _mm256_add_epi32(self.0, _mm256_slli_si256::<4>(self.0));
             let sums = _mm256_add_epi32(sums, _mm256_slli_si256::<8>(sums));
             let first = _mm256_permute2x128_si256::<0x08>(sums, sums);

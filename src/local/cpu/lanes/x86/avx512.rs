@@ -4,7 +4,7 @@
     reason = "vector instructions, several times the speed of the portable lanes"
 )]
 
-// Clippy minds only outside of tests.
+// The lint applies only outside of tests.
 #[cfg_attr(
     not(test),
     expect(
@@ -18,22 +18,22 @@ use super::super::{Avx2, LARGE_TILE, Lanes, SMALL_TILE, Square};
 
 const COUNT: usize = 16;
 
-/// To whole numbers, without raising a flag.
+/// Rounds to integers without raising a flag.
 const TOWARDS_ZERO: i32 = _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC;
 
-/// The odd lanes in the even ones' places too.
+/// Copies the odd lanes to the even lanes.
 const ODD_TWICE: i32 = 0b11_11_01_01;
 
 /// Sixteen lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(__m512i);
 
-/// Shows that the processor has AVX-512 F, BW, CD, DQ and VL, beside what AVX2's proof shows.
+/// Shows that the processor has AVX-512 F, BW, CD, DQ and VL, and all that the token of AVX2 shows.
 #[derive(Clone, Copy, Debug)]
 pub struct FeatureToken(());
 
 impl Avx512 {
-    /// A proof, where the processor has the instructions.
+    /// A token, if the processor has the instructions.
     pub fn detect() -> Option<FeatureToken> {
         let has = Avx2::detect().is_some()
             && detected!("avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl");
@@ -49,7 +49,7 @@ fn halves(lanes: __m512i) -> (__m256i, __m256i) {
     ))
 }
 
-/// Both halves rounded towards zero.
+/// Truncates both halves towards zero.
 #[inline(always)]
 fn truncate(low: __m512d, high: __m512d) -> Avx512 {
     run!(Avx512(_mm512_inserti64x4::<1>(
@@ -58,7 +58,7 @@ fn truncate(low: __m512d, high: __m512d) -> Avx512 {
     )))
 }
 
-/// The upper halves of the even lanes' products and the odd ones'.
+/// The upper halves of the products of the even and of the odd lanes.
 #[inline(always)]
 fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
     run!(Avx512(_mm512_mask_blend_epi32(
@@ -68,13 +68,14 @@ fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
     )))
 }
 
-/// `floor(sqrt(x^2 + y^2))` or one less, and whether it is one less. The squares and their sum are exact. Newton's step from
-/// a reciprocal root of 14 bits ends below the root, by less than one, and a little is taken off for the roundings.
+/// `floor(sqrt(x^2 + y^2))` or one less, and a mask of the lanes with one less. The squares and their sum are exact.
+/// Newton's step from a reciprocal root of 14 bits ends less than one below the root; a small subtrahend covers the
+/// rounding.
 #[inline(always)]
 fn length(x: __m256i, y: __m256i) -> (__m512d, __mmask8) {
     run!({
         let (x, y) = (_mm512_cvtepi32_pd(x), _mm512_cvtepi32_pd(y));
-        // Lost in any sum but that of zeros, which has no reciprocal.
+        // Vanishes in every sum except that of zeros, which has no reciprocal.
         let next_to_nothing = _mm512_set1_pd(1.0 / (1_u64 << 60) as f64);
         let squared = _mm512_fmadd_pd(x, x, _mm512_fmadd_pd(y, y, next_to_nothing));
         let guess = _mm512_rsqrt14_pd(squared);
@@ -90,7 +91,7 @@ fn length(x: __m256i, y: __m256i) -> (__m512d, __mmask8) {
     })
 }
 
-/// 32 bits from this one on of each lane of 64: of the first vector in the even lanes, of the second in the odd ones.
+/// 32 bits of each 64-bit lane, from bit `bits`: of the first vector to the even lanes, of the second to the odd lanes.
 #[inline(always)]
 fn in_turn(even: __m512i, odd: __m512i, bits: u32) -> Avx512 {
     run!({
@@ -110,7 +111,7 @@ fn count(bits: u32) -> __m512i {
     run!(_mm512_set1_epi32(bits as i32))
 }
 
-/// The bits of a mask from one vector, the others from another.
+/// The bits of `mask` from one vector, the others from another.
 #[inline(always)]
 fn merged(mask: i32, from: __m512i, other: __m512i) -> __m512i {
     run!(_mm512_ternarylogic_epi32::<0xCA>(
@@ -120,7 +121,7 @@ fn merged(mask: i32, from: __m512i, other: __m512i) -> __m512i {
     ))
 }
 
-/// Places in one register.
+/// Indices in one register.
 static PLACES: [u16; 32] = {
     let mut places = [0; 32];
     let mut place = 0;
@@ -131,14 +132,14 @@ static PLACES: [u16; 32] = {
     places
 };
 
-/// Registers of a large patch.
+/// Registers of a large register tile.
 const REGISTERS: usize = LARGE_TILE * LARGE_TILE / 32;
 
-/// A square's rows one after the other. A small one fills two registers.
+/// The rows of a square, consecutively. A small square fills two registers.
 #[derive(Clone, Copy, Debug)]
 pub struct RegisterTile([__m512i; REGISTERS]);
 
-/// Where a row of a square begins in memory.
+/// Address of a row of a square.
 #[inline(always)]
 fn row_of<const SIDE: usize>(square: &Square<'_>, row: usize) -> *const u16 {
     let after = row.wrapping_sub(square.row) % SIDE;
@@ -210,7 +211,7 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        // Rounded down twice, a float is below by less than one; the remainder corrects it.
+        // Both roundings are down, so the float is less than one too small; the remainder corrects it.
         run!({
             let dividend = _mm512_cvt_roundepu32_ps::<TOWARDS_ZERO>(self.0);
             let floats =
@@ -226,7 +227,7 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn isqrt(self) -> Self {
-        // Exact, as the portable lanes say.
+        // Exact, see the portable lanes.
         let (low, high) = halves(self.0);
         run!(truncate(
             _mm512_sqrt_pd(_mm512_cvtepu32_pd(low)),
@@ -251,7 +252,7 @@ impl Lanes for Avx512 {
         run!({
             let column = _mm512_srav_epi32(x.0, count(bits));
             let row = _mm512_srav_epi32(y.0, count(bits - 16));
-            // Row and column in one word, for one instruction multiplies and adds both.
+            // Row and column in one word: one instruction multiplies and adds both.
             let upper = _mm512_set1_epi32(0xFFFF << 16);
             let mask_and = _mm512_ternarylogic_epi32::<0xCA>(upper, row, column);
             Self(_mm512_madd_epi16(
@@ -263,7 +264,7 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn gather_dirty_high(self, list: &[u16]) -> Self {
-        // Each lane reads the entry and the one behind it: the last index is that of the last but one.
+        // Each lane reads an entry and the next one, so the largest index is that of the last but one entry.
         let last = i32::try_from(list.len()).unwrap_or(i32::MAX) - 2;
         assert!(last >= 0, "a list to gather from has two entries at least");
         run!({
@@ -285,7 +286,7 @@ impl Lanes for Avx512 {
         let last = (SIDE - 1) * square.stride + SIDE;
         assert!(square.entries.len() >= last, "a square is within its grid");
         run!({
-            // Columns count modulo the side, in each row.
+            // Columns are modulo the side, in each row.
             let places = _mm512_loadu_si512(PLACES.as_ptr().cast());
             let column = _mm512_set1_epi16(square.column as i16);
             let before = _mm512_sub_epi16(places, column);
@@ -323,7 +324,7 @@ impl Lanes for Avx512 {
         let side = SIDE.ilog2();
         let rows = (SIDE as i32 - 1) << side;
         run!({
-            // Rows are shifted less than columns, so that they end above them. What is above both is not looked at.
+            // Rows are shifted less than columns and end above them. The bits above both are ignored.
             let column = _mm512_srlv_epi32(x.0, count(bits));
             let row = _mm512_srlv_epi32(y.0, count(bits - side));
             let place = merged(rows, row, column);

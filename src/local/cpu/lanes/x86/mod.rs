@@ -9,13 +9,13 @@ use super::{LaneTask, Lanes};
 /// Runs an intrinsic.
 macro_rules! run {
     ($call:expr) => {{
-        // SAFETY: a vector exists only where its proof does, and that only where the processor has the instructions.
+        // SAFETY: a vector exists only if its token does, and that exists only if the processor has the instructions.
         // Addresses are those of arrays of the right length.
         unsafe { $call }
     }};
 }
 
-/// Operations on two vectors that are one instruction.
+/// Binary operations that are one instruction.
 macro_rules! one_instruction {
     ($($name:ident = $intrinsic:ident,)*) => {$(
         #[inline(always)]
@@ -35,7 +35,7 @@ macro_rules! shifts {
     )*};
 }
 
-/// Polynomials with even lanes and odd ones by themselves until the end: products need no sorting in between.
+/// Polynomials, separately for even and odd lanes: the products are not interleaved until the end.
 macro_rules! odd_polynomial {
     ($set:ident, $mul:ident, $right:ident, $add:ident) => {
         #[inline(always)]
