@@ -88,7 +88,11 @@ impl Scene {
             .map(|&cell| i32::from(units[cell as usize]));
         let least = least.min().expect("the robot is on the field");
         for (name, yardstick) in yardsticks {
-            assert_eq!(yardstick.least(&self.field, &self.cells), least, "{name}");
+            assert_eq!(
+                yardstick.min_entry(&self.field, &self.cells),
+                least,
+                "{name}"
+            );
         }
         let expected = self.decide(&mut engines[0]);
         for engine in engines {
@@ -222,7 +226,7 @@ fn measure(
 ) {
     for (name, yardstick) in yardsticks {
         group.bench_function(BenchmarkId::new("gather only", name), |bencher| {
-            bencher.iter(|| yardstick.least(&scene.field, black_box(&scene.cells)));
+            bencher.iter(|| yardstick.min_entry(&scene.field, black_box(&scene.cells)));
         });
     }
     for engine in engines {
@@ -246,7 +250,7 @@ fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], yardsticks: &[(&str, G
             PAIRS,
             || drop(black_box(scene.decide(engine))),
             || {
-                black_box(yardstick.least(&scene.field, black_box(&scene.cells)));
+                black_box(yardstick.min_entry(&scene.field, black_box(&scene.cells)));
             },
         );
         let name = engine.name();

@@ -138,7 +138,7 @@ mod tests {
 
     /// The squares midway between units are `k^2 + k + 1/4`: the squares next to them are the critical ones.
     #[test]
-    fn units_are_the_nearest_in_integers_too() {
+    fn units_round_to_nearest() {
         for cell_bits in 0..=13 {
             let scale = 1_u64 << (2 * cell_bits);
             let units_of = |squared| u64::from(in_units(squared, f64::from(1_u32 << cell_bits)));

@@ -1,7 +1,7 @@
 //! Lower bounds of the clearances of neighbouring samples of a tile, for each group of steps.
 
 use super::displacement_bounds::{DisplacementBounds, GROUPS};
-use super::displacement_table::lane_numbers;
+use super::displacement_table::lane_indices;
 use super::lanes::Lanes;
 use super::min_pyramid::{Boxes, MinPyramid};
 use super::register_tiles::RegisterTiles;
@@ -38,19 +38,19 @@ impl ClearanceBounds {
             for ((disc, body), (list, lower)) in problem.discs.iter().enumerate().zip(&mut lists) {
                 let radius = L::splat(token, body.radius);
                 for at in (0..inputs.groups).step_by(L::COUNT) {
-                    let missing = L::load(token, &inputs.missing[at..]);
-                    let mut visited = Boxes::<L>::nowhere(token);
+                    let missing = L::load(token, &inputs.absent_groups[at..]);
+                    let mut visited = Boxes::<L>::empty(token);
                     for (number, lower) in lower.iter_mut().enumerate() {
-                        let samples = in_box(coarse, inputs.boxes, number);
+                        let samples = box_samples(coarse, inputs.boxes, number);
                         let vx_samples = [samples[0], samples[samples.len() - 1]];
                         let boxes =
                             displacements.boxes::<L>(token, &problem.header, vx_samples, disc, at);
-                        let least = pyramid.least(token, &boxes).sub(radius);
+                        let least = pyramid.lower_bounds(token, &boxes).sub(radius);
                         least.max(missing).store(&mut lower[at..]);
-                        visited = visited.with(boxes);
+                        visited = visited.union(boxes);
                     }
                     if L::HAS_REGISTER_LOOKUP {
-                        register_tiles.note(list, at, visited);
+                        register_tiles.store_visited(list, at, visited);
                     }
                 }
             }
@@ -60,7 +60,7 @@ impl ClearanceBounds {
     /// Selects, for each box of a list, the group with the smallest bound. [`Self::below`] does not select these groups
     /// again.
     #[inline(always)]
-    pub fn take_smallest<L: Lanes>(
+    pub fn select_smallest<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         inputs: &SoaInputs,
@@ -99,20 +99,20 @@ impl ClearanceBounds {
         token: L::FeatureToken,
         inputs: &SoaInputs,
         list: usize,
-        matters: &[i32],
+        critical: &[i32],
         groups: &mut StepGroups,
     ) {
         let boxes = &self.lower[list * inputs.boxes..][..inputs.boxes];
         groups.clear();
         for at in (0..inputs.groups).step_by(L::COUNT) {
-            let mut picked = L::mask_none(token);
+            let mut selected_groups = L::mask_none(token);
             for (number, lower) in boxes.iter().enumerate() {
-                let most = greatest(in_box(matters, inputs.boxes, number));
+                let most = greatest(box_samples(critical, inputs.boxes, number));
                 let lower = L::load(token, &lower[at..]);
-                picked = L::mask_or(picked, lower.less(L::splat(token, most)));
+                selected_groups = L::mask_or(selected_groups, lower.less(L::splat(token, most)));
             }
-            let numbers = lane_numbers::<L>(token).add(L::splat(token, at as i32));
-            groups.add::<L>(picked, numbers);
+            let numbers = lane_indices::<L>(token).add(L::splat(token, at as i32));
+            groups.add::<L>(selected_groups, numbers);
         }
     }
 }
@@ -128,7 +128,7 @@ fn greatest(list: &[i32]) -> i32 {
 
 /// The samples of one box of a chunk.
 #[inline(always)]
-fn in_box(samples: &[i32], boxes: usize, number: usize) -> &[i32] {
+fn box_samples(samples: &[i32], boxes: usize, number: usize) -> &[i32] {
     let size = samples.len() / boxes;
     &samples[number * size..][..size]
 }

@@ -19,22 +19,22 @@ pub struct DisplacementBounds {
     /// For x, y and each disc's x and y.
     columns: Vec<ColumnBounds>,
     /// Minima and maxima of one column by step, padded.
-    least: Vec<i32>,
-    most: Vec<i32>,
+    min: Vec<i32>,
+    max: Vec<i32>,
 }
 
 /// Bounds of one column of the tables.
 #[derive(Clone, Copy, Debug)]
 struct ColumnBounds {
-    least: [i32; ROOM],
-    most: [i32; ROOM],
+    min: [i32; ROOM],
+    max: [i32; ROOM],
 }
 
 impl Default for ColumnBounds {
     fn default() -> Self {
         Self {
-            least: [0; ROOM],
-            most: [0; ROOM],
+            min: [0; ROOM],
+            max: [0; ROOM],
         }
     }
 }
@@ -49,7 +49,7 @@ impl DisplacementBounds {
         discs: &[QuantizedDisc],
         tables: &[DisplacementTable],
     ) {
-        for list in [&mut self.least, &mut self.most] {
+        for list in [&mut self.min, &mut self.max] {
             list.resize(inputs.steps + inputs.group as usize, 0);
         }
         self.columns
@@ -57,12 +57,12 @@ impl DisplacementBounds {
         for number in 0..self.columns.len() {
             if number >= 2 && discs[number / 2 - 1].is_central() {
                 let place = column(&tables[0], inputs, number)[0];
-                self.columns[number].least.fill(place);
-                self.columns[number].most.fill(place);
+                self.columns[number].min.fill(place);
+                self.columns[number].max.fill(place);
                 continue;
             }
-            self.merge::<L>(token, inputs, number, tables);
-            self.group::<L>(token, inputs, number);
+            self.merge_tables::<L>(token, inputs, number, tables);
+            self.reduce_groups::<L>(token, inputs, number);
         }
     }
 
@@ -86,7 +86,7 @@ impl DisplacementBounds {
 
     /// Minima and maxima over all tables, step by step.
     #[inline(always)]
-    fn merge<L: Lanes>(
+    fn merge_tables<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         inputs: &SoaInputs,
@@ -94,18 +94,18 @@ impl DisplacementBounds {
         tables: &[DisplacementTable],
     ) {
         for at in (0..inputs.steps).step_by(L::COUNT) {
-            let mut least = L::splat(token, i32::MAX);
-            let mut most = L::splat(token, i32::MIN);
+            let mut min = L::splat(token, i32::MAX);
+            let mut max = L::splat(token, i32::MIN);
             for table in tables {
                 let entries = L::load(token, &column(table, inputs, number)[at..]);
-                least = least.min(entries);
-                most = most.max(entries);
+                min = min.min(entries);
+                max = max.max(entries);
             }
-            least.store(&mut self.least[at..]);
-            most.store(&mut self.most[at..]);
+            min.store(&mut self.min[at..]);
+            max.store(&mut self.max[at..]);
         }
         // The last group may extend beyond the last step.
-        for list in [&mut self.least, &mut self.most] {
+        for list in [&mut self.min, &mut self.max] {
             let last = list[inputs.steps - 1];
             list[inputs.steps..].fill(last);
         }
@@ -113,23 +113,28 @@ impl DisplacementBounds {
 
     /// Minima and maxima over the steps of each group.
     #[inline(always)]
-    fn group<L: Lanes>(&mut self, token: L::FeatureToken, inputs: &SoaInputs, number: usize) {
+    fn reduce_groups<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        inputs: &SoaInputs,
+        number: usize,
+    ) {
         let bounds = &mut self.columns[number];
         let mut groups = 0;
         for at in (0..inputs.steps).step_by(L::COUNT) {
-            let mut least = L::load(token, &self.least[at..]);
-            let mut most = L::load(token, &self.most[at..]);
+            let mut min = L::load(token, &self.min[at..]);
+            let mut max = L::load(token, &self.max[at..]);
             for later in 1..inputs.group as usize {
-                least = least.min(L::load(token, &self.least[at + later..]));
-                most = most.max(L::load(token, &self.most[at + later..]));
+                min = min.min(L::load(token, &self.min[at + later..]));
+                max = max.max(L::load(token, &self.max[at + later..]));
             }
-            let begins = L::load(token, &inputs.begins[at..]).equal(L::splat(token, 1));
-            L::compress(begins, least, &mut bounds.least[groups..]);
-            groups += L::compress(begins, most, &mut bounds.most[groups..]);
+            let group_starts = L::load(token, &inputs.group_starts[at..]).equal(L::splat(token, 1));
+            L::compress(group_starts, min, &mut bounds.min[groups..]);
+            groups += L::compress(group_starts, max, &mut bounds.max[groups..]);
         }
         for group in groups..GROUPS {
-            bounds.least[group] = bounds.least[groups - 1];
-            bounds.most[group] = bounds.most[groups - 1];
+            bounds.min[group] = bounds.min[groups - 1];
+            bounds.max[group] = bounds.max[groups - 1];
         }
     }
 }
@@ -152,29 +157,29 @@ fn cells<L: Lanes>(
     token: L::FeatureToken,
     header: &Header,
     vx_samples: [i32; 2],
-    (moved, standing): (&ColumnBounds, &ColumnBounds),
+    (displacement, disc_bounds): (&ColumnBounds, &ColumnBounds),
     at: usize,
 ) -> (L, L) {
     let (slowest, fastest) = (
         L::splat(token, vx_samples[0]),
         L::splat(token, vx_samples[1]),
     );
-    let least = L::load(token, &moved.least[at..]);
-    let most = L::load(token, &moved.most[at..]);
-    let [one, two] = [slowest.mul(least), fastest.mul(least)];
-    let [three, four] = [slowest.mul(most), fastest.mul(most)];
+    let min = L::load(token, &displacement.min[at..]);
+    let max = L::load(token, &displacement.max[at..]);
+    let [one, two] = [slowest.mul(min), fastest.mul(min)];
+    let [three, four] = [slowest.mul(max), fastest.mul(max)];
     let first = one.min(two).min(three.min(four));
     let last = one.max(two).max(three.max(four));
     (
-        cell::<L>(token, header, first, &standing.least[at..]),
-        cell::<L>(token, header, last, &standing.most[at..]),
+        cell::<L>(token, header, first, &disc_bounds.min[at..]),
+        cell::<L>(token, header, last, &disc_bounds.max[at..]),
     )
 }
 
 /// The column or row for a product of a coarse speed and a displacement.
 #[inline(always)]
-fn cell<L: Lanes>(token: L::FeatureToken, header: &Header, product: L, standing: &[i32]) -> L {
+fn cell<L: Lanes>(token: L::FeatureToken, header: &Header, product: L, disc_bounds: &[i32]) -> L {
     shift_round(token, product, header.coarse_bits)
-        .add(L::load(token, standing))
+        .add(L::load(token, disc_bounds))
         .sar(header.cell_bits)
 }

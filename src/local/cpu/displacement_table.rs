@@ -54,26 +54,26 @@ impl DisplacementTable {
         inputs: &SoaInputs,
         vtheta: &VthetaSample,
     ) {
-        self.turn_on::<L>(token, &problem.header, vtheta);
-        self.add_up::<L>(token, &problem.header, inputs);
-        self.place_discs::<L>(token, problem, inputs, false);
+        self.fill_headings::<L>(token, &problem.header, vtheta);
+        self.fill_displacements::<L>(token, &problem.header, inputs);
+        self.fill_discs::<L>(token, problem, inputs, false);
     }
 
     /// Fills the entries that are equal for all turn rates of a decision: central discs do not move when the robot
     /// turns.
     #[inline(always)]
-    pub fn begin<L: Lanes>(
+    pub fn fill_central_discs<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         problem: &QuantizedProblem,
         inputs: &SoaInputs,
     ) {
-        self.place_discs::<L>(token, problem, inputs, true);
+        self.fill_discs::<L>(token, problem, inputs, true);
     }
 
     /// Computes the positions of either the central discs or the others.
     #[inline(always)]
-    fn place_discs<L: Lanes>(
+    fn fill_discs<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         problem: &QuantizedProblem,
@@ -82,14 +82,14 @@ impl DisplacementTable {
     ) {
         for (number, disc) in problem.discs.iter().enumerate() {
             if disc.is_central() == central {
-                self.place_disc::<L>(token, problem, inputs, number);
+                self.fill_disc::<L>(token, problem, inputs, number);
             }
         }
     }
 
     /// Resizes the columns for this decision.
     #[inline(always)]
-    pub fn make_room<L: Lanes>(&mut self, inputs: &SoaInputs, discs: usize) {
+    pub fn resize<L: Lanes>(&mut self, inputs: &SoaInputs, discs: usize) {
         // The discs of a step are turned already: there is one more angle than steps.
         let angles = inputs.steps + MAX_LANES;
         let cells = inputs.steps * discs;
@@ -123,7 +123,7 @@ impl DisplacementTable {
 
     /// Computes the cosines and sines of all headings; those beyond the last repeat it.
     #[inline(always)]
-    fn turn_on<L: Lanes>(
+    fn fill_headings<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         header: &Header,
@@ -135,7 +135,7 @@ impl DisplacementTable {
         let (mut cosines, mut sines) = (heading, heading);
         for at in (0..self.cosines.len()).step_by(L::COUNT) {
             if at <= header.steps as usize {
-                let steps = lane_numbers::<L>(token).add(L::splat(token, at as i32));
+                let steps = lane_indices::<L>(token).add(L::splat(token, at as i32));
                 let angle = heading.add(steps.min(last).mul(angle_per_step));
                 (cosines, sines) = (cos_q20(token, angle), sin_q20(token, angle));
             } else {
@@ -149,7 +149,12 @@ impl DisplacementTable {
 
     /// Computes the displacements, the running sums of cosines and sines.
     #[inline(always)]
-    fn add_up<L: Lanes>(&mut self, token: L::FeatureToken, header: &Header, inputs: &SoaInputs) {
+    fn fill_displacements<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        header: &Header,
+        inputs: &SoaInputs,
+    ) {
         let (zero, low) = (L::splat(token, 0), L::splat(token, 0xFFFF));
         let steps = L::splat(token, header.steps as i32);
         let lists = [
@@ -169,7 +174,7 @@ impl DisplacementTable {
         for (values, sums, halves, end) in lists {
             *end = 0;
             for at in (0..inputs.steps).step_by(L::COUNT) {
-                let number = lane_numbers::<L>(token).add(L::splat(token, at as i32));
+                let number = lane_indices::<L>(token).add(L::splat(token, at as i32));
                 let values = L::load(token, &values[at..]);
                 // At most 2^20 for each of 1023 steps; nothing is added beyond the last step.
                 let values = L::select(number.less(steps), values, zero);
@@ -186,7 +191,7 @@ impl DisplacementTable {
 
     /// Computes the positions of one disc.
     #[inline(always)]
-    fn place_disc<L: Lanes>(
+    fn fill_disc<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         problem: &QuantizedProblem,
@@ -211,7 +216,7 @@ impl DisplacementTable {
             let y = start_y.add(shift_round(token, y, 14));
             x.store(&mut self.disc_x[at..]);
             y.store(&mut self.disc_y[at..]);
-            if !inputs.in_any_order {
+            if !inputs.order_free {
                 continue;
             }
             let across = x.and(within_cell).shl(header.coarse_bits).add(half);
@@ -232,7 +237,7 @@ impl DisplacementTable {
 /// Whether every disc of a row's samples stays on the field. Rounded positions are monotonic in the speed, so the first
 /// and the last sample bound the others.
 #[inline(always)]
-pub fn stays_inside<L: Lanes>(
+pub fn stays_on_field<L: Lanes>(
     token: L::FeatureToken,
     problem: &QuantizedProblem,
     inputs: &SoaInputs,
@@ -247,9 +252,9 @@ pub fn stays_inside<L: Lanes>(
     for coarse in [inputs.coarse[0], inputs.coarse[inputs.stride - 1]] {
         let coarse = L::splat(token, coarse);
         for at in (0..inputs.steps).step_by(L::COUNT) {
-            let moved = moved_steps(token, problem, table, coarse, at);
+            let moved = displacements_at(token, problem, table, coarse, at);
             for disc in 0..problem.discs.len() {
-                let (x, y) = disc_steps(token, table, moved, disc * inputs.steps + at);
+                let (x, y) = disc_positions_at(token, table, moved, disc * inputs.steps + at);
                 let on = L::mask_and(
                     x.sar(header.cell_bits).less_unsigned(width),
                     y.sar(header.cell_bits).less_unsigned(height),
@@ -265,7 +270,7 @@ pub fn stays_inside<L: Lanes>(
 
 /// Displacement of one sample at the steps from `at`.
 #[inline(always)]
-pub fn moved_steps<L: Lanes>(
+pub fn displacements_at<L: Lanes>(
     token: L::FeatureToken,
     problem: &QuantizedProblem,
     table: &DisplacementTable,
@@ -280,7 +285,7 @@ pub fn moved_steps<L: Lanes>(
 
 /// Position of a disc for these displacements.
 #[inline(always)]
-pub fn disc_steps<L: Lanes>(
+pub fn disc_positions_at<L: Lanes>(
     token: L::FeatureToken,
     table: &DisplacementTable,
     (moved_x, moved_y): (L, L),
@@ -294,7 +299,7 @@ pub fn disc_steps<L: Lanes>(
 
 /// The index of each lane.
 #[inline(always)]
-pub fn lane_numbers<L: Lanes>(token: L::FeatureToken) -> L {
+pub fn lane_indices<L: Lanes>(token: L::FeatureToken) -> L {
     const NUMBERS: [i32; MAX_LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
     L::load(token, &NUMBERS)
 }

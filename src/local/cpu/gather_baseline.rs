@@ -23,7 +23,7 @@ impl GatherBaseline {
     /// The smallest entry, in the field's units, at these cells (row times width plus column). An incomplete vector at
     /// the end is ignored; other indices give one of the field's entries.
     #[must_use]
-    pub fn least(&self, field: &ClearanceField, cells: &[i32]) -> i32 {
+    pub fn min_entry(&self, field: &ClearanceField, cells: &[i32]) -> i32 {
         let list = field.padded_units();
         if matches!(self.0, Kernel::Scalar) {
             return cells.iter().fold(i32::MAX, |least, &cell| {

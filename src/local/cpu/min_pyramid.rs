@@ -45,26 +45,26 @@ pub struct Boxes<L> {
 impl<L: Lanes> Boxes<L> {
     /// Empty boxes.
     #[inline(always)]
-    pub fn nowhere(token: L::FeatureToken) -> Self {
-        let nowhere = (L::splat(token, i32::MAX), L::splat(token, i32::MIN));
+    pub fn empty(token: L::FeatureToken) -> Self {
+        let empty = (L::splat(token, i32::MAX), L::splat(token, i32::MIN));
         Self {
-            columns: nowhere,
-            rows: nowhere,
+            columns: empty,
+            rows: empty,
         }
     }
 
     /// The smallest boxes that contain both.
     #[inline(always)]
-    pub fn with(self, other: Self) -> Self {
+    pub fn union(self, other: Self) -> Self {
         Self {
-            columns: around(self.columns, other.columns),
-            rows: around(self.rows, other.rows),
+            columns: union(self.columns, other.columns),
+            rows: union(self.rows, other.rows),
         }
     }
 }
 
 #[inline(always)]
-fn around<L: Lanes>(one: (L, L), other: (L, L)) -> (L, L) {
+fn union<L: Lanes>(one: (L, L), other: (L, L)) -> (L, L) {
     (one.0.min(other.0), one.1.max(other.1))
 }
 
@@ -84,19 +84,19 @@ impl MinPyramid {
         let field = problem.field.padded_units();
         let width = problem.header.width as usize;
         let corner = region.row as usize * width + region.column as usize;
-        let (rows, behind) = self.entries[..self.level].split_at_mut(cells);
+        let (rows, padding) = self.entries[..self.level].split_at_mut(cells);
         for (number, row) in rows.chunks_exact_mut(self.stride).enumerate() {
             let (here, beyond) = row.split_at_mut(region.width as usize);
             here.copy_from_slice(&field[corner + number * width..][..here.len()]);
             beyond.fill(u16::MAX);
         }
-        behind.fill(u16::MAX);
+        padding.fill(u16::MAX);
         for level in 0..LEVELS - 1 {
             let (smaller, larger) = self.entries.split_at_mut((level + 1) * self.level);
             let smaller = &smaller[level * self.level..];
-            let (larger, behind) = larger[..self.level].split_at_mut(cells);
-            pool(smaller, larger, self.stride, 1 << level);
-            behind.fill(u16::MAX);
+            let (larger, padding) = larger[..self.level].split_at_mut(cells);
+            build_level(smaller, larger, self.stride, 1 << level);
+            padding.fill(u16::MAX);
         }
     }
 
@@ -126,7 +126,7 @@ impl MinPyramid {
 
     /// Clears all obstacles from the pyramid.
     #[cfg(test)]
-    pub fn forget(&mut self) {
+    pub fn clear_obstacles(&mut self) {
         self.entries.fill(u16::MAX);
     }
 
@@ -138,7 +138,7 @@ impl MinPyramid {
 
     /// Lower bounds of the entries in the boxes; zero for a box that is too large. Boxes are clipped to the region.
     #[inline(always)]
-    pub fn least<L: Lanes>(&self, token: L::FeatureToken, boxes: &Boxes<L>) -> L {
+    pub fn lower_bounds<L: Lanes>(&self, token: L::FeatureToken, boxes: &Boxes<L>) -> L {
         let Region {
             column,
             row,
@@ -156,8 +156,8 @@ impl MinPyramid {
         let too_large = L::splat(token, MAX_LEVEL as i32).less(level);
         let level = level.min(L::splat(token, MAX_LEVEL as i32));
         let side = one.shl_each(level);
-        let (left, right) = ends(token, columns, wide, side);
-        let (low, high) = ends(token, rows, high, side);
+        let (left, right) = square_starts(token, columns, wide, side);
+        let (low, high) = square_starts(token, rows, high, side);
         let stride = L::splat(token, self.stride as i32);
         let from = level.mul(L::splat(token, self.level as i32));
         let one = from.add(low.mul(stride)).add(left);
@@ -200,7 +200,12 @@ fn within<L: Lanes>(
 /// Starts of the two squares along one axis. If the box is longer than a square, they are at both ends; otherwise both
 /// are the same and contain the box in their middle.
 #[inline(always)]
-fn ends<L: Lanes>(token: L::FeatureToken, (first, last): (L, L), length: L, side: L) -> (L, L) {
+fn square_starts<L: Lanes>(
+    token: L::FeatureToken,
+    (first, last): (L, L),
+    length: L,
+    side: L,
+) -> (L, L) {
     let zero = L::splat(token, 0);
     let over = side.sub(length).max(zero).shr(1);
     let one = first.sub(over).max(zero);
@@ -211,16 +216,16 @@ fn ends<L: Lanes>(token: L::FeatureToken, (first, last): (L, L), length: L, side
 /// Builds squares twice as large from four smaller ones. Those that extend beyond the end of a row continue in the next
 /// row: their entry may be too small, never too large.
 #[inline(always)]
-fn pool(smaller: &[u16], larger: &mut [u16], stride: usize, side: usize) {
+fn build_level(smaller: &[u16], larger: &mut [u16], stride: usize, side: usize) {
     let len = larger.len();
     let (left, right) = (&smaller[..len], &smaller[side..][..len]);
-    let (above, aside) = (
+    let (above, diagonal) = (
         &smaller[side * stride..][..len],
         &smaller[side * stride + side..][..len],
     );
     for index in 0..len {
         let lower = left[index].min(right[index]);
-        larger[index] = lower.min(above[index].min(aside[index]));
+        larger[index] = lower.min(above[index].min(diagonal[index]));
     }
 }
 

@@ -164,7 +164,7 @@ impl CpuEngine {
         // The row with the largest bound comes first: few other rows can beat its best sample.
         let mut first = (NO_CANDIDATE, 0);
         for (number, shard) in self.shards.iter_mut().enumerate() {
-            let bound = unlocked(shard).find_bounds(&argmax);
+            let bound = unlocked(shard).compute_bounds(&argmax);
             if better(first.0, bound) == bound {
                 first = (bound, number);
             }
@@ -180,15 +180,17 @@ impl CpuEngine {
             .pool
             .as_mut()
             .filter(|_| problem.len() >= PARALLEL_ARGMAX_SAMPLES);
-        for_each_shard(pool, shards, |_, shard| shard.choose(&argmax, candidate));
+        for_each_shard(pool, shards, |_, shard| {
+            shard.select_best(&argmax, candidate)
+        });
         let best = self.shards.iter_mut().map(|shard| unlocked(shard).best());
         (stats, best.fold(NO_CANDIDATE, better))
     }
 
     /// The winner; `None` when no sample is admissible.
     fn winner(&mut self, problem: &QuantizedProblem, (score, index): Candidate) -> Option<Winner> {
-        let vx_samples = problem.vx_samples.len();
-        let (row, column) = (index as usize / vx_samples, index as usize % vx_samples);
+        let vx_count = problem.vx_samples.len();
+        let (row, column) = (index as usize / vx_count, index as usize % vx_count);
         let inputs = &self.inputs;
         let mut shards = self.shards.iter_mut().map(unlocked);
         let shard = shards.find(|shard| shard.rows().contains(&row))?;
@@ -267,7 +269,7 @@ impl Engine for CpuEngine {
         self.inputs.fill(problem);
         self.pyramid.clear();
         let is_scalar = matches!(self.kernel, Kernel::Scalar);
-        if !is_scalar && self.inputs.in_any_order && self.inputs.is_fine {
+        if !is_scalar && self.inputs.order_free && self.inputs.allows_pruning {
             self.kernel.run(BuildMinPyramid {
                 pyramid: &mut self.pyramid,
                 problem,

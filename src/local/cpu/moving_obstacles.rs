@@ -2,7 +2,7 @@
 //! else is evaluated exactly: the middle sample of the middle row, and the distance of the others from it, give a
 //! bound.
 
-use super::displacement_table::{DisplacementTable, disc_steps, moved_steps};
+use super::displacement_table::{DisplacementTable, disc_positions_at, displacements_at};
 use super::lanes::Lanes;
 use super::ordered_steps::{MAX_OFFSET, bounded, moved, nearer, squared_distance};
 use super::soa_inputs::{ROUNDING, SoaInputs};
@@ -11,7 +11,7 @@ use crate::local::QuantizedProblem;
 const ROUNDING_UNITS: i32 = ROUNDING as i32;
 
 /// Number of entries evaluated together: the memory does not depend on the number of obstacles.
-const MAX_NEAR: usize = 256;
+const MAX_CANDIDATES: usize = 256;
 
 /// Working memory for one chunk of a tile.
 #[derive(Debug, Default)]
@@ -19,12 +19,12 @@ pub struct MovingObstacles {
     /// Squared distances from the middle sample, for each vector of steps, disc and obstacle.
     squared: Vec<i32>,
     /// Candidates for the nearest obstacle.
-    near: Vec<Near>,
+    candidates: Vec<Candidate>,
 }
 
 /// A disc at a step, and a moving obstacle that can be the nearest one.
 #[derive(Clone, Copy, Debug)]
-struct Near {
+struct Candidate {
     step: usize,
     /// Index of the disc and step in the tables.
     place: usize,
@@ -54,21 +54,21 @@ impl MovingObstacles {
         problem: &QuantizedProblem,
         inputs: &SoaInputs,
         chunk: &Chunk<'_>,
-        least: &mut [i32],
+        clearances: &mut [i32],
     ) {
-        self.near.clear();
-        self.near.reserve(MAX_NEAR);
+        self.candidates.clear();
+        self.candidates.reserve(MAX_CANDIDATES);
         let words = inputs.steps * problem.discs.len() * problem.obstacles.len();
         self.squared.resize(words, 0);
         let mut bound = 0;
-        for least in least.chunks_exact(inputs.stride) {
-            for &least in &least[chunk.first..chunk.end] {
-                bound = bound.max(least);
+        for clearances in clearances.chunks_exact(inputs.stride) {
+            for &clearances in &clearances[chunk.first..chunk.end] {
+                bound = bound.max(clearances);
             }
         }
-        let least_radius = problem.obstacles.iter().map(|body| body.radius).min();
-        let (Some(least_radius), Some(table)) =
-            (least_radius, chunk.tables.get(chunk.tables.len() / 2))
+        let min_radius = problem.obstacles.iter().map(|body| body.radius).min();
+        let (Some(min_radius), Some(table)) =
+            (min_radius, chunk.tables.get(chunk.tables.len() / 2))
         else {
             return;
         };
@@ -80,9 +80,9 @@ impl MovingObstacles {
         // A manual counter: the compiler does not inline an iterator here.
         let mut place = 0;
         for at in (0..inputs.steps).step_by(L::COUNT) {
-            let moved = moved_steps(token, problem, table, middle, at);
+            let moved = displacements_at(token, problem, table, middle, at);
             for (number, disc) in problem.discs.iter().enumerate() {
-                let (x, y) = disc_steps(token, table, moved, number * inputs.steps + at);
+                let (x, y) = disc_positions_at(token, table, moved, number * inputs.steps + at);
                 let mut nearest = L::splat(token, i32::MAX);
                 for body in 0..problem.obstacles.len() {
                     let (track_x, track_y) = inputs.track(body);
@@ -96,14 +96,14 @@ impl MovingObstacles {
                 }
                 // Halved because the comparison is signed; the result is at most one too small.
                 let nearest = f64::from(2 * nearest.reduce_min() as u32 + 1).sqrt() as i32 + 1;
-                let apart = inputs.apart[at + L::COUNT - 1] + ROUNDING_UNITS;
-                bound = bound.min(nearest + apart - disc.radius - least_radius);
+                let apart = inputs.max_spread[at + L::COUNT - 1] + ROUNDING_UNITS;
+                bound = bound.min(nearest + apart - disc.radius - min_radius);
             }
         }
         if bound <= 0 {
             // Every sample collides.
-            for least in least.chunks_exact_mut(inputs.stride) {
-                least[chunk.first..chunk.end].fill(0);
+            for clearances in clearances.chunks_exact_mut(inputs.stride) {
+                clearances[chunk.first..chunk.end].fill(0);
             }
             return;
         }
@@ -111,8 +111,8 @@ impl MovingObstacles {
         // A manual counter: the compiler does not inline an iterator here.
         let mut place = 0;
         for at in (0..inputs.steps).step_by(L::COUNT) {
-            let apart = L::load(token, &inputs.apart[at..]);
-            let left = steps_left(problem.header.steps, at, L::COUNT);
+            let apart = L::load(token, &inputs.max_spread[at..]);
+            let left = horizon_lanes(problem.header.steps, at, L::COUNT);
             for (number, disc) in problem.discs.iter().enumerate() {
                 for (index, body) in problem.obstacles.iter().enumerate() {
                     let radii = disc.radius + body.radius;
@@ -126,11 +126,13 @@ impl MovingObstacles {
                         let step = at + steps.trailing_zeros() as usize;
                         steps &= steps - 1;
                         let (track_x, track_y) = inputs.track(index);
-                        if self.near.len() == MAX_NEAR {
-                            self.look::<L>(token, problem, inputs, chunk, least);
-                            self.near.clear();
+                        if self.candidates.len() == MAX_CANDIDATES {
+                            self.lower_to_candidates::<L>(
+                                token, problem, inputs, chunk, clearances,
+                            );
+                            self.candidates.clear();
                         }
-                        self.near.push(Near {
+                        self.candidates.push(Candidate {
                             step,
                             place: number * inputs.steps + step,
                             body_x: track_x[step],
@@ -141,47 +143,47 @@ impl MovingObstacles {
                 }
             }
         }
-        self.look::<L>(token, problem, inputs, chunk, least);
+        self.lower_to_candidates::<L>(token, problem, inputs, chunk, clearances);
     }
 
     /// Lowers the clearances to those of the candidates.
     #[inline(always)]
-    fn look<L: Lanes>(
+    fn lower_to_candidates<L: Lanes>(
         &self,
         token: L::FeatureToken,
         problem: &QuantizedProblem,
         inputs: &SoaInputs,
         chunk: &Chunk<'_>,
-        least: &mut [i32],
+        clearances: &mut [i32],
     ) {
-        if self.near.is_empty() {
+        if self.candidates.is_empty() {
             return;
         }
         let bits = problem.header.coarse_bits;
-        for (table, least) in chunk
+        for (table, clearances) in chunk
             .tables
             .iter()
-            .zip(least.chunks_exact_mut(inputs.stride))
+            .zip(clearances.chunks_exact_mut(inputs.stride))
         {
             for at in (chunk.first..chunk.end).step_by(L::COUNT) {
                 let coarse = L::load(token, &inputs.coarse[at..]);
-                let mut nearest = L::load(token, &least[at..]);
-                for near in &self.near {
-                    let x = moved(token, coarse, table.x[near.step], bits)
-                        .add(L::splat(token, table.disc_x[near.place]));
-                    let y = moved(token, coarse, table.y[near.step], bits)
-                        .add(L::splat(token, table.disc_y[near.place]));
-                    let squared = squared_distance(token, x, y, near.body_x, near.body_y);
-                    nearest = nearer(token, nearest, squared, near.radii);
+                let mut nearest = L::load(token, &clearances[at..]);
+                for candidate in &self.candidates {
+                    let x = moved(token, coarse, table.x[candidate.step], bits)
+                        .add(L::splat(token, table.disc_x[candidate.place]));
+                    let y = moved(token, coarse, table.y[candidate.step], bits)
+                        .add(L::splat(token, table.disc_y[candidate.place]));
+                    let squared = squared_distance(token, x, y, candidate.body_x, candidate.body_y);
+                    nearest = nearer(token, nearest, squared, candidate.radii);
                 }
-                nearest.store(&mut least[at..]);
+                nearest.store(&mut clearances[at..]);
             }
         }
     }
 }
 
 /// Bit mask of the lanes that are steps of the horizon.
-fn steps_left(steps: u32, at: usize, lanes: usize) -> u32 {
+fn horizon_lanes(steps: u32, at: usize, lanes: usize) -> u32 {
     let left = (steps as usize).saturating_sub(at);
     if left >= lanes {
         u32::MAX

@@ -64,7 +64,7 @@ pub fn evaluate<L: Lanes>(
             collision,
             outside,
             clearance: least,
-            has: least,
+            available: least,
         };
     }
     // The end of a trajectory decides only if no step is free.
@@ -73,7 +73,7 @@ pub fn evaluate<L: Lanes>(
         collision: L::mask_and_not(collision, started),
         outside: L::mask_and_not(outside, started),
         clearance: least,
-        has: free,
+        available: free,
     }
 }
 

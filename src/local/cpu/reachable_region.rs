@@ -28,13 +28,16 @@ impl Region {
     #[inline(always)]
     pub fn new<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem) -> Self {
         let header = &problem.header;
-        let discs = disc_reach(problem) + 2;
-        let across = moved::<L>(token, problem, header.heading);
-        let along = moved::<L>(token, problem, header.heading.wrapping_sub(QUARTER_TURN));
-        let cells = |start: i32, (least, most): (i32, i32), cells: u32| {
-            let cell = |moved: i32| start.saturating_add(moved) >> header.cell_bits;
-            let first = cell(least - discs).clamp(0, cells as i32);
-            (first, (cell(most + discs) + 1).clamp(first, cells as i32))
+        let discs = max_disc_offset(problem) + 2;
+        let across = displacement_range::<L>(token, problem, header.heading);
+        let along =
+            displacement_range::<L>(token, problem, header.heading.wrapping_sub(QUARTER_TURN));
+        let cells = |start: i32, (min, max): (i32, i32), cells: u32| {
+            let cell = |displacement_range: i32| {
+                start.saturating_add(displacement_range) >> header.cell_bits
+            };
+            let first = cell(min - discs).clamp(0, cells as i32);
+            (first, (cell(max + discs) + 1).clamp(first, cells as i32))
         };
         let columns = cells(header.start_x, across, header.width);
         let rows = cells(header.start_y, along, header.height);
@@ -53,14 +56,18 @@ impl Region {
 }
 
 /// Largest distance of a disc's centre from the robot's origin, units.
-pub fn disc_reach(problem: &QuantizedProblem) -> i32 {
+pub fn max_disc_offset(problem: &QuantizedProblem) -> i32 {
     let reach = |disc: &QuantizedDisc| disc.x.abs() + disc.y.abs();
     problem.discs.iter().map(reach).max().unwrap_or_default()
 }
 
 /// Smallest and largest displacement of any sample at any step, along the axis from which the heading is measured.
 #[inline(always)]
-fn moved<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem, heading: u32) -> (i32, i32) {
+fn displacement_range<L: Lanes>(
+    token: L::FeatureToken,
+    problem: &QuantizedProblem,
+    heading: u32,
+) -> (i32, i32) {
     let header = &problem.header;
     let (Some(first), Some(last)) = (
         problem.vtheta_samples.first(),
@@ -70,33 +77,33 @@ fn moved<L: Lanes>(token: L::FeatureToken, problem: &QuantizedProblem, heading: 
     };
     // Turn rates increase from the first to the last, and differ by less than a full turn per step.
     let apart = last.angle_per_step.wrapping_sub(first.angle_per_step);
-    let (mut least, mut most) = (0, 0);
-    let (mut fewest, mut greatest) = (0, 0);
+    let (mut min, mut max) = (0, 0);
+    let (mut min_sum, mut max_sum) = (0, 0);
     for begin in (0..header.steps).step_by(L::COUNT) {
-        let (least_cosines, most_cosines) =
+        let (min_cosines, max_cosines) =
             cosines::<L>(token, begin, heading, (first.angle_per_step, apart));
         let left = (header.steps - begin) as usize;
-        for (one, other) in least_cosines
+        for (one, other) in min_cosines
             .iter()
-            .zip(&most_cosines)
+            .zip(&max_cosines)
             .take(left.min(L::COUNT))
         {
-            fewest += one - ROUNDING_Q20;
-            greatest += other + ROUNDING_Q20;
-            for sum in [fewest, greatest] {
-                for coarse in slowest_and_fastest(problem) {
-                    let way = displacement(header, coarse, sum);
-                    least = least.min(way);
-                    most = most.max(way);
+            min_sum += one - ROUNDING_Q20;
+            max_sum += other + ROUNDING_Q20;
+            for sum in [min_sum, max_sum] {
+                for coarse in speed_range(problem) {
+                    let distance = displacement(header, coarse, sum);
+                    min = min.min(distance);
+                    max = max.max(distance);
                 }
             }
         }
     }
-    (least, most)
+    (min, max)
 }
 
 /// The coarse speeds of the slowest and of the fastest sample.
-fn slowest_and_fastest(problem: &QuantizedProblem) -> [i32; 2] {
+fn speed_range(problem: &QuantizedProblem) -> [i32; 2] {
     let coarse = |vx: Option<&VxSample>| vx.map_or(0, |vx| vx.coarse);
     [
         coarse(problem.vx_samples.first()),
@@ -130,11 +137,11 @@ fn cosines<L: Lanes>(
     let one = cos_q20(token, from);
     let other = cos_q20(token, from.add(beyond));
     let zero = L::splat(token, 0);
-    let most_passed = beyond.less_unsigned(zero.sub(from));
-    let least_passed = beyond.less_unsigned(L::splat(token, HALF_TURN as i32).sub(from));
+    let max_passed = beyond.less_unsigned(zero.sub(from));
+    let min_passed = beyond.less_unsigned(L::splat(token, HALF_TURN as i32).sub(from));
     let full = L::splat(token, ONE_Q20);
-    let (mut least, mut most) = ([0; MAX_LANES], [0; MAX_LANES]);
-    L::select(least_passed, one.min(other), zero.sub(full)).store(&mut least);
-    L::select(most_passed, one.max(other), full).store(&mut most);
-    (least, most)
+    let (mut min, mut max) = ([0; MAX_LANES], [0; MAX_LANES]);
+    L::select(min_passed, one.min(other), zero.sub(full)).store(&mut min);
+    L::select(max_passed, one.max(other), full).store(&mut max);
+    (min, max)
 }

@@ -35,11 +35,11 @@ pub struct SampleList {
 /// The cells visited by each list, and working memory.
 #[derive(Debug, Default)]
 pub struct RegisterTiles {
-    can_be: bool,
+    applies: bool,
     /// For each list and group of steps: first columns, last columns, first rows, last rows.
     visited: Vec<[[i32; GROUPS]; 4]>,
     /// Groups that share a register tile.
-    run: StepGroups,
+    batch: StepGroups,
     /// Number of register tiles looked up so far.
     #[cfg(test)]
     pub looked_up: usize,
@@ -54,10 +54,10 @@ struct Cells {
 
 impl Cells {
     #[inline(always)]
-    fn with(self, other: Self) -> Self {
+    fn union(self, other: Self) -> Self {
         Self {
-            columns: around(self.columns, other.columns),
-            rows: around(self.rows, other.rows),
+            columns: union(self.columns, other.columns),
+            rows: union(self.rows, other.rows),
         }
     }
 
@@ -69,7 +69,7 @@ impl Cells {
 }
 
 #[inline(always)]
-fn around(one: [i32; 2], other: [i32; 2]) -> [i32; 2] {
+fn union(one: [i32; 2], other: [i32; 2]) -> [i32; 2] {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
 
@@ -77,18 +77,18 @@ impl RegisterTiles {
     /// Prepares for a tile of samples.
     pub fn begin(&mut self, tile: &SampleTile<'_>) {
         let header = &tile.problem.header;
-        self.can_be = BITS.contains(&product_bits(header));
+        self.applies = BITS.contains(&product_bits(header));
         self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
     }
 
     /// Whether register tiles apply to this problem.
-    pub const fn can_be(&self) -> bool {
-        self.can_be
+    pub const fn applies(&self) -> bool {
+        self.applies
     }
 
     /// Stores the cells that a list's samples visit, for the groups from `at`.
     #[inline(always)]
-    pub fn note<L: Lanes>(&mut self, list: usize, at: usize, visited: Boxes<L>) {
+    pub fn store_visited<L: Lanes>(&mut self, list: usize, at: usize, visited: Boxes<L>) {
         let [first_columns, last_columns, first_rows, last_rows] = &mut self.visited[list];
         visited.columns.0.store(&mut first_columns[at..]);
         visited.columns.1.store(&mut last_columns[at..]);
@@ -97,7 +97,7 @@ impl RegisterTiles {
     }
 
     /// Lowers the clearances of a list's samples with its disc's lookups in these groups of steps. Groups whose cells
-    /// exceed a register tile go to `rest`.
+    /// exceed a register tile go to `remaining`.
     #[inline(always)]
     pub fn lower<L: Lanes>(
         &mut self,
@@ -105,11 +105,11 @@ impl RegisterTiles {
         (tile, pyramid): (&SampleTile<'_>, &MinPyramid),
         list: &SampleList,
         groups: &[i32],
-        least: &mut [i32],
-        rest: &mut StepGroups,
+        clearances: &mut [i32],
+        remaining: &mut StepGroups,
     ) {
-        rest.clear();
-        self.run.clear();
+        remaining.clear();
+        self.batch.clear();
         let mut all = Cells {
             columns: [0; 2],
             rows: [0; 2],
@@ -120,28 +120,28 @@ impl RegisterTiles {
             let here = group.map(|group| (group, self.visited(list.number, group)));
             if let Some((group, here)) = here {
                 if !here.fit(LARGE_TILE) {
-                    rest.push(group);
+                    remaining.push(group);
                     continue;
                 }
-                let mask_and = if self.run.as_slice().is_empty() {
+                let both = if self.batch.as_slice().is_empty() {
                     here
                 } else {
-                    all.with(here)
+                    all.union(here)
                 };
-                if mask_and.fit(LARGE_TILE) {
-                    all = mask_and;
-                    self.run.push(group);
+                if both.fit(LARGE_TILE) {
+                    all = both;
+                    self.batch.push(group);
                     continue;
                 }
             }
             // The next group does not fit, or there is none. This call stays the only one, because the inlined code is
             // large.
-            self.finish_run::<L>(token, (tile, pyramid), list, all, least);
+            self.look_up_batch::<L>(token, (tile, pyramid), list, all, clearances);
             let Some((group, here)) = here else {
                 return;
             };
             all = here;
-            self.run.push(group);
+            self.batch.push(group);
         }
     }
 
@@ -157,15 +157,15 @@ impl RegisterTiles {
 
     /// Looks up the groups that share a register tile.
     #[inline(always)]
-    fn finish_run<L: Lanes>(
+    fn look_up_batch<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         (tile, pyramid): (&SampleTile<'_>, &MinPyramid),
         list: &SampleList,
         cells: Cells,
-        least: &mut [i32],
+        clearances: &mut [i32],
     ) {
-        if self.run.as_slice().is_empty() {
+        if self.batch.as_slice().is_empty() {
             return;
         }
         #[cfg(test)]
@@ -173,22 +173,22 @@ impl RegisterTiles {
             self.looked_up += 1;
         }
         if cells.fit(SMALL_TILE) {
-            self.look::<L, { SMALL_TILE }>(token, (tile, pyramid), list, cells, least);
+            self.look_up_rows::<L, { SMALL_TILE }>(token, (tile, pyramid), list, cells, clearances);
         } else {
-            self.look::<L, { LARGE_TILE }>(token, (tile, pyramid), list, cells, least);
+            self.look_up_rows::<L, { LARGE_TILE }>(token, (tile, pyramid), list, cells, clearances);
         }
-        self.run.clear();
+        self.batch.clear();
     }
 
     /// Looks up the steps, for two rows at a time.
     #[inline(always)]
-    fn look<L: Lanes, const SIDE: usize>(
+    fn look_up_rows<L: Lanes, const SIDE: usize>(
         &mut self,
         token: L::FeatureToken,
         (tile, pyramid): (&SampleTile<'_>, &MinPyramid),
         list: &SampleList,
         cells: Cells,
-        least: &mut [i32],
+        clearances: &mut [i32],
     ) {
         let SampleTile {
             problem, inputs, ..
@@ -205,20 +205,24 @@ impl RegisterTiles {
             let (row, last) = (row * inputs.stride, last * inputs.stride);
             for at in (start..end).step_by(L::COUNT) {
                 let vx = L::load(token, &inputs.coarse_twice[at..]);
-                let groups = (self.run.as_slice(), inputs);
-                let mask_and = two.nearest::<L, SIDE>(token, &register_tile, groups, vx, bits);
+                let groups = (self.batch.as_slice(), inputs);
+                let both = two.nearest::<L, SIDE>(token, &register_tile, groups, vx, bits);
                 lower(
                     token,
-                    mask_and.mask_high().sub(radius),
-                    &mut least[row + at..],
+                    both.mask_high().sub(radius),
+                    &mut clearances[row + at..],
                 );
-                lower(token, mask_and.shr(16).sub(radius), &mut least[last + at..]);
+                lower(
+                    token,
+                    both.shr(16).sub(radius),
+                    &mut clearances[last + at..],
+                );
             }
         }
     }
 }
 
 #[inline(always)]
-fn lower<L: Lanes>(token: L::FeatureToken, clearance: L, least: &mut [i32]) {
-    clearance.min(L::load(token, least)).store(least);
+fn lower<L: Lanes>(token: L::FeatureToken, clearance: L, clearances: &mut [i32]) {
+    clearance.min(L::load(token, clearances)).store(clearances);
 }

@@ -2,7 +2,7 @@
 //! bit.
 
 use super::arithmetic::{atan2_turn, shift_round, turn_size};
-use super::displacement_table::{DisplacementTable, lane_numbers, stays_inside};
+use super::displacement_table::{DisplacementTable, lane_indices, stays_on_field};
 use super::lanes::{Lanes, MAX_LANES};
 use super::ordered_steps;
 use super::sample_stats::LaneStats;
@@ -36,7 +36,7 @@ pub struct LaneOutcome<L: Lanes> {
     /// Smallest clearance, units.
     pub clearance: L,
     /// Available for stopping: that clearance, or free steps.
-    pub has: L,
+    pub available: L,
 }
 
 impl<L: Lanes> LaneOutcome<L> {
@@ -48,7 +48,7 @@ impl<L: Lanes> LaneOutcome<L> {
             collision: L::mask_and_not(zero.equal(zero), zero.less(least)),
             outside: L::mask_none(token),
             clearance: least,
-            has: least,
+            available: least,
         }
     }
 }
@@ -78,34 +78,34 @@ pub fn evaluate_row<L: Lanes>(
         stats,
     };
     let vectors = (0..problem.vx_samples.len()).step_by(L::COUNT);
-    if inputs.in_any_order && stays_inside::<L>(token, problem, inputs, table) {
+    if inputs.order_free && stays_on_field::<L>(token, problem, inputs, table) {
         let least = pruning.clearances(inputs, number);
         for first in vectors.clone() {
             let least = L::load(token, &least[first..]);
-            row.note(first, LaneOutcome::of_clearance(token, least), samples);
+            row.store_status(first, LaneOutcome::of_clearance(token, least), samples);
         }
     } else {
         for first in vectors.clone() {
             let outcome = ordered_steps::evaluate::<L>(token, problem, inputs, table, first);
-            row.note(first, outcome, samples);
+            row.store_status(first, outcome, samples);
         }
     }
     if row.stats.has_admissible() {
         for first in vectors.clone() {
-            row.find_ends(first);
+            row.compute_ends(first);
         }
         // Each term has its own loop: its vectors are independent, and more of them execute in parallel than in one
         // loop.
         for first in vectors.clone() {
-            row.find_headings(first, samples);
+            row.compute_headings(first, samples);
         }
         for first in vectors.clone() {
-            row.find_paths(first, samples);
+            row.compute_paths(first, samples);
         }
         // In a local copy; otherwise the compiler keeps the sums in memory.
         let mut sums = *row.stats;
         for first in vectors {
-            row.add_up(first, samples, &mut sums);
+            row.accumulate(first, samples, &mut sums);
         }
         *row.stats = sums;
     }
@@ -128,25 +128,29 @@ impl<L: Lanes> Row<'_, L> {
     /// Counts the samples of one vector. Stores their clearances and the first words: zero for an admissible sample,
     /// otherwise its status. The later steps read only the admissible ones.
     #[inline(always)]
-    fn note(&mut self, first: usize, outcome: LaneOutcome<L>, samples: &mut [i32]) {
+    fn store_status(&mut self, first: usize, outcome: LaneOutcome<L>, samples: &mut [i32]) {
         let Self { token, inputs, .. } = *self;
         let zero = L::splat(token, 0);
         let stopping_need = L::load(token, &inputs.stopping_need[first..])
             .max(L::splat(token, self.vtheta.stopping_need as i32));
-        let short = outcome.has.less(stopping_need);
+        let short = outcome.available.less(stopping_need);
         let left = self.problem.vx_samples.len() - first;
-        let missing = L::splat(token, left.min(MAX_LANES) as i32 - 1).less(lane_numbers(token));
+        let missing = L::splat(token, left.min(MAX_LANES) as i32 - 1).less(lane_indices(token));
         let ended = L::mask_or(outcome.collision, outcome.outside);
-        let not_ok = L::mask_or(L::mask_or(ended, short), missing);
-        let word = L::select(not_ok, word_of(token, SampleStatus::CannotStop), zero);
-        let word = L::select(outcome.outside, word_of(token, SampleStatus::Outside), word);
+        let rejected = L::mask_or(L::mask_or(ended, short), missing);
+        let word = L::select(rejected, status_word(token, SampleStatus::CannotStop), zero);
+        let word = L::select(
+            outcome.outside,
+            status_word(token, SampleStatus::Outside),
+            word,
+        );
         let word = L::select(
             outcome.collision,
-            word_of(token, SampleStatus::Collision),
+            status_word(token, SampleStatus::Collision),
             word,
         );
         let valid = !L::bitmask(missing) & (u32::MAX >> (32 - L::COUNT));
-        let bad = L::bitmask(not_ok) & valid;
+        let bad = L::bitmask(rejected) & valid;
         let collision = L::bitmask(outcome.collision) & valid;
         let outside = L::bitmask(outcome.outside) & valid & !collision;
         self.stats.count(valid, bad, collision, outside);
@@ -158,7 +162,7 @@ impl<L: Lanes> Row<'_, L> {
 
     /// Computes the final positions of one vector relative to the start, fine units.
     #[inline(always)]
-    fn find_ends(&mut self, first: usize) {
+    fn compute_ends(&mut self, first: usize) {
         let Self { token, inputs, .. } = *self;
         let header = &self.problem.header;
         let fine = L::load(token, &inputs.fine[first..]);
@@ -180,7 +184,7 @@ impl<L: Lanes> Row<'_, L> {
 
     /// Stores the heading terms of the admissible samples of one vector.
     #[inline(always)]
-    fn find_headings(&self, first: usize, samples: &mut [i32]) {
+    fn compute_headings(&self, first: usize, samples: &mut [i32]) {
         let Self { token, .. } = *self;
         let header = &self.problem.header;
         let words = L::load(token, &samples[first..]);
@@ -203,10 +207,10 @@ impl<L: Lanes> Row<'_, L> {
 
     /// Stores the path terms of one vector if a sample is admissible.
     #[inline(always)]
-    fn find_paths(&self, first: usize, samples: &mut [i32]) {
+    fn compute_paths(&self, first: usize, samples: &mut [i32]) {
         let Self { token, inputs, .. } = *self;
         let header = &self.problem.header;
-        let ok = is_ok(token, L::load(token, &samples[first..]));
+        let ok = admissible(token, L::load(token, &samples[first..]));
         if L::bitmask(ok) == 0 {
             return;
         }
@@ -219,25 +223,25 @@ impl<L: Lanes> Row<'_, L> {
 
     /// Adds the terms of the admissible samples of one vector to the sums.
     #[inline(always)]
-    fn add_up(&self, first: usize, samples: &[i32], sums: &mut LaneStats<L>) {
+    fn accumulate(&self, first: usize, samples: &[i32], sums: &mut LaneStats<L>) {
         let Self { token, inputs, .. } = *self;
         let heading = L::load(token, &samples[first..]);
         let clearance = L::load(token, &samples[inputs.stride + first..]);
         let velocity = L::load(token, &inputs.velocity_term[first..]);
         let path = L::load(token, &samples[2 * inputs.stride + first..]);
-        let ok = is_ok(token, heading);
-        sums.gather(ok, [heading, clearance, velocity, path]);
+        let ok = admissible(token, heading);
+        sums.accumulate(ok, [heading, clearance, velocity, path]);
     }
 }
 
 /// The admissible samples, by their first words.
 #[inline(always)]
-fn is_ok<L: Lanes>(token: L::FeatureToken, words: L) -> L::Mask {
+fn admissible<L: Lanes>(token: L::FeatureToken, words: L) -> L::Mask {
     words.less_unsigned(L::splat(token, 1 << STATUS_SHIFT))
 }
 
 /// The first word of a sample that is not admissible.
 #[inline(always)]
-fn word_of<L: Lanes>(token: L::FeatureToken, status: SampleStatus) -> L {
+fn status_word<L: Lanes>(token: L::FeatureToken, status: SampleStatus) -> L {
     L::splat(token, (status as i32) << STATUS_SHIFT)
 }

@@ -58,7 +58,7 @@ pub struct RowArgmax<'a> {
     /// The scales of the terms.
     pub scales: &'a [TermScale; 4],
     /// Samples with a lower score are ignored.
-    pub least: i64,
+    pub min_score: i64,
 }
 
 impl LaneTask for RowArgmax<'_> {
@@ -71,7 +71,7 @@ impl LaneTask for RowArgmax<'_> {
             row,
             samples,
             scales,
-            least,
+            min_score,
         } = self;
         let columns = Columns {
             heading: &row[..samples],
@@ -83,7 +83,7 @@ impl LaneTask for RowArgmax<'_> {
         for index in 0..samples {
             largest = largest.max(columns.score(index, scales));
         }
-        if largest < least || largest == i64::MIN {
+        if largest < min_score || largest == i64::MIN {
             return None;
         }
         let is_largest = |index: &usize| columns.score(*index, scales) == largest;

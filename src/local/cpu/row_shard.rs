@@ -111,20 +111,20 @@ impl RowShard {
         let tiles = self.samples.chunks_mut(inputs.tile_rows * words);
         // Sized for the largest tile: the next decision may have more rows per tile.
         for table in tables.iter_mut().take(vtheta_samples.len()) {
-            table.make_room::<L>(inputs, problem.discs.len());
+            table.resize::<L>(inputs, problem.discs.len());
         }
         for table in tables
             .iter_mut()
             .take(inputs.tile_rows.min(vtheta_samples.len()))
         {
-            table.begin::<L>(token, problem, inputs);
+            table.fill_central_discs::<L>(token, problem, inputs);
         }
         for (vtheta_samples, rows) in vtheta_samples.chunks(inputs.tile_rows).zip(tiles) {
             let tables = &mut tables[..vtheta_samples.len()];
             for (table, vtheta) in tables.iter_mut().zip(vtheta_samples) {
                 table.fill::<L>(token, problem, inputs, vtheta);
             }
-            if inputs.in_any_order {
+            if inputs.order_free {
                 let tile = SampleTile {
                     problem,
                     inputs,
@@ -137,8 +137,9 @@ impl RowShard {
             let rows = rows.chunks_exact_mut(words).enumerate();
             for ((vtheta, table), (number, row)) in vtheta_samples.iter().zip(&*tables).zip(rows) {
                 let table = (number, table);
-                let room = (&mut *ends, row, &mut stats);
-                let best = evaluate_row::<L>(token, problem, inputs, vtheta, table, pruning, room);
+                let outputs = (&mut *ends, row, &mut stats);
+                let best =
+                    evaluate_row::<L>(token, problem, inputs, vtheta, table, pruning, outputs);
                 self.best_terms.push(best);
             }
             self.total.merge(&stats.finish());
@@ -147,8 +148,8 @@ impl RowShard {
 
     /// The groups of steps that the second round looked up for the last tile, list by list.
     #[cfg(test)]
-    pub fn picked(&self) -> &[StepGroups] {
-        self.scratch.pruning.picked()
+    pub fn selected_groups(&self) -> &[StepGroups] {
+        self.scratch.pruning.selected_groups()
     }
 
     /// Number of register tiles looked up so far.
@@ -166,8 +167,8 @@ impl RowShard {
     /// first sample. Returns the best bound.
     ///
     /// A sample with the best value of each term in its row scores at least as much as every sample of the row.
-    pub fn find_bounds(&mut self, argmax: &ArgmaxInputs<'_>) -> Candidate {
-        let vx_samples = argmax.problem.vx_samples.len();
+    pub fn compute_bounds(&mut self, argmax: &ArgmaxInputs<'_>) -> Candidate {
+        let vx_count = argmax.problem.vx_samples.len();
         let mut best = NO_CANDIDATE;
         self.bounds.clear();
         // Reserves for all rows, because the number of rows with an admissible sample changes from one decision to the
@@ -175,8 +176,8 @@ impl RowShard {
         self.bounds.reserve(self.rows.len());
         for (row, terms) in self.rows.clone().zip(&self.best_terms) {
             if let Some(terms) = *terms {
-                let most = score(&argmax.scales, terms);
-                let bound = (most, (row * vx_samples) as u32);
+                let max_score = score(&argmax.scales, terms);
+                let bound = (max_score, (row * vx_count) as u32);
                 self.bounds.push(bound);
                 best = better(best, bound);
             }
@@ -185,12 +186,12 @@ impl RowShard {
     }
 
     /// Searches the rows whose bound beats the candidate for a better sample.
-    pub fn choose(&mut self, argmax: &ArgmaxInputs<'_>, candidate: Candidate) {
-        let vx_samples = argmax.problem.vx_samples.len();
+    pub fn select_best(&mut self, argmax: &ArgmaxInputs<'_>, candidate: Candidate) {
+        let vx_count = argmax.problem.vx_samples.len();
         self.best = candidate;
         for &bound in &self.bounds {
             if better(self.best, bound) == bound {
-                self.best = self.best_of_row(argmax, bound.1 as usize / vx_samples, self.best);
+                self.best = self.best_of_row(argmax, bound.1 as usize / vx_count, self.best);
             }
         }
     }
@@ -207,16 +208,16 @@ impl RowShard {
         row: usize,
         candidate: Candidate,
     ) -> Candidate {
-        let vx_samples = argmax.problem.vx_samples.len();
+        let vx_count = argmax.problem.vx_samples.len();
         let best = argmax.kernel.run(RowArgmax {
             inputs: argmax.inputs,
             row: self.row(argmax.inputs, row),
-            samples: vx_samples,
+            samples: vx_count,
             scales: &argmax.scales,
-            least: candidate.0,
+            min_score: candidate.0,
         });
         best.map_or(candidate, |(score, index)| {
-            better(candidate, (score, (row * vx_samples + index) as u32))
+            better(candidate, (score, (row * vx_count + index) as u32))
         })
     }
 

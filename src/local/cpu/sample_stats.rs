@@ -35,7 +35,7 @@ const PATH: usize = 3;
 pub struct LaneStats<L: Lanes> {
     token: L::FeatureToken,
     counts: Counts,
-    emptied: [u64; 4],
+    flushed: [u64; 4],
     sums: [L; 4],
     min: [L; 4],
     max: [L; 4],
@@ -43,7 +43,7 @@ pub struct LaneStats<L: Lanes> {
     /// Best value of each term in the current row: the maximum, for the path term the minimum.
     best: [L; 4],
     /// Admissible samples of the previous rows.
-    before: u32,
+    admissible_before: u32,
 }
 
 impl<L: Lanes> LaneStats<L> {
@@ -54,19 +54,19 @@ impl<L: Lanes> LaneStats<L> {
         Self {
             token,
             counts: Counts::default(),
-            emptied: [0; 4],
+            flushed: [0; 4],
             sums: [zero; 4],
             min: [L::splat(token, i32::MAX); 4],
             max: [zero; 4],
             vectors: 0,
-            best: Self::nothing(token),
-            before: 0,
+            best: Self::worst(token),
+            admissible_before: 0,
         }
     }
 
     /// Values that every term beats.
     #[inline(always)]
-    fn nothing(token: L::FeatureToken) -> [L; 4] {
+    fn worst(token: L::FeatureToken) -> [L; 4] {
         let zero = L::splat(token, 0);
         [zero, zero, zero, L::splat(token, i32::MAX)]
     }
@@ -83,14 +83,14 @@ impl<L: Lanes> LaneStats<L> {
     /// Whether the current row has an admissible sample.
     #[inline(always)]
     pub const fn has_admissible(&self) -> bool {
-        self.counts.admissible > self.before
+        self.counts.admissible > self.admissible_before
     }
 
     /// Adds the terms of one vector in the lanes of `ok`.
     #[inline(always)]
-    pub fn gather(&mut self, ok: L::Mask, terms: [L; 4]) {
+    pub fn accumulate(&mut self, ok: L::Mask, terms: [L; 4]) {
         if self.vectors == VECTORS_PER_SUM {
-            self.empty();
+            self.flush();
         }
         self.vectors += 1;
         let mut term = 0;
@@ -116,13 +116,13 @@ impl<L: Lanes> LaneStats<L> {
         if !self.has_admissible() {
             return None;
         }
-        self.before = self.counts.admissible;
+        self.admissible_before = self.counts.admissible;
         let [heading, clearance, velocity, path] = self.best;
         self.max[0] = self.max[0].max(heading);
         self.max[1] = self.max[1].max(clearance);
         self.max[2] = self.max[2].max(velocity);
         self.min[PATH] = self.min[PATH].min(path);
-        self.best = Self::nothing(self.token);
+        self.best = Self::worst(self.token);
         Some([
             heading.reduce_max(),
             clearance.reduce_max(),
@@ -132,10 +132,10 @@ impl<L: Lanes> LaneStats<L> {
     }
 
     #[inline(always)]
-    fn empty(&mut self) {
+    fn flush(&mut self) {
         let mut term = 0;
         while term < 4 {
-            self.emptied[term] += self.sums[term].reduce_sum_unsigned();
+            self.flushed[term] += self.sums[term].reduce_sum_unsigned();
             self.sums[term] = L::splat(self.token, 0);
             term += 1;
         }
@@ -151,9 +151,9 @@ impl<L: Lanes> LaneStats<L> {
                 totals: Totals::default(),
             };
         }
-        self.empty();
+        self.flush();
         let mut totals = Totals {
-            sums: self.emptied,
+            sums: self.flushed,
             ..Totals::default()
         };
         let mut term = 0;

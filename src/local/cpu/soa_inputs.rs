@@ -5,7 +5,7 @@ use core::ops::Range;
 use super::disc_lookup::PAIR;
 use super::displacement_bounds::GROUPS;
 use super::lanes::MAX_LANES;
-use super::reachable_region::disc_reach;
+use super::reachable_region::max_disc_offset;
 use crate::local::QuantizedProblem;
 use crate::local::kernel_inputs::{Header, QuantizedObstacle, VthetaSample};
 use crate::numeric::shift_round;
@@ -58,7 +58,7 @@ pub struct SoaInputs {
     /// Whether the order of the steps is free. This needs samples that are judged by their smallest clearance, and
     /// positions small enough for the short conversion from product to cell
     /// ([`super::displacement_table::DisplacementTable`]).
-    pub in_any_order: bool,
+    pub order_free: bool,
     /// Samples of a chunk, whole vectors.
     pub chunk: usize,
     /// Whether a simple bound shows that no sample can leave the field.
@@ -72,15 +72,15 @@ pub struct SoaInputs {
     /// Number of groups.
     pub groups: usize,
     /// One at each step at which a group begins, otherwise zero.
-    pub begins: Vec<i32>,
+    pub group_starts: Vec<i32>,
     /// All steps, in whole pairs.
-    pub every_step: Vec<i32>,
+    pub all_steps: Vec<i32>,
     /// `i32::MIN` for each existing group, `i32::MAX` for the others.
-    pub missing: [i32; GROUPS],
+    pub absent_groups: [i32; GROUPS],
     /// Whether step pruning applies: the samples are close together, so their boxes are small.
-    pub is_fine: bool,
+    pub allows_pruning: bool,
     /// For each step, the largest distance of a chunk's samples from its middle sample, units.
-    pub apart: Vec<i32>,
+    pub max_spread: Vec<i32>,
 }
 
 impl SoaInputs {
@@ -130,8 +130,8 @@ impl SoaInputs {
             self.tracks.extend(track(header.start_x, x, step_x));
             self.tracks.extend(track(header.start_y, y, step_y));
         }
-        self.in_any_order = header.stop_by_arc == 0 && self.is_short(header);
-        self.divide(problem);
+        self.order_free = header.stop_by_arc == 0 && self.is_short(header);
+        self.divide_tiles(problem);
     }
 
     fn is_short(&self, header: &Header) -> bool {
@@ -150,7 +150,7 @@ impl SoaInputs {
     }
 
     /// Divides the samples into tiles: chunks of speeds, and rows, that end about a cell from their middle one.
-    fn divide(&mut self, problem: &QuantizedProblem) {
+    fn divide_tiles(&mut self, problem: &QuantizedProblem) {
         let header = &problem.header;
         let cell = f64::from(1 << header.cell_bits);
         let steps = f64::from(header.steps);
@@ -167,7 +167,7 @@ impl SoaInputs {
         let away = f64::from(away.unwrap_or_default()) * per_coarse;
 
         let chunk_cells = 2.0 * away * steps / cell;
-        self.is_fine = chunk_cells <= MAX_CELLS;
+        self.allows_pruning = chunk_cells <= MAX_CELLS;
         self.boxes = ((chunk_cells / BOX_CELLS).ceil() as usize)
             .clamp(1, MAX_BOXES)
             .next_power_of_two();
@@ -178,12 +178,12 @@ impl SoaInputs {
         self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MAX_ROWS);
         let vtheta = vtheta * (self.tile_rows / 2) as f64;
 
-        let reach = disc_reach(problem);
-        self.apart.clear();
+        let reach = max_disc_offset(problem);
+        self.max_spread.clear();
         for step in 1..=self.steps {
             let step = step as f64;
             let between_rows = vtheta * step * (fastest * step / 2.0 + f64::from(reach));
-            self.apart
+            self.max_spread
                 .push(((away * step + between_rows).ceil() + ROUNDING) as i32);
         }
         self.divide_steps(header);
@@ -198,21 +198,21 @@ impl SoaInputs {
 
     /// Divides the steps into groups.
     fn divide_steps(&mut self, header: &Header) {
-        self.every_step.clear();
+        self.all_steps.clear();
         let whole = (header.steps as usize).next_multiple_of(PAIR);
-        self.every_step.extend(0..whole as i32);
+        self.all_steps.extend(0..whole as i32);
         // Bounds of more groups cost the same for few samples as for many.
         let is_dense = self.chunk * self.tile_rows >= DENSE;
         let groups = if is_dense { GROUPS } else { GROUPS / 2 };
         self.group = header.steps.div_ceil(groups as u32) as i32;
         self.groups = (header.steps as usize).div_ceil(self.group as usize);
-        self.begins.clear();
-        self.begins.resize(self.steps, 0);
+        self.group_starts.clear();
+        self.group_starts.resize(self.steps, 0);
         for group in 0..GROUPS {
             if group < self.groups {
-                self.begins[group * self.group as usize] = 1;
+                self.group_starts[group * self.group as usize] = 1;
             }
-            self.missing[group] = if group < self.groups {
+            self.absent_groups[group] = if group < self.groups {
                 i32::MIN
             } else {
                 i32::MAX

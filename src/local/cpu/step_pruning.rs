@@ -12,7 +12,7 @@
 use super::clearance_bounds::ClearanceBounds;
 use super::disc_lookup::{DiscLookup, PAIR};
 use super::displacement_bounds::DisplacementBounds;
-use super::displacement_table::{DisplacementTable, stays_inside};
+use super::displacement_table::{DisplacementTable, stays_on_field};
 use super::lanes::Lanes;
 use super::min_pyramid::MinPyramid;
 use super::moving_obstacles::{Chunk, MovingObstacles};
@@ -28,14 +28,14 @@ pub struct StepPruning {
     displacements: DisplacementBounds,
     bounds: ClearanceBounds,
     /// The groups of steps to look up, for each list.
-    picks: Vec<StepGroups>,
+    selected: Vec<StepGroups>,
     /// For each speed, the bound below which a clearance can matter to the sample of any row.
-    matters: Vec<i32>,
+    critical: Vec<i32>,
     /// The smallest clearances of the samples of each row.
-    least: Vec<i32>,
+    clearances: Vec<i32>,
     register_tiles: RegisterTiles,
     /// Groups that are looked up in the field itself, and their steps.
-    rest: StepGroups,
+    remaining: StepGroups,
     steps: Vec<i32>,
     moving: MovingObstacles,
 }
@@ -87,32 +87,33 @@ impl StepPruning {
         // Reserves for the largest tile and for all steps: not every decision needs them.
         self.steps.clear();
         self.steps.reserve(inputs.steps + PAIR);
-        self.least.clear();
-        self.least.reserve(inputs.stride * MAX_ROWS);
+        self.clearances.clear();
+        self.clearances.reserve(inputs.stride * MAX_ROWS);
         let cap = problem.header.max_clearance as i32;
-        self.least.resize(inputs.stride * tile.tables.len(), cap);
+        self.clearances
+            .resize(inputs.stride * tile.tables.len(), cap);
         let mut all_inside = true;
         for table in tile.tables {
-            all_inside &= stays_inside::<L>(token, problem, inputs, table);
+            all_inside &= stays_on_field::<L>(token, problem, inputs, table);
         }
         if !pyramid.is_empty() && all_inside {
             self.displacements
                 .fill::<L>(token, inputs, &problem.discs, tile.tables);
-            let of_boxes = (&self.displacements, pyramid);
+            let sources = (&self.displacements, pyramid);
             self.bounds
-                .fill::<L>(token, tile, of_boxes, &mut self.register_tiles);
+                .fill::<L>(token, tile, sources, &mut self.register_tiles);
             // A loop of two rounds, because the inlined lookup is large: one copy of it stays in the instruction cache.
             for round in 0..2 {
                 if round == 0 {
-                    self.pick_first::<L>(token, tile);
+                    self.select_first::<L>(token, tile);
                 } else {
-                    self.weigh::<L>(token, tile);
-                    self.pick::<L>(token, tile);
+                    self.update_critical::<L>(token, tile);
+                    self.select_critical::<L>(token, tile);
                 }
-                self.meet_picks::<L>(token, tile, pyramid);
+                self.look_up_selected::<L>(token, tile, pyramid);
             }
         } else {
-            self.meet_all::<L>(token, tile);
+            self.look_up_all::<L>(token, tile);
         }
         if problem.obstacles.is_empty() {
             return;
@@ -124,14 +125,14 @@ impl StepPruning {
                 end: (first + inputs.chunk).min(inputs.stride),
             };
             self.moving
-                .lower::<L>(token, problem, inputs, &chunk, &mut self.least);
+                .lower::<L>(token, problem, inputs, &chunk, &mut self.clearances);
         }
     }
 
     /// The groups of steps of the second round for the last tile, list by list.
     #[cfg(test)]
-    pub fn picked(&self) -> &[StepGroups] {
-        &self.picks
+    pub fn selected_groups(&self) -> &[StepGroups] {
+        &self.selected
     }
 
     /// Number of register tiles looked up so far.
@@ -143,70 +144,70 @@ impl StepPruning {
     /// The smallest clearances of one row of the tile.
     #[inline(always)]
     pub fn clearances(&self, inputs: &SoaInputs, row: usize) -> &[i32] {
-        &self.least[row * inputs.stride..][..inputs.stride]
+        &self.clearances[row * inputs.stride..][..inputs.stride]
     }
 
     /// Looks up every step.
     #[inline(always)]
-    fn meet_all<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+    fn look_up_all<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         let SampleTile {
             problem, inputs, ..
         } = *tile;
-        let rows = self.least.chunks_exact_mut(inputs.stride);
-        for (table, least) in tile.tables.iter().zip(rows) {
+        let rows = self.clearances.chunks_exact_mut(inputs.stride);
+        for (table, clearances) in tile.tables.iter().zip(rows) {
             for disc in 0..problem.discs.len() {
                 let lookup = DiscLookup::new(problem, inputs, table, disc);
-                lookup.lower_all::<L>(token, &inputs.every_step, &inputs.coarse_twice, least);
+                lookup.lower_all::<L>(token, &inputs.all_steps, &inputs.coarse_twice, clearances);
             }
         }
     }
 
     /// Selects, for each list, the groups with the smallest bounds of its boxes.
     #[inline(always)]
-    fn pick_first<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
-        self.picks.resize_with(tile.lists(), StepGroups::default);
-        for (list, picks) in self.picks.iter_mut().enumerate() {
+    fn select_first<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+        self.selected.resize_with(tile.lists(), StepGroups::default);
+        for (list, selected) in self.selected.iter_mut().enumerate() {
             self.bounds
-                .take_smallest::<L>(token, tile.inputs, list, picks);
+                .select_smallest::<L>(token, tile.inputs, list, selected);
         }
     }
 
     /// Computes the bounds below which a clearance can matter, from the clearances found so far.
     #[inline(always)]
-    fn weigh<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+    fn update_critical<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         let inputs = tile.inputs;
         let zero = L::splat(token, 0);
         let one = L::splat(token, 1);
         let nothing = L::splat(token, i32::MIN);
-        self.matters.resize(inputs.stride, 0);
+        self.critical.resize(inputs.stride, 0);
         for at in (0..inputs.stride).step_by(L::COUNT) {
             let stopping_need = L::load(token, &inputs.stopping_need[at..]);
             let mut most = nothing;
             for (row, vtheta) in tile.vtheta_samples.iter().enumerate() {
-                let least = L::load(token, &self.least[row * inputs.stride + at..]);
+                let clearance = L::load(token, &self.clearances[row * inputs.stride + at..]);
                 let stopping_need = stopping_need.max(L::splat(token, vtheta.stopping_need as i32));
                 // A sample that cannot stop can still collide; the status of a colliding sample is final.
-                let matters = L::select(least.less(stopping_need), one, least);
-                let matters = L::select(zero.less(least), matters, nothing);
-                most = most.max(matters);
+                let critical = L::select(clearance.less(stopping_need), one, clearance);
+                let critical = L::select(zero.less(clearance), critical, nothing);
+                most = most.max(critical);
             }
-            most.store(&mut self.matters[at..]);
+            most.store(&mut self.critical[at..]);
         }
     }
 
     /// Selects the groups of steps that can matter.
     #[inline(always)]
-    fn pick<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
-        for (number, picks) in self.picks.iter_mut().enumerate() {
-            let matters = &self.matters[tile.list_samples(number).samples];
+    fn select_critical<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
+        for (number, selected) in self.selected.iter_mut().enumerate() {
+            let critical = &self.critical[tile.list_samples(number).samples];
             self.bounds
-                .below::<L>(token, tile.inputs, number, matters, picks);
+                .below::<L>(token, tile.inputs, number, critical, selected);
         }
     }
 
     /// Looks up the selected groups.
     #[inline(always)]
-    fn meet_picks<L: Lanes>(
+    fn look_up_selected<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         tile: &SampleTile<'_>,
@@ -215,20 +216,20 @@ impl StepPruning {
         let SampleTile {
             problem, inputs, ..
         } = *tile;
-        for (number, picks) in self.picks.iter().enumerate() {
+        for (number, selected) in self.selected.iter().enumerate() {
             let list_samples = tile.list_samples(number);
-            let mut groups = picks.as_slice();
-            if L::HAS_REGISTER_LOOKUP && self.register_tiles.can_be() {
-                let (least, rest) = (&mut self.least, &mut self.rest);
+            let mut groups = selected.as_slice();
+            if L::HAS_REGISTER_LOOKUP && self.register_tiles.applies() {
+                let (clearances, remaining) = (&mut self.clearances, &mut self.remaining);
                 self.register_tiles.lower::<L>(
                     token,
                     (tile, pyramid),
                     &list_samples,
                     groups,
-                    least,
-                    rest,
+                    clearances,
+                    remaining,
                 );
-                groups = self.rest.as_slice();
+                groups = self.remaining.as_slice();
             }
             if groups.is_empty() {
                 continue;
@@ -237,10 +238,10 @@ impl StepPruning {
             let SampleList { disc, samples, .. } = list_samples;
             let coarse = &inputs.coarse_twice[samples.clone()];
             // All rows of one list in a row: the branch predictor then knows the length of the list.
-            let rows = self.least.chunks_exact_mut(inputs.stride);
-            for (table, least) in tile.tables.iter().zip(rows) {
+            let rows = self.clearances.chunks_exact_mut(inputs.stride);
+            for (table, clearances) in tile.tables.iter().zip(rows) {
                 let lookup = DiscLookup::new(problem, inputs, table, disc);
-                lookup.lower_all::<L>(token, &self.steps, coarse, &mut least[samples.clone()]);
+                lookup.lower_all::<L>(token, &self.steps, coarse, &mut clearances[samples.clone()]);
             }
         }
     }

@@ -4,7 +4,7 @@
 //! time before it sleeps. The caller works too, so a worker that wakes late delays nothing.
 #![expect(
     unsafe_code,
-    reason = "a pool that takes borrowed work without allocating; the usual one allocates for each decision"
+    reason = "a pool that takes borrowed task without allocating; the usual one allocates for each decision"
 )]
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -14,10 +14,10 @@ use std::thread::JoinHandle;
 
 use crate::local::EngineError;
 
-type LaneTask<'a> = &'a (dyn Fn() + Sync);
+type Task<'a> = &'a (dyn Fn() + Sync);
 
 /// Iterations of the spin loop before a worker or the waiting caller sleeps: about ten microseconds.
-const TIMEOUT: u32 = 4000;
+const SPIN_ITERATIONS: u32 = 4000;
 
 /// Worker threads in addition to the caller's thread.
 pub struct ThreadPool {
@@ -26,20 +26,20 @@ pub struct ThreadPool {
 }
 
 struct Shared {
-    order: Mutex<Order>,
+    state: Mutex<TaskState>,
     /// Number of the last task, for spinning without the lock.
-    given: AtomicU64,
+    task_number: AtomicU64,
     /// Workers that have not finished the task.
     busy: AtomicU64,
     wake: Condvar,
     done: Condvar,
 }
 
-struct Order {
+struct TaskState {
     number: u64,
-    work: Option<LaneTask<'static>>,
+    task: Option<Task<'static>>,
     panicked: bool,
-    dismissed: bool,
+    shutdown: bool,
 }
 
 impl ThreadPool {
@@ -49,13 +49,13 @@ impl ThreadPool {
     /// When the system refuses a thread.
     pub fn new(workers: usize) -> Result<Self, EngineError> {
         let shared = Arc::new(Shared {
-            order: Mutex::new(Order {
+            state: Mutex::new(TaskState {
                 number: 0,
-                work: None,
+                task: None,
                 panicked: false,
-                dismissed: false,
+                shutdown: false,
             }),
-            given: AtomicU64::new(0),
+            task_number: AtomicU64::new(0),
             busy: AtomicU64::new(0),
             wake: Condvar::new(),
             done: Condvar::new(),
@@ -67,7 +67,7 @@ impl ThreadPool {
         for _ in 0..workers {
             let shared = Arc::clone(&pool.shared);
             let builder = std::thread::Builder::new().name("inbye".to_owned());
-            let worker = builder.spawn(move || shared.serve());
+            let worker = builder.spawn(move || shared.run_worker());
             pool.workers
                 .push(worker.map_err(|error| EngineError::ThreadSpawn {
                     threads: workers + 1,
@@ -81,12 +81,12 @@ impl ThreadPool {
     ///
     /// # Panics
     /// When `task` panics in any thread, after all calls have returned.
-    pub fn run(&mut self, work: LaneTask<'_>) {
+    pub fn run(&mut self, task: Task<'_>) {
         // SAFETY: only the lifetime changes. Workers use the reference between the start and their report of
         // completion, and this function waits for all reports below, also when `task` panics in this thread.
-        let unbounded = unsafe { core::mem::transmute::<LaneTask<'_>, LaneTask<'static>>(work) };
-        self.shared.give(unbounded, self.workers.len() as u64);
-        let own = catch_unwind(AssertUnwindSafe(work));
+        let unbounded = unsafe { core::mem::transmute::<Task<'_>, Task<'static>>(task) };
+        self.shared.start(unbounded, self.workers.len() as u64);
+        let own = catch_unwind(AssertUnwindSafe(task));
         let panicked = self.shared.wait();
         if let Err(cause) = own {
             resume_unwind(cause);
@@ -97,8 +97,8 @@ impl ThreadPool {
 
 impl Drop for ThreadPool {
     fn drop(&mut self) {
-        self.shared.lock().dismissed = true;
-        self.shared.given.store(u64::MAX, Ordering::Release);
+        self.shared.lock().shutdown = true;
+        self.shared.task_number.store(u64::MAX, Ordering::Release);
         self.shared.wake.notify_all();
         for worker in self.workers.drain(..) {
             // Workers catch panics, so the result carries no information.
@@ -108,64 +108,64 @@ impl Drop for ThreadPool {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Order> {
-        self.order.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, TaskState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn give(&self, work: LaneTask<'static>, workers: u64) {
-        let mut order = self.lock();
-        order.number += 1;
-        order.work = Some(work);
-        order.panicked = false;
+    fn start(&self, task: Task<'static>, workers: u64) {
+        let mut state = self.lock();
+        state.number += 1;
+        state.task = Some(task);
+        state.panicked = false;
         self.busy.store(workers, Ordering::Release);
-        self.given.store(order.number, Ordering::Release);
-        drop(order);
+        self.task_number.store(state.number, Ordering::Release);
+        drop(state);
         self.wake.notify_all();
     }
 
     /// Waits until no worker is busy. Returns whether one panicked.
     fn wait(&self) -> bool {
-        look_out(|| self.busy.load(Ordering::Acquire) == 0);
-        let mut order = self.lock();
+        spin_until(|| self.busy.load(Ordering::Acquire) == 0);
+        let mut state = self.lock();
         while self.busy.load(Ordering::Acquire) > 0 {
-            order = self
+            state = self
                 .done
-                .wait(order)
+                .wait(state)
                 .unwrap_or_else(PoisonError::into_inner);
         }
-        order.work = None;
-        order.panicked
+        state.task = None;
+        state.panicked
     }
 
     /// The loop of a worker.
-    fn serve(&self) {
+    fn run_worker(&self) {
         let mut last = 0;
-        while let Some((number, work)) = self.next(last) {
+        while let Some((number, task)) = self.next_task(last) {
             last = number;
-            let outcome = catch_unwind(AssertUnwindSafe(work));
-            let mut order = self.lock();
-            order.panicked |= outcome.is_err();
+            let outcome = catch_unwind(AssertUnwindSafe(task));
+            let mut state = self.lock();
+            state.panicked |= outcome.is_err();
             if self.busy.fetch_sub(1, Ordering::AcqRel) == 1 {
-                drop(order);
+                drop(state);
                 self.done.notify_one();
             }
         }
     }
 
     /// The next task after `last`; `None` when the pool shuts down.
-    fn next(&self, last: u64) -> Option<(u64, LaneTask<'static>)> {
-        look_out(|| self.given.load(Ordering::Acquire) != last);
-        let mut order = self.lock();
+    fn next_task(&self, last: u64) -> Option<(u64, Task<'static>)> {
+        spin_until(|| self.task_number.load(Ordering::Acquire) != last);
+        let mut state = self.lock();
         loop {
-            if order.dismissed {
+            if state.shutdown {
                 return None;
             }
-            match order.work {
-                Some(work) if order.number != last => return Some((order.number, work)),
+            match state.task {
+                Some(task) if state.number != last => return Some((state.number, task)),
                 _ => {
-                    order = self
+                    state = self
                         .wake
-                        .wait(order)
+                        .wait(state)
                         .unwrap_or_else(PoisonError::into_inner);
                 }
             }
@@ -174,9 +174,9 @@ impl Shared {
 }
 
 /// Spins for a limited time until `condition` holds.
-fn look_out(come_true: impl Fn() -> bool) {
-    for _ in 0..TIMEOUT {
-        if come_true() {
+fn spin_until(condition: impl Fn() -> bool) {
+    for _ in 0..SPIN_ITERATIONS {
+        if condition() {
             return;
         }
         core::hint::spin_loop();
@@ -189,26 +189,26 @@ mod tests {
     use std::sync::atomic::AtomicUsize;
 
     #[test]
-    fn every_order_is_done_once_by_each_thread() {
+    fn thread_pool_runs_each_task_once_per_thread() {
         let mut pool = ThreadPool::new(3).expect("three threads");
         let calls = AtomicUsize::new(0);
-        for order in 1..=1000 {
+        for task in 1..=1000 {
             pool.run(&|| {
                 calls.fetch_add(1, Ordering::Relaxed);
             });
-            assert_eq!(calls.load(Ordering::Relaxed), 4 * order);
+            assert_eq!(calls.load(Ordering::Relaxed), 4 * task);
         }
     }
 
     #[test]
-    fn a_panic_reaches_the_caller_and_the_crew_works_on() {
+    fn thread_pool_passes_on_a_panic_and_stays_usable() {
         let mut pool = ThreadPool::new(2).expect("two threads");
         let caller = std::thread::current().id();
         for in_caller in [true, false] {
             let outcome = catch_unwind(AssertUnwindSafe(|| {
                 pool.run(&|| {
                     let here = std::thread::current().id() == caller;
-                    assert_ne!(here, in_caller, "as the test wants");
+                    assert_ne!(here, in_caller, "the panic of this test");
                 });
             }));
             assert!(outcome.is_err());

@@ -110,10 +110,10 @@ impl WinnerCheck {
 
     fn evaluate_sample(&mut self, problem: &QuantizedProblem, index: usize) -> SampleRecord {
         let header = &problem.header;
-        let vx_samples = problem.vx_samples.len();
+        let vx_count = problem.vx_samples.len();
         let (vx, vtheta) = (
-            &problem.vx_samples[index % vx_samples],
-            &problem.vtheta_samples[index / vx_samples],
+            &problem.vx_samples[index % vx_count],
+            &problem.vtheta_samples[index / vx_count],
         );
         self.table.resize(rollout::table_words(header), 0);
         rollout::tabulate(header, vtheta, &problem.discs, &mut self.table);

@@ -70,10 +70,10 @@ fn differences<L: Lanes>(
             if flip_vector == Some(vector) {
                 outcome.found[0] ^= 1 << 31;
             }
-            let wrong = wrong_places(&outcome);
+            let wrong = differing_indices(&outcome);
             for place in wrong {
                 if differing < MAX_REPORTED {
-                    tell(&outcome, &operation.way, place, &mut messages);
+                    report(&outcome, &operation.way, place, &mut messages);
                 }
                 differing += 1;
             }
@@ -86,7 +86,7 @@ fn differences<L: Lanes>(
 }
 
 /// Indices at which the lists differ, also by length.
-fn wrong_places(outcome: &Outcome<'_>) -> Vec<usize> {
+fn differing_indices(outcome: &Outcome<'_>) -> Vec<usize> {
     let Outcome {
         expected, found, ..
     } = outcome;
@@ -95,14 +95,14 @@ fn wrong_places(outcome: &Outcome<'_>) -> Vec<usize> {
         .collect()
 }
 
-fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages: &mut String) {
+fn report<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages: &mut String) {
     let Outcome {
         cases,
         shared,
         expected,
         found,
     } = outcome;
-    let said = match way {
+    let written = match way {
         Way::Each(..) => write!(
             messages,
             "\n  {:x?}, {shared:x?} gives {:x}, not {:x}",
@@ -113,11 +113,11 @@ fn tell<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages: &
             "\n  {cases:x?}, {shared:x?} gives {found:x?}, not {expected:x?}"
         ),
     };
-    said.expect("a string takes everything");
+    written.expect("a string accepts all text");
 }
 
 /// Asserts that no operation differs.
-fn equal_plain<L: Lanes>(token: L::FeatureToken) {
+fn assert_equal_scalar<L: Lanes>(token: L::FeatureToken) {
     let groups = groups(SEED);
     let wrong: Vec<String> = operations::<L>()
         .iter()
@@ -127,39 +127,39 @@ fn equal_plain<L: Lanes>(token: L::FeatureToken) {
 }
 
 #[test]
-fn portable_lanes_equal_plain_arithmetic() {
-    equal_plain::<Portable>(());
+fn portable_lanes_equal_scalar_arithmetic() {
+    assert_equal_scalar::<Portable>(());
 }
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn avx2_lanes_equal_plain_arithmetic() {
+fn avx2_lanes_equal_scalar_arithmetic() {
     match super::lanes::Avx2::detect() {
-        Some(token) => equal_plain::<super::lanes::Avx2>(token),
-        None => say_not_here("AVX2"),
+        Some(token) => assert_equal_scalar::<super::lanes::Avx2>(token),
+        None => report_untested("AVX2"),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn avx512_lanes_equal_plain_arithmetic() {
+fn avx512_lanes_equal_scalar_arithmetic() {
     match super::lanes::Avx512::detect() {
-        Some(token) => equal_plain::<super::lanes::Avx512>(token),
-        None => say_not_here("AVX-512 F, BW and CD"),
+        Some(token) => assert_equal_scalar::<super::lanes::Avx512>(token),
+        None => report_untested("AVX-512 F, BW and CD"),
     }
 }
 
 /// Bypasses the test harness, which captures the output of a passing test.
 #[cfg(target_arch = "x86_64")]
-fn say_not_here(instructions: &str) {
+fn report_untested(instructions: &str) {
     use std::io::Write as _;
     let line = format!("\nNOT TESTED: this processor lacks {instructions}\n");
     let written = std::io::stderr().write_all(line.as_bytes());
-    written.expect("standard error takes a line");
+    written.expect("standard error accepts a line");
 }
 
 #[test]
-fn one_flipped_bit_of_any_operation_is_reported() {
+fn one_flipped_bit_is_reported_for_every_operation() {
     let groups = groups(SEED);
     for operation in operations::<Portable>() {
         let quiet = differences::<Portable>((), &operation, &groups, None);
@@ -175,7 +175,7 @@ fn one_flipped_bit_of_any_operation_is_reported() {
 }
 
 #[test]
-fn groups_fill_whole_vectors_of_every_kind() {
+fn groups_fill_whole_vectors_of_every_instruction_set() {
     assert_eq!(MAX_LANES % Portable::COUNT, 0);
     #[cfg(target_arch = "x86_64")]
     for count in [super::lanes::Avx2::COUNT, super::lanes::Avx512::COUNT] {

@@ -129,19 +129,19 @@ fn engines() -> Vec<CpuEngine> {
     let here = InstructionSet::ALL
         .into_iter()
         .filter(|one| one.is_available());
-    let engines = here.map(|one| CpuEngine::with_instruction_set(one, 1).expect("they are here"));
+    let engines = here.map(|one| CpuEngine::with_instruction_set(one, 1).expect("available"));
     engines.collect()
 }
 
 /// Groups of steps looked up for the last tile, and all of its groups, over its discs and chunks.
-fn looked_at(engine: &mut CpuEngine) -> Option<(usize, usize)> {
+fn looked_up_groups(engine: &mut CpuEngine) -> Option<(usize, usize)> {
     if engine.pyramid.is_empty() {
         return None;
     }
-    let shard = engine.shards[0].get_mut().expect("nobody panicked");
-    let lists = shard.picked();
-    let lookup = lists.iter().map(|list| list.as_slice().len()).sum();
-    Some((lookup, lists.len() * engine.inputs.groups))
+    let shard = engine.shards[0].get_mut().expect("no thread panicked");
+    let lists = shard.selected_groups();
+    let looked_up = lists.iter().map(|list| list.as_slice().len()).sum();
+    Some((looked_up, lists.len() * engine.inputs.groups))
 }
 
 /// Asserts that every engine's answer equals the first one's.
@@ -151,7 +151,7 @@ fn compare(engines: &mut [CpuEngine], quantized: &QuantizedProblem, name: &str) 
         .map(|engine| {
             engine
                 .evaluate(quantized, Detail::Samples)
-                .expect("a CPU answers")
+                .expect("the CPU engine never fails")
         })
         .collect();
     for (engine, answer) in engines.iter().zip(&answers) {
@@ -160,39 +160,46 @@ fn compare(engines: &mut [CpuEngine], quantized: &QuantizedProblem, name: &str) 
 }
 
 #[test]
-fn every_sample_in_corners_is_as_without_the_sieve() {
+fn step_pruning_changes_no_sample_in_corners() {
     let mut engines = engines();
     let mut pruned = 0;
     for case in 0..PROBLEMS {
         let quantized = QuantizedProblem::new(&corner_problem(case)).expect("within the ranges");
         compare(&mut engines, &quantized, &format!("corner {case}"));
-        let last = engines.last_mut().expect("portable lanes are everywhere");
-        pruned += u64::from(looked_at(last).is_some());
+        let last = engines
+            .last_mut()
+            .expect("portable lanes are always available");
+        pruned += u64::from(looked_up_groups(last).is_some());
     }
     assert!(pruned > PROBLEMS / 3, "only {pruned} problems were pruned");
 }
 
 #[test]
-fn every_sample_of_dense_problems_is_as_without_the_sieve() {
+fn step_pruning_changes_no_sample_of_dense_problems() {
     let mut engines = engines();
-    let (mut lookup, mut all, mut pruned) = (0, 0, 0);
+    let (mut looked_up, mut all, mut pruned) = (0, 0, 0);
     for case in 0..PROBLEMS {
         let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
         compare(&mut engines, &quantized, &format!("problem {case}"));
-        let last = engines.last_mut().expect("portable lanes are everywhere");
-        if let Some((some, whole)) = looked_at(last) {
+        let last = engines
+            .last_mut()
+            .expect("portable lanes are always available");
+        if let Some((some, whole)) = looked_up_groups(last) {
             pruned += 1;
-            lookup += some;
+            looked_up += some;
             all += whole;
         }
     }
     for engine in &mut engines {
         let is_with_registers = engine.instructions() == InstructionSet::Avx512;
-        let shard = engine.shards[0].get_mut().expect("nobody panicked");
-        assert_eq!(shard.looked_up() > 0, is_with_registers, "register_tiles");
+        let shard = engine.shards[0].get_mut().expect("no thread panicked");
+        assert_eq!(shard.looked_up() > 0, is_with_registers, "register tiles");
     }
     assert!(pruned > PROBLEMS / 2, "only {pruned} problems were pruned");
-    assert!(2 * lookup < all, "{lookup} of {all} groups were lookup at");
+    assert!(
+        2 * looked_up < all,
+        "{looked_up} of {all} groups were looked_up at"
+    );
 }
 
 /// Slow samples close together, in the middle of a large field.
@@ -230,7 +237,7 @@ fn slow_problem(steps: u32) -> Problem {
 }
 
 #[test]
-fn groups_cover_every_horizon_and_end_with_the_tables() {
+fn step_groups_cover_every_horizon_and_end_with_the_tables() {
     let mut inputs = SoaInputs::default();
     let (mut steps, mut beyond) = (Vec::new(), 0);
     for horizon in 1..=1023 {
@@ -251,7 +258,7 @@ fn groups_cover_every_horizon_and_end_with_the_tables() {
 }
 
 #[test]
-fn a_last_group_that_is_longer_than_the_tables_is_cut_off() {
+fn last_group_longer_than_the_tables_is_clipped() {
     let quantized = QuantizedProblem::new(&slow_problem(176)).expect("within the ranges");
     let mut engines = engines();
     compare(&mut engines, &quantized, "176 steps");
@@ -265,26 +272,26 @@ fn a_last_group_that_is_longer_than_the_tables_is_cut_off() {
 }
 
 #[test]
-fn a_bound_that_is_too_high_is_noticed() {
+fn bound_that_is_too_high_changes_samples() {
     let mut wrong = 0;
     for case in 0..PROBLEMS {
         let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
         let mut engine = CpuEngine::single_threaded();
         let expected = engine.evaluate(&quantized, Detail::Samples);
-        engine.pyramid.forget();
+        engine.pyramid.clear_obstacles();
         engine.evaluate_rows(&quantized);
         let chosen = engine.select(&quantized);
         let samples = engine.samples(&quantized);
-        let expected = expected.expect("a CPU answers");
+        let expected = expected.expect("the CPU engine never fails");
         let same =
             expected.samples.as_ref() == Some(&samples) && expected.totals == chosen.0.totals;
         wrong += u64::from(!same);
     }
-    assert!(wrong > PROBLEMS / 4, "only {wrong} were noticed");
+    assert!(wrong > PROBLEMS / 4, "only {wrong} problems changed");
 }
 
 #[test]
-fn every_cell_that_is_looked_at_is_in_the_region() {
+fn every_visited_cell_is_in_the_reachable_region() {
     // A region that misses a cell would clip a box; an empty region would too.
     for case in 0..PROBLEMS {
         let problem = dense_problem(case);
@@ -293,7 +300,7 @@ fn every_cell_that_is_looked_at_is_in_the_region() {
         let mut engine = CpuEngine::single_threaded();
         engine
             .evaluate(&quantized, Detail::Answer)
-            .expect("a CPU answers");
+            .expect("the CPU engine never fails");
         if engine.pyramid.is_empty() {
             continue;
         }
