@@ -1,38 +1,127 @@
-//! `geometry_msgs`.
+//! `geometry_msgs` and `tf2_msgs`.
 
-use serde::{Deserialize, Serialize};
+use super::{Header, messages};
 
-use super::Header;
+messages! {
+    /// A vector.
+    #[derive(Copy, Default)]
+    geometry_msgs / Vector3 {
+        /// Component along or about x.
+        x: f64,
+        /// Component along or about y.
+        y: f64,
+        /// Component along or about z.
+        z: f64,
+    }
 
-/// `geometry_msgs/Vector3`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Vector3 {
-    /// Along or about x.
-    pub x: f64,
-    /// Along or about y.
-    pub y: f64,
-    /// Along or about z.
-    pub z: f64,
-}
+    /// A position, metres.
+    #[derive(Copy, Default)]
+    geometry_msgs / Point {
+        /// Position along x.
+        x: f64,
+        /// Position along y.
+        y: f64,
+        /// Position along z.
+        z: f64,
+    }
 
-/// `geometry_msgs/Point`, metres.
-pub type Point = Vector3;
+    /// A rotation as a unit quaternion.
+    #[derive(Copy)]
+    geometry_msgs / Quaternion {
+        /// First imaginary component.
+        x: f64 = 0,
+        /// Second imaginary component.
+        y: f64 = 0,
+        /// Third imaginary component.
+        z: f64 = 0,
+        /// Real component.
+        w: f64 = 1,
+    }
 
-/// `geometry_msgs/Quaternion`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Quaternion {
-    /// First imaginary part.
-    pub x: f64,
-    /// Second imaginary part.
-    pub y: f64,
-    /// Third imaginary part.
-    pub z: f64,
-    /// Real part.
-    pub w: f64,
+    /// A pose.
+    #[derive(Copy, Default)]
+    geometry_msgs / Pose {
+        /// Position, metres.
+        position: Point,
+        /// Rotation.
+        orientation: Quaternion,
+    }
+
+    /// A pose with time and frame.
+    #[derive(Default)]
+    geometry_msgs / PoseStamped {
+        /// Time and frame.
+        header: Header,
+        /// The pose.
+        pose: Pose,
+    }
+
+    /// A pose with its uncertainty.
+    #[derive(Copy, Default)]
+    geometry_msgs / PoseWithCovariance {
+        /// The pose.
+        pose: Pose,
+        /// Covariance of x, y, z and the rotations about them, row by row.
+        covariance: [[f64; 6]; 6],
+    }
+
+    /// A velocity.
+    #[derive(Copy, Default)]
+    geometry_msgs / Twist {
+        /// Linear velocity, m/s.
+        linear: Vector3,
+        /// Angular velocity, rad/s.
+        angular: Vector3,
+    }
+
+    /// A velocity with time and frame.
+    #[derive(Default)]
+    geometry_msgs / TwistStamped {
+        /// Time and frame.
+        header: Header,
+        /// The velocity.
+        twist: Twist,
+    }
+
+    /// A velocity with its uncertainty.
+    #[derive(Copy, Default)]
+    geometry_msgs / TwistWithCovariance {
+        /// The velocity.
+        twist: Twist,
+        /// Covariance of x, y, z and the rotations about them, row by row.
+        covariance: [[f64; 6]; 6],
+    }
+
+    /// A transform between two frames.
+    #[derive(Copy, Default)]
+    geometry_msgs / Transform {
+        /// Origin of the child frame in the parent frame, metres.
+        translation: Vector3,
+        /// Rotation of the child frame in the parent frame.
+        rotation: Quaternion,
+    }
+
+    /// A transform with its frames.
+    #[derive(Default)]
+    geometry_msgs / TransformStamped {
+        /// Time and parent frame.
+        header: Header,
+        /// Child frame.
+        child_frame_id: String,
+        /// Pose of the child frame in the parent frame.
+        transform: Transform,
+    }
+
+    /// A list of transforms.
+    #[derive(Default)]
+    tf2_msgs / TFMessage {
+        /// The transforms.
+        transforms: Vec<TransformStamped>,
+    }
 }
 
 impl Default for Quaternion {
-    /// No rotation, as ROS has it.
+    /// The identity.
     fn default() -> Self {
         Self {
             x: 0.0,
@@ -41,78 +130,4 @@ impl Default for Quaternion {
             w: 1.0,
         }
     }
-}
-
-/// `geometry_msgs/Pose`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Pose {
-    /// Where.
-    pub position: Point,
-    /// Facing where.
-    pub orientation: Quaternion,
-}
-
-/// `geometry_msgs/PoseStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PoseStamped {
-    /// Time and frame.
-    pub header: Header,
-    /// The pose.
-    pub pose: Pose,
-}
-
-/// `geometry_msgs/PoseWithCovariance`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PoseWithCovariance {
-    /// The pose.
-    pub pose: Pose,
-    /// How well it is known; not used.
-    pub covariance: [[f64; 6]; 6],
-}
-
-/// `geometry_msgs/Twist`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Twist {
-    /// Speeds, m/s.
-    pub linear: Vector3,
-    /// Turn rates, rad/s.
-    pub angular: Vector3,
-}
-
-/// `geometry_msgs/TwistStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TwistStamped {
-    /// Time and frame.
-    pub header: Header,
-    /// The twist.
-    pub twist: Twist,
-}
-
-/// `geometry_msgs/TwistWithCovariance`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TwistWithCovariance {
-    /// The twist.
-    pub twist: Twist,
-    /// How well it is known; not used.
-    pub covariance: [[f64; 6]; 6],
-}
-
-/// `geometry_msgs/Transform`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Transform {
-    /// Origin of the child in the parent.
-    pub translation: Vector3,
-    /// Axes of the child in the parent.
-    pub rotation: Quaternion,
-}
-
-/// `geometry_msgs/TransformStamped`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TransformStamped {
-    /// Time, and the parent frame.
-    pub header: Header,
-    /// The child frame.
-    pub child_frame_id: String,
-    /// Where the child lies.
-    pub transform: Transform,
 }

@@ -1,53 +1,78 @@
-//! `nav_msgs`.
+//! `nav_msgs` and `sensor_msgs/LaserScan`.
 
-use serde::{Deserialize, Serialize};
+use super::{Header, Pose, PoseStamped, PoseWithCovariance, Time, TwistWithCovariance, messages};
 
-use super::{Header, Pose, PoseStamped, PoseWithCovariance, Time, TwistWithCovariance};
+messages! {
+    /// Size and position of a map.
+    #[derive(Copy, Default)]
+    nav_msgs / MapMetaData {
+        /// Time at which the map was loaded.
+        map_load_time: Time,
+        /// Side of a cell, metres.
+        resolution: f32,
+        /// Number of columns.
+        width: u32,
+        /// Number of rows.
+        height: u32,
+        /// Pose of the lower left corner of cell (0, 0).
+        origin: Pose,
+    }
 
-/// `nav_msgs/MapMetaData`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct MapMetaData {
-    /// When the map was loaded.
-    pub map_load_time: Time,
-    /// Side of a cell, metres.
-    pub resolution: f32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Lower-left corner of cell (0, 0) in the map's frame.
-    pub origin: Pose,
-}
+    /// An occupancy grid map.
+    #[derive(Default)]
+    nav_msgs / OccupancyGrid {
+        /// Time and frame.
+        header: Header,
+        /// Size and position.
+        info: MapMetaData,
+        /// Occupancy in percent, 0 to 100, or -1 for unknown; row by row, the lowest first.
+        data: Vec<i8>,
+    }
 
-/// `nav_msgs/OccupancyGrid`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct OccupancyGrid {
-    /// Time and frame.
-    pub header: Header,
-    /// Size and place.
-    pub info: MapMetaData,
-    /// Percent occupied, 0 to 100, or -1 for unknown; row by row from the lowest.
-    pub data: Vec<i8>,
-}
+    /// Pose and velocity of a robot.
+    #[derive(Default)]
+    nav_msgs / Odometry {
+        /// Time, and frame of the pose.
+        header: Header,
+        /// Frame of the velocity: the robot's base frame.
+        child_frame_id: String,
+        /// Pose of the robot.
+        pose: PoseWithCovariance,
+        /// Velocity of the robot.
+        twist: TwistWithCovariance,
+    }
 
-/// `nav_msgs/Odometry`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Odometry {
-    /// Time, and the frame of the pose.
-    pub header: Header,
-    /// The frame of the twist: the robot's own.
-    pub child_frame_id: String,
-    /// Where the robot is.
-    pub pose: PoseWithCovariance,
-    /// How fast it moves.
-    pub twist: TwistWithCovariance,
-}
+    /// A path.
+    #[derive(Default)]
+    nav_msgs / Path {
+        /// Time and frame.
+        header: Header,
+        /// Poses from the start to the goal.
+        poses: Vec<PoseStamped>,
+    }
 
-/// `nav_msgs/Path`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Path {
-    /// Time and frame.
-    pub header: Header,
-    /// The way, from its start.
-    pub poses: Vec<PoseStamped>,
+    /// A scan of a planar lidar.
+    #[derive(Default)]
+    sensor_msgs / LaserScan {
+        /// Time of the first beam, and frame of the lidar.
+        header: Header,
+        /// Angle of the first beam, radians.
+        angle_min: f32,
+        /// Angle of the last beam, radians.
+        angle_max: f32,
+        /// Angle between two beams, radians.
+        angle_increment: f32,
+        /// Time between two beams, seconds.
+        time_increment: f32,
+        /// Time between two scans, seconds.
+        scan_time: f32,
+        /// Shortest measurable range, metres.
+        range_min: f32,
+        /// Longest measurable range, metres.
+        range_max: f32,
+        /// Range of each beam, metres; infinite for no return, NaN for no measurement (REP-117).
+        ranges: Vec<f32>,
+        /// Strength of each return.
+        intensities: Vec<f32>,
+    }
 }
