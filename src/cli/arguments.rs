@@ -65,7 +65,7 @@ pub enum Command {
     /// A base on a serial line: emulate one, tell one, watch one.
     Base(super::base_arguments::BaseArguments),
     /// Drive a robot among ROS 2 nodes: map, scan, odometry and goal in, velocity out.
-    Node(super::node_arguments::NodeArguments),
+    Node(super::node::NodeArguments),
     /// Drag robot, goal and obstacles in a browser, which decides with the same shaders.
     Playground(super::playground::PlaygroundArguments),
     /// Print the completions of a shell.

@@ -41,7 +41,6 @@ mod missions;
 mod movingai;
 mod movingai_words;
 mod node;
-mod node_arguments;
 mod one_run;
 pub mod output;
 mod output_file;

@@ -1,8 +1,58 @@
 //! `inbye node`.
 
-use super::node_arguments::NodeArguments;
+use std::path::PathBuf;
 
-/// Without the feature there is no wire.
+use clap::Args;
+use inbye::local::EngineChoice;
+
+use super::arguments::{duration, whole};
+use super::known_words;
+
+/// `inbye node`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye node --config robot.toml --namespace /rover --for 60\n\n\
+    Subscriptions, with the names and types of ROS 2: map (OccupancyGrid, latched), scan (LaserScan), odom (Odometry), goal_pose \
+    (PoseStamped, in the map's frame), tf and tf_static. Publications: cmd_vel (Twist, or TwistStamped with --stamped), plan \
+    (Path, latched), local_markers (MarkerArray). All names are within the namespace, tf too.\n\
+    The robot's pose is the odometry's pose, transformed to the map's frame by tf. With --odom-is-map, or if both frames have the \
+    same name, it needs no tf. The lidar's pose on the robot comes from tf; without it, the lidar is at the origin. The stamps of \
+    scan and odometry compensate the motion during a scan.\n\
+    Without a goal the node publishes nothing. With a goal it publishes a velocity at each control_period_s. The robot brakes to \
+    zero while map, scan, odometry or transform are missing or older than scan_timeout_s, and continues afterwards. The node \
+    aborts the goal if scans are missing for longer than sensor_fault_patience_s. On a new goal or a new map the robot stops before it \
+    plans. An orientation of four zeros leaves the goal's yaw free. After a goal, and at its end, the node publishes zero for a \
+    second.\n\
+    ROS_DOMAIN_ID selects the domain. ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, or ROS_LOCALHOST_ONLY=1, restricts discovery to \
+    this machine. The program must be built with `--features ros2`; it needs no ROS installation."
+)]
+pub struct NodeArguments {
+    /// Settings, TOML: those of `inbye drive`.
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Namespace of node and topics, such as /rover [default: none].
+    #[arg(long, value_name = "NS", default_value = "", hide_default_value = true)]
+    pub namespace: String,
+    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
+    pub engine: EngineChoice,
+    /// CPU threads [default: all cores].
+    #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
+    pub threads: Option<usize>,
+    /// Publish `cmd_vel` as `TwistStamped`, which newer releases of Nav2 and `ros2_control` expect.
+    #[arg(long, conflicts_with = "unstamped")]
+    pub stamped: bool,
+    /// Publish `cmd_vel` as `Twist`: the default.
+    #[arg(long)]
+    pub unstamped: bool,
+    /// Treat the odometry frame as the map frame.
+    #[arg(long)]
+    pub odom_is_map: bool,
+    /// Duration of the run, seconds [default: until Ctrl-C].
+    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
+    pub for_s: Option<f64>,
+}
+
 #[cfg(not(feature = "ros2"))]
 pub fn run(_arguments: &NodeArguments, _json: bool) -> anyhow::Result<bool> {
     anyhow::bail!(
@@ -11,10 +61,10 @@ pub fn run(_arguments: &NodeArguments, _json: bool) -> anyhow::Result<bool> {
 }
 
 #[cfg(feature = "ros2")]
-pub use wired::run;
+pub use dds::run;
 
 #[cfg(feature = "ros2")]
-mod wired {
+mod dds {
     use std::env::{self, VarError};
     use std::sync::atomic::Ordering;
     use std::thread;
@@ -22,26 +72,26 @@ mod wired {
 
     use anyhow::{Context, anyhow};
     use inbye::ros::msg::Time;
-    use inbye::ros::node::dds::{WireSettings, Wires};
-    use inbye::ros::node::{NodeCore, NodeSettings, Published};
+    use inbye::ros::node::dds::{DdsNode, DdsSettings};
+    use inbye::ros::node::{NodeCore, NodeSettings, Outgoing};
     use serde_json::json;
 
     use super::super::clock::wall_clock;
     use super::super::{engines, interrupt, output, settings_file};
     use super::NodeArguments;
 
-    /// From one look for messages to the next.
-    const LOOK_EVERY: Duration = Duration::from_millis(4);
-    /// At the end a zero is sent so many times, with a pause for the wires: who listens must get one.
-    const ZEROS: u32 = 5;
-    const BETWEEN_ZEROS: Duration = Duration::from_millis(50);
-    /// The highest domain that has ports of its own.
-    const LAST_DOMAIN: u16 = 232;
+    /// Interval at which the node takes messages.
+    const POLL_INTERVAL: Duration = Duration::from_millis(4);
+    /// Zero velocities at the end, with a pause after each: DDS sends them in the background.
+    const STOP_REPEATS: u32 = 5;
+    const STOP_INTERVAL: Duration = Duration::from_millis(50);
+    /// The highest domain with ports of its own.
+    const MAX_DOMAIN: u16 = 232;
 
     /// Runs the node until Ctrl-C.
     pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
         let config = settings_file::read(arguments.config.as_deref())?;
-        let settings = WireSettings {
+        let settings = DdsSettings {
             namespace: arguments.namespace.clone(),
             domain: domain()?,
             localhost_only: is_localhost_only(),
@@ -49,7 +99,7 @@ mod wired {
         };
         let engine = engines::choose_to_drive(&arguments.engine, arguments.threads, false)?;
         let stop = interrupt::flag()?;
-        let mut wires = Wires::open(&settings)?;
+        let mut dds = DdsNode::open(&settings)?;
         let mut core = NodeCore::new(
             NodeSettings {
                 config,
@@ -61,79 +111,79 @@ mod wired {
         let domain = settings.domain;
         output::note(format!("node {namespace}/inbye in domain {domain}"));
         let mut clock = wall_clock();
-        let (mut due_s, mut late) = (0.0, 0_u64);
+        let (mut due_s, mut late_ticks) = (0.0, 0_u64);
         while !stop.load(Ordering::Relaxed) {
             let now_s = clock();
             if arguments.for_s.is_some_and(|for_s| now_s >= for_s) {
                 break;
             }
-            for message in wires.arrived() {
-                core.hear(now_s, &message);
+            for message in dds.receive() {
+                core.receive(now_s, &message);
             }
             if now_s >= due_s {
                 due_s += core.period_s();
                 if due_s <= now_s {
-                    // Missed ticks are not made up for.
-                    late += 1;
+                    // Missed ticks are skipped.
+                    late_ticks += 1;
                     due_s = now_s + core.period_s();
                 }
                 let stamp = now();
-                let mut published = core.tick(now_s, stamp, &mut clock);
-                for note in std::mem::take(&mut published.notes) {
-                    output::note(note);
+                let mut outgoing = core.tick(now_s, stamp, &mut clock);
+                for notice in std::mem::take(&mut outgoing.notices) {
+                    output::note(notice);
                 }
-                wires.publish(published, stamp, core.base_frame());
+                dds.publish(outgoing, stamp, core.base_frame());
             }
-            thread::sleep(LOOK_EVERY);
+            thread::sleep(POLL_INTERVAL);
         }
-        farewell(&core, &mut wires);
-        report(&core, &wires, late, json)?;
+        stop_robot(&core, &mut dds);
+        report(&core, &dds, late_ticks, json)?;
         Ok(true)
     }
 
-    fn farewell(core: &NodeCore, wires: &mut Wires) {
-        let Some(zero) = core.farewell() else {
+    fn stop_robot(core: &NodeCore, dds: &mut DdsNode) {
+        let Some(zero) = core.final_command() else {
             return;
         };
-        for _ in 0..ZEROS {
-            let last = Published {
+        for _ in 0..STOP_REPEATS {
+            let outgoing = Outgoing {
                 command: Some(zero),
-                ..Published::default()
+                ..Outgoing::default()
             };
-            wires.publish(last, now(), core.base_frame());
-            thread::sleep(BETWEEN_ZEROS);
+            dds.publish(outgoing, now(), core.base_frame());
+            thread::sleep(STOP_INTERVAL);
         }
     }
 
-    fn report(core: &NodeCore, wires: &Wires, late: u64, json: bool) -> anyhow::Result<()> {
-        let tally = core.tally();
+    fn report(core: &NodeCore, dds: &DdsNode, late_ticks: u64, json: bool) -> anyhow::Result<()> {
+        let stats = core.stats();
         if json {
-            let mut object = json!(tally);
-            object["unsent"] = json!(wires.unsent());
-            object["late_ticks"] = json!(late);
+            let mut object = json!(stats);
+            object["unsent"] = json!(dds.unsent());
+            object["late_ticks"] = json!(late_ticks);
             return output::json(&object);
         }
         output::line(format!(
-            "{} goals, {} reached, {} given up; {} commands, {late} ticks late, {} not sent",
-            tally.goals,
-            tally.reached,
-            tally.given_up,
-            tally.commands,
-            wires.unsent(),
+            "{} goals, {} reached, {} aborted; {} commands, {late_ticks} ticks late, {} not sent",
+            stats.goals,
+            stats.reached,
+            stats.aborted,
+            stats.commands,
+            dds.unsent(),
         ));
-        for (what, counts) in [("received", &tally.received), ("refused", &tally.refused)] {
-            let each = counts
+        for (what, counts) in [("received", &stats.received), ("rejected", &stats.rejected)] {
+            let counts = counts
                 .iter()
                 .map(|(topic, count)| format!("{topic} {count}"));
-            let each: Vec<String> = each.collect();
-            if !each.is_empty() {
-                output::line(format!("{what:<12} {}", each.join(", ")));
+            let counts: Vec<String> = counts.collect();
+            if !counts.is_empty() {
+                output::line(format!("{what:<12} {}", counts.join(", ")));
             }
         }
         Ok(())
     }
 
-    /// The time by the wall clock, for stamps.
+    /// The time by the wall clock.
     fn now() -> Time {
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
         since.map_or_else(
@@ -152,9 +202,9 @@ mod wired {
             Err(error) => Err(error).context(name),
             Ok(text) if text.is_empty() => Ok(0),
             Ok(text) => {
-                let number = text.parse().ok().filter(|domain| *domain <= LAST_DOMAIN);
+                let number = text.parse().ok().filter(|domain| *domain <= MAX_DOMAIN);
                 number.ok_or_else(|| {
-                    anyhow!("{name} is `{text}`: it must be a whole number, 0 to {LAST_DOMAIN}")
+                    anyhow!("{name} is `{text}`: it must be a whole number, 0 to {MAX_DOMAIN}")
                 })
             }
         }

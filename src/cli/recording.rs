@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use inbye::recording::{DiskBusy, Head, Recorded, Recorder};
+use inbye::recording::{BackpressurePolicy, DriveMetadata, Recorder, RecordingReport};
 use inbye::runtime::{Config, Mission, MissionResult, TickEvent};
 use serde_json::{Value, json};
 
@@ -26,7 +26,7 @@ enum Kind {
 /// What became of it.
 pub struct Ending<'a> {
     name: &'a Path,
-    recorded: Recorded,
+    recorded: RecordingReport,
 }
 
 impl<'a> Recording<'a> {
@@ -42,13 +42,13 @@ impl<'a> Recording<'a> {
             let kind = Kind::Lines(file);
             return Self { name, kind };
         }
-        let disk_busy = if is_real_time {
-            DiskBusy::Stop
+        let policy = if is_real_time {
+            BackpressurePolicy::Stop
         } else {
-            DiskBusy::Wait
+            BackpressurePolicy::Block
         };
-        let head = Head::new(mission, config, engine);
-        let kind = match Recorder::new(file, &head, disk_busy) {
+        let metadata = DriveMetadata::new(mission, config, engine);
+        let kind = match Recorder::new(file, &metadata, policy) {
             Ok(recorder) => Kind::Mcap(Box::new(recorder)),
             Err(error) => Kind::Stopped(error.to_string()),
         };
@@ -84,9 +84,9 @@ impl<'a> Recording<'a> {
         let recorded = match self.kind {
             Kind::Mcap(recorder) => recorder.finish(result.trace.digest()),
             Kind::Lines(file) => lines(file, result),
-            Kind::Stopped(why) => Recorded {
+            Kind::Stopped(why) => RecordingReport {
                 stopped: Some(why),
-                ..Recorded::default()
+                ..RecordingReport::default()
             },
         };
         if let Some(why) = recorded.stopped.as_ref().filter(|_| !is_told) {
@@ -114,7 +114,7 @@ impl Ending<'_> {
 
     /// As scripts read it.
     pub fn object(&self) -> Value {
-        let Recorded {
+        let RecordingReport {
             messages,
             bytes,
             stopped,
@@ -124,7 +124,7 @@ impl Ending<'_> {
 
     /// As people read it.
     pub fn line(&self) -> String {
-        let Recorded {
+        let RecordingReport {
             messages,
             bytes,
             stopped,
@@ -139,8 +139,8 @@ impl Ending<'_> {
 }
 
 /// Every tick as a line of JSON.
-pub fn lines(file: File, result: &MissionResult) -> Recorded {
-    let mut recorded = Recorded::default();
+pub fn lines(file: File, result: &MissionResult) -> RecordingReport {
+    let mut recorded = RecordingReport::default();
     let mut out = BufWriter::new(file);
     let mut write = || -> io::Result<()> {
         for row in &result.trace.rows {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use inbye::local::EngineChoice;
-use inbye::recording::{Difference, Number, Recording, RecordingError, Replay, replay};
+use inbye::recording::{Difference, FieldValue, Reader, RecordingError, Replay, replay};
 use serde_json::{Value, json};
 
 use super::{arguments, engines, known_words, output};
@@ -40,9 +40,9 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
     let name = || format!("{}", arguments.file.display());
     let file = File::open(&arguments.file)
         .with_context(|| format!("{}: cannot be read: name a recording", name()))?;
-    let mut recording = Recording::open(BufReader::new(file)).with_context(name)?;
+    let mut recording = Reader::open(BufReader::new(file)).with_context(name)?;
     let engine = engines::choose_to_drive(&arguments.engine, arguments.threads, false)?;
-    let recorded_engine = recording.head().engine.clone();
+    let recorded_engine = recording.metadata().engine.clone();
     let replay = replay(&mut recording, engine).with_context(name)?;
     if replay.ticks == 0 {
         let missing = "tick";
@@ -75,10 +75,10 @@ fn difference(difference: &Difference) -> Value {
         recorded,
         replayed,
     } = difference;
-    let value = |number: &Number| match number {
-        Number::Real(value) => json!(value),
-        Number::Whole(value) => json!(value),
-        Number::Word(word, _) => json!(word),
+    let value = |number: &FieldValue| match number {
+        FieldValue::Real(value) => json!(value),
+        FieldValue::Count(value) => json!(value),
+        FieldValue::Named(word, _) => json!(word),
     };
     json!({
         "tick": tick,
@@ -91,7 +91,7 @@ fn difference(difference: &Difference) -> Value {
     })
 }
 
-fn hex(number: &Number) -> String {
+fn hex(number: &FieldValue) -> String {
     format!("{:#018x}", number.bits())
 }
 
@@ -124,10 +124,10 @@ fn print(replay: &Replay, recorded_engine: &str) {
     }
 }
 
-fn told(number: &Number) -> String {
+fn told(number: &FieldValue) -> String {
     match number {
-        Number::Real(value) => format!("{value} ({})", hex(number)),
-        Number::Whole(value) => format!("{value} ({})", hex(number)),
-        Number::Word(word, _) => format!("{word} ({})", hex(number)),
+        FieldValue::Real(value) => format!("{value} ({})", hex(number)),
+        FieldValue::Count(value) => format!("{value} ({})", hex(number)),
+        FieldValue::Named(word, _) => format!("{word} ({})", hex(number)),
     }
 }

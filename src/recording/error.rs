@@ -1,4 +1,4 @@
-//! What is wrong with a recording.
+//! Errors of recordings.
 
 use std::io;
 
@@ -6,62 +6,63 @@ use crate::map::MapError;
 use crate::navigator::Fault;
 use crate::sim::SimError;
 
-/// Why a recording cannot be written or used.
+/// Why a recording cannot be written or replayed.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RecordingError {
     /// The file could not be read or written.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// The system gives no thread to write on.
-    #[error("no thread to write the recording on: {0}")]
+    /// The system provides no thread for the recorder.
+    #[error("no thread for the recorder: {0}")]
     NoThread(io::Error),
-    /// Not an MCAP file.
-    #[error("is no MCAP file: give a recording of `inbye drive --record FILE.mcap`")]
+    /// The file is no MCAP file.
+    #[error("the file is no MCAP file: choose a recording of inbye")]
     NotMcap,
-    /// Not written by this program.
+    /// The file is no recording of inbye.
     #[error(
-        "has no {missing}, so it is no recording of `inbye drive --record FILE.mcap`, or it was cut before its first tick"
+        "the file has no {missing}: it is no recording of inbye, or it was truncated before its first tick"
     )]
     NotOurs {
-        /// What is not there.
+        /// The missing part.
         missing: &'static str,
     },
-    /// Written by another version.
+    /// The recording has the format of another version.
     #[error(
-        "is of format {found}; this inbye reads format {FORMAT}: replay it with the inbye that wrote it, {writer}"
+        "the recording has format {found}; this inbye reads format {FORMAT}: replay it with inbye {writer}, which wrote it"
     )]
     OtherFormat {
-        /// As the file has it.
+        /// Format of the recording.
         found: String,
-        /// The version that wrote it.
+        /// Version of inbye that wrote it.
         writer: String,
     },
-    /// What it says of the drive cannot be read.
-    #[error("{name} in it cannot be read: {reason}")]
-    BadHead {
-        /// The attachment.
+    /// The metadata of the drive is invalid.
+    #[error("the recording's {name} is invalid: {reason}")]
+    BadMetadata {
+        /// Name of the attachment.
         name: &'static str,
-        /// What is wrong.
+        /// The cause.
         reason: String,
     },
-    /// Its bytes are not as they were written.
-    #[error("is damaged after {ticks} ticks: {reason}; take another copy of the file")]
+    /// The file is damaged.
+    #[error("the file is damaged after {ticks} ticks: {reason}; use another copy of the file")]
     Damaged {
-        /// Ticks read before.
+        /// Number of ticks before the damage.
         ticks: u64,
-        /// What is wrong.
+        /// The cause.
         reason: String,
     },
-    /// Its map has no sound size.
-    #[error("the map in it: {0}")]
+    /// The size of the map is invalid.
+    #[error("the recording's map: {0}")]
     Map(#[from] MapError),
-    /// Its settings are out of range.
-    #[error("the configuration in it: {0}")]
-    Sim(#[from] SimError),
-    /// The drive could not begin.
-    #[error("the drive in it cannot begin here: {0}")]
+    /// A setting is out of range.
+    #[error("the recording's configuration: {0}")]
+    Config(#[from] SimError),
+    /// The drive cannot start.
+    #[error("the recorded drive cannot start: {0}")]
     Fault(#[from] Fault),
 }
 
-/// The format of what is written; a change that older readers would misread raises it.
-pub const FORMAT: u32 = 2;
+/// The format that this version writes and reads.
+pub const FORMAT: u32 = 3;

@@ -1,36 +1,32 @@
-//! A drive kept in a file that ROS 2 tools open, and decided again from it.
+//! Recordings of drives that ROS 2 tools open, and their replay.
 //!
-//! The file is MCAP (<https://mcap.dev>) in the profile `ros2`: messages in CDR with `ros2msg` schemas, as `rosbag2` writes
-//! them. [`Topic`] lists what is in it. Times are those of the drive, from zero on.
+//! A recording is an MCAP file (<https://mcap.dev>) with the profile `ros2`: messages in CDR with `ros2msg` schemas, as
+//! `rosbag2` writes them. Times count from the start of the drive.
 //!
-//! ROS messages round ranges to float32, so there is one of our own beside them: `inbye_msgs/Tick` holds observation and
-//! decision to the bit. With the configuration, the journey and the map, which the file holds too, [`replay()`] makes the
-//! navigator anew, shows it what it saw, and compares every decision.
+//! ROS messages round ranges to float32. `inbye_msgs/Tick` therefore holds observation and decision to the bit. The file also
+//! holds configuration, waypoints and map. From these, [`replay()`] creates the navigator again, gives it the recorded
+//! observations and compares every decision.
 //!
-//! **Memory.** A recorder holds at most 64 ticks that wait for the disk, and the file at most a chunk of 1 MiB and a tick, or
-//! the map where that is larger, besides an index of a few hundred bytes for each chunk. A reader holds one chunk, and the
-//! map.
+//! **Memory.** A recorder buffers at most 64 ticks for the disk. The file buffers at most a chunk of 1 MiB and a tick, or the
+//! map if it is larger, and an index of a few hundred bytes per chunk. A reader buffers one chunk and the map.
 //!
-//! **Errors.** A full disk, a broken one and, for a drive in real time, one that is too slow end the recording, never the
-//! drive. What was written before can be read: so can a file that was cut, up to its last whole chunk, which ends every 2 s.
+//! **Errors.** A full or broken disk ends the recording, never the drive. In real time, a slow disk does so too. A reader can
+//! read all data before the error, and a truncated file up to its last whole chunk. A chunk ends every 2 s.
 
-mod cdr;
-mod definitions;
 mod error;
-mod head;
+mod mcap_events;
 mod messages;
-mod parts;
+mod metadata;
 mod reader;
 mod recorder;
-mod records;
 mod replay;
+mod tick;
 mod topic;
 mod writer;
 
 pub use error::{FORMAT, RecordingError};
-pub use head::{Head, Tail};
-pub use messages::Tick;
-pub use reader::Recording;
-pub use recorder::{DiskBusy, Recorded, Recorder};
-pub use replay::{Difference, Number, Replay, replay};
-pub use topic::Topic;
+pub use metadata::{DriveMetadata, DriveSummary};
+pub use reader::Reader;
+pub use recorder::{BackpressurePolicy, Recorder, RecordingReport};
+pub use replay::{Difference, FieldValue, Replay, replay};
+pub use tick::RecordedTick;

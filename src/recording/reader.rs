@@ -1,26 +1,27 @@
-//! Reading a recording: the drive, then tick after tick.
+//! Reads a recording: the metadata of the drive, then its ticks.
 
 use std::io::Read;
 
 use mcap::McapError;
 
-use super::head::{CONFIG, DRIVE};
-use super::messages::{Tick, map_cells};
-use super::records::{Found, Records};
-use super::writer::{END, TICKS, TRACE_DIGEST};
-use super::{Head, RecordingError, Tail, Topic};
+use super::mcap_events::{McapEvent, McapReader};
+use super::metadata::{CONFIG, DRIVE};
+use super::topic::Topic;
+use super::writer::{SUMMARY, TICKS, TRACE_DIGEST};
+use super::{DriveMetadata, DriveSummary, RecordedTick, RecordingError};
+use crate::ros::msg::{Message, OccupancyGrid};
 
-/// A recording that is being read.
-pub struct Recording<R> {
-    records: Records<R>,
-    head: Head,
-    channel: u16,
+/// Reads a recording.
+pub struct Reader<R> {
+    mcap: McapReader<R>,
+    metadata: DriveMetadata,
+    tick_channel: u16,
     ticks: u64,
-    tail: Option<Tail>,
-    is_cut: bool,
+    summary: Option<DriveSummary>,
+    is_truncated: bool,
 }
 
-/// What is known of a recording before its head is whole.
+/// The parts of the metadata that were read so far.
 #[derive(Default)]
 struct Parts {
     config: Option<String>,
@@ -30,53 +31,53 @@ struct Parts {
     cells: Option<Vec<i8>>,
 }
 
-impl<R: Read> Recording<R> {
-    /// Reads the beginning of a file.
+impl<R: Read> Reader<R> {
+    /// Reads the start of a recording: its metadata and its map.
     ///
     /// # Errors
-    /// When it is no MCAP file, no recording of ours or of another format, or cannot be read.
+    /// When the file is no recording of this format, is damaged or cannot be read.
     pub fn open(file: R) -> Result<Self, RecordingError> {
-        let mut records = Records::new(file);
+        let mut mcap = McapReader::new(file);
         let mut parts = Parts::default();
         while parts.cells.is_none() {
-            match records.next() {
-                Ok(Some(found)) => parts.take(found)?,
+            match mcap.next() {
+                Ok(Some(event)) => parts.take(event)?,
                 Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => break,
                 Err(McapError::BadMagic) => return Err(RecordingError::NotMcap),
                 Err(error) => return Err(damaged(0, error)),
             }
         }
-        let (head, channel) = parts.join()?;
+        let (metadata, tick_channel) = parts.join()?;
         Ok(Self {
-            records,
-            head,
-            channel,
+            mcap,
+            metadata,
+            tick_channel,
             ticks: 0,
-            tail: None,
-            is_cut: false,
+            summary: None,
+            is_truncated: false,
         })
     }
 
-    /// How the drive began.
+    /// The initial state of the drive.
     #[must_use]
-    pub const fn head(&self) -> &Head {
-        &self.head
+    pub const fn metadata(&self) -> &DriveMetadata {
+        &self.metadata
     }
 
-    /// The next tick; none after the last. Of a file that was cut, the last is that of the last whole chunk.
+    /// The next tick, or nothing after the last. The last tick of a truncated file is that of the last whole chunk.
     ///
     /// # Errors
     /// When the file is damaged or cannot be read.
-    pub fn next_tick(&mut self) -> Result<Option<Tick>, RecordingError> {
+    pub fn next_tick(&mut self) -> Result<Option<RecordedTick>, RecordingError> {
         loop {
-            match self.records.next() {
-                Ok(Some(Found::Message { channel, bytes })) if channel == self.channel => {
+            match self.mcap.next() {
+                Ok(Some(McapEvent::Message { channel, bytes })) if channel == self.tick_channel => {
                     return self.tick(&bytes).map(Some);
                 }
-                Ok(Some(Found::Metadata { name, words })) if name == END => {
-                    let ticks = words.get(TICKS).and_then(|text| text.parse().ok());
-                    let digest = words.get(TRACE_DIGEST);
-                    self.tail = ticks.zip(digest).map(|(ticks, digest)| Tail {
+                Ok(Some(McapEvent::Metadata { name, values })) if name == SUMMARY => {
+                    let ticks = values.get(TICKS).and_then(|text| text.parse().ok());
+                    let digest = values.get(TRACE_DIGEST);
+                    self.summary = ticks.zip(digest).map(|(ticks, digest)| DriveSummary {
                         ticks,
                         trace_digest: digest.clone(),
                     });
@@ -84,7 +85,7 @@ impl<R: Read> Recording<R> {
                 Ok(Some(_)) => {}
                 Ok(None) => return Ok(None),
                 Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
-                    self.is_cut = true;
+                    self.is_truncated = true;
                     return Ok(None);
                 }
                 Err(error) => return Err(damaged(self.ticks, error)),
@@ -92,72 +93,73 @@ impl<R: Read> Recording<R> {
         }
     }
 
-    fn tick(&mut self, message: &[u8]) -> Result<Tick, RecordingError> {
+    fn tick(&mut self, message: &[u8]) -> Result<RecordedTick, RecordingError> {
         let bad = |reason: String| RecordingError::Damaged {
             ticks: self.ticks,
             reason,
         };
-        let tick = Tick::read(message).ok_or_else(|| bad("a tick is no tick".to_owned()))?;
+        let tick = RecordedTick::from_cdr(message).ok_or_else(|| bad("a tick is invalid".to_owned()))?;
         if tick.tick != self.ticks {
-            return Err(bad(format!("it goes on with tick {}", tick.tick)));
+            return Err(bad(format!("the next tick is number {}", tick.tick)));
         }
         self.ticks += 1;
         Ok(tick)
     }
 
-    /// How the drive ended: known after the last tick, unless the recording ended before it.
+    /// The end of the drive. It is known after the last tick, unless the recording ended earlier.
     #[must_use]
-    pub const fn tail(&self) -> Option<&Tail> {
-        self.tail.as_ref()
+    pub const fn summary(&self) -> Option<&DriveSummary> {
+        self.summary.as_ref()
     }
 
-    /// Whether the file holds the drive to its end: known after the last tick.
+    /// Whether the file holds the whole drive. It is known after the last tick.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        let ticks = self.tail.as_ref().map(|tail| tail.ticks);
-        !self.is_cut && ticks == Some(self.ticks)
+        let ticks = self.summary.as_ref().map(|summary| summary.ticks);
+        !self.is_truncated && ticks == Some(self.ticks)
     }
 }
 
 impl Parts {
-    fn take(&mut self, found: Found) -> Result<(), RecordingError> {
-        match found {
-            Found::Attachment { name, bytes } if name == CONFIG => {
+    fn take(&mut self, event: McapEvent) -> Result<(), RecordingError> {
+        match event {
+            McapEvent::Attachment { name, bytes } if name == CONFIG => {
                 self.config = Some(text(CONFIG, bytes)?);
             }
-            Found::Attachment { name, bytes } if name == DRIVE => {
+            McapEvent::Attachment { name, bytes } if name == DRIVE => {
                 self.drive = Some(text(DRIVE, bytes)?);
             }
-            Found::Channel { id, topic } if topic == Topic::Map.name() => {
+            McapEvent::Channel { id, topic } if topic == Topic::Map.name() => {
                 self.map_channel = Some(id);
             }
-            Found::Channel { id, topic } if topic == Topic::Tick.name() => {
+            McapEvent::Channel { id, topic } if topic == Topic::Tick.name() => {
                 self.tick_channel = Some(id);
             }
-            Found::Message { channel, bytes } if Some(channel) == self.map_channel => {
-                let no_map = || RecordingError::Damaged {
+            McapEvent::Message { channel, bytes } if Some(channel) == self.map_channel => {
+                let map = OccupancyGrid::from_cdr(&bytes);
+                let map = map.ok_or_else(|| RecordingError::Damaged {
                     ticks: 0,
-                    reason: "its map is no map".to_owned(),
-                };
-                self.cells = Some(map_cells(&bytes).ok_or_else(no_map)?);
+                    reason: "the map is invalid".to_owned(),
+                })?;
+                self.cells = Some(map.data);
             }
             _ => {}
         }
         Ok(())
     }
 
-    fn join(self) -> Result<(Head, u16), RecordingError> {
+    fn join(self) -> Result<(DriveMetadata, u16), RecordingError> {
         let missing = |missing| RecordingError::NotOurs { missing };
         let config = self.config.ok_or(missing("attachment config.toml"))?;
         let drive = self.drive.ok_or(missing("attachment drive.toml"))?;
         let channel = self.tick_channel.ok_or(missing("topic /inbye/tick"))?;
         let cells = self.cells.ok_or(missing("message on /map"))?;
-        Ok((Head::read(&config, &drive, cells)?, channel))
+        Ok((DriveMetadata::read(&config, &drive, cells)?, channel))
     }
 }
 
 fn text(name: &'static str, bytes: Vec<u8>) -> Result<String, RecordingError> {
-    String::from_utf8(bytes).map_err(|error| RecordingError::BadHead {
+    String::from_utf8(bytes).map_err(|error| RecordingError::BadMetadata {
         name,
         reason: error.to_string(),
     })

@@ -1,4 +1,4 @@
-//! Recording as a drive goes on, on a thread of its own. Whatever happens to the file, the drive does not notice.
+//! Records a drive in a thread of its own. An error of the file never affects the drive.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -6,44 +6,48 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
-use super::messages::{self, FAN, Status};
+use super::messages::{self, BASE_FRAME, MAP_FRAME, header};
+use super::topic::Topic;
 use super::writer::{Entry, RecordingWriter};
-use super::{Head, RecordingError, Tail, Topic, parts};
+use super::{DriveMetadata, DriveSummary, RecordedTick, RecordingError};
+use crate::ros::msg::{Duration, Message, Time};
+use crate::ros::{self, nanoseconds};
 use crate::runtime::TickEvent;
 
-/// Ticks that may wait for the disk: 6.4 s at 10 Hz. This is what bounds the memory.
-const WAITING_TICKS: usize = 64;
+/// Maximum number of ticks that wait for the disk: 6.4 s at 10 Hz. It limits the memory.
+const QUEUE_TICKS: usize = 64;
 const TOO_SLOW: &str = "the disk is too slow for the drive";
+/// Markers of a recording remain until the next tick replaces them.
+const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 0 };
 
-/// What to do with a tick while the disk is busy with those before it.
+/// What a recorder does when its queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DiskBusy {
-    /// Wait: for simulated time, which waits as well.
-    Wait,
-    /// End the recording: for a real robot, which does not. A recording without some of its ticks could not be replayed.
+pub enum BackpressurePolicy {
+    /// The drive waits for the disk: for simulated time.
+    Block,
+    /// The recording ends: for a real robot. A recording without some of its ticks could not be replayed.
     Stop,
 }
 
-/// What became of a recording.
+/// The result of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Recorded {
-    /// Messages that can be read from the file.
+pub struct RecordingReport {
+    /// Number of readable messages in the file.
     pub messages: u64,
-    /// Bytes written.
+    /// Number of bytes written.
     pub bytes: u64,
-    /// Why it ended before the drive, if it did.
+    /// Why the recording ended before the drive, if it did.
     pub stopped: Option<String>,
 }
 
-/// Records a drive: give it every [`TickEvent`].
+/// Records the [`TickEvent`]s of a drive.
 pub struct Recorder {
-    /// None once the recording has ended.
+    /// None after the end of the recording.
     queue: Option<SyncSender<Job>>,
-    /// None once it was joined.
-    thread: Option<JoinHandle<Recorded>>,
-    /// What the thread said in the end.
-    recorded: Recorded,
-    disk_busy: DiskBusy,
+    /// None after the thread was joined.
+    thread: Option<JoinHandle<RecordingReport>>,
+    report: RecordingReport,
+    policy: BackpressurePolicy,
     engine: String,
     range_min_m: f64,
     ticks: u64,
@@ -52,26 +56,26 @@ pub struct Recorder {
 
 enum Job {
     Tick(Vec<Entry>),
-    End(Tail),
+    End(DriveSummary),
 }
 
 impl Recorder {
-    /// Begins a recording: writes the head and starts the thread.
+    /// Writes the metadata and starts the thread.
     ///
     /// # Errors
-    /// When the head cannot be written, or there is no thread.
+    /// When the metadata cannot be written, or the system provides no thread.
     pub fn new<W: Write + Send + 'static>(
         file: W,
-        head: &Head,
-        disk_busy: DiskBusy,
+        metadata: &DriveMetadata,
+        policy: BackpressurePolicy,
     ) -> Result<Self, RecordingError> {
         let bytes = Arc::new(AtomicU64::new(0));
-        let file = Counted {
+        let file = CountingWriter {
             file,
             bytes: Arc::clone(&bytes),
         };
-        let writer = RecordingWriter::new(file, head)?;
-        let (queue, jobs) = sync_channel(WAITING_TICKS);
+        let writer = RecordingWriter::new(file, metadata)?;
+        let (queue, jobs) = sync_channel(QUEUE_TICKS);
         let thread = std::thread::Builder::new()
             .name("inbye-recorder".to_owned())
             .spawn(move || write(writer, &jobs, &bytes))
@@ -79,36 +83,36 @@ impl Recorder {
         Ok(Self {
             queue: Some(queue),
             thread: Some(thread),
-            recorded: Recorded::default(),
-            disk_busy,
-            engine: head.engine.clone(),
-            range_min_m: head.config.lidar.range_min_m,
+            report: RecordingReport::default(),
+            policy,
+            engine: metadata.engine.clone(),
+            range_min_m: metadata.config.lidar.range_min_m,
             ticks: 0,
             plans: 0,
         })
     }
 
-    /// Records a tick. False when this ended the recording: [`Self::stopped`] says why.
-    pub fn record(&mut self, moment: &TickEvent<'_>) -> bool {
+    /// Records a tick. Returns false if the recording ends with it: [`Self::stopped`] has the cause.
+    pub fn record(&mut self, event: &TickEvent<'_>) -> bool {
         let Some(queue) = &self.queue else {
             return true;
         };
-        let job = Job::Tick(entries(self, moment));
+        let job = Job::Tick(self.entries(event));
         self.ticks += 1;
-        self.plans = moment.navigator.plans().len();
-        let why = match self.disk_busy {
-            DiskBusy::Wait => queue.send(job).err().map(|_| None),
-            DiskBusy::Stop => queue.try_send(job).err().map(|error| match error {
+        self.plans = event.navigator.plans().len();
+        let error = match self.policy {
+            BackpressurePolicy::Block => queue.send(job).err().map(|_| None),
+            BackpressurePolicy::Stop => queue.try_send(job).err().map(|error| match error {
                 TrySendError::Full(_) => Some(TOO_SLOW),
                 TrySendError::Disconnected(_) => None,
             }),
         };
-        let Some(why) = why else { return true };
+        let Some(cause) = error else { return true };
         self.queue = None;
-        match why {
-            // The thread writes what waits, and is not waited for.
-            Some(why) => self.recorded.stopped = Some(why.to_owned()),
-            // It has ended by itself.
+        match cause {
+            // The thread writes its queue; the drive does not wait for it.
+            Some(cause) => self.report.stopped = Some(cause.to_owned()),
+            // The thread ended by itself.
             None => self.join(),
         }
         false
@@ -117,114 +121,105 @@ impl Recorder {
     /// Why the recording ended before the drive, if it did.
     #[must_use]
     pub fn stopped(&self) -> Option<&str> {
-        self.recorded.stopped.as_deref()
+        self.report.stopped.as_deref()
     }
 
-    /// Ends the recording with the digest of the drive's trace; waits for the disk.
+    /// Ends the recording with the digest of the drive's trace. Waits for the disk.
     #[must_use]
-    pub fn finish(mut self, trace_digest: String) -> Recorded {
+    pub fn finish(mut self, trace_digest: String) -> RecordingReport {
         if let Some(queue) = self.queue.take() {
-            // Where the thread has ended it says why below.
-            let _ = queue.send(Job::End(Tail {
+            // If the thread has ended, its report has the cause.
+            let _ = queue.send(Job::End(DriveSummary {
                 ticks: self.ticks,
                 trace_digest,
             }));
         }
         self.join();
-        self.recorded
+        self.report
     }
 
     fn join(&mut self) {
         let Some(thread) = self.thread.take() else {
             return;
         };
-        let lost = |_| Recorded {
-            stopped: Some("the recorder's thread is lost".to_owned()),
-            ..Recorded::default()
+        let panicked = |_| RecordingReport {
+            stopped: Some("the recorder's thread panicked".to_owned()),
+            ..RecordingReport::default()
         };
-        let recorded = thread.join().unwrap_or_else(lost);
-        self.recorded = Recorded {
-            stopped: self.recorded.stopped.take().or(recorded.stopped),
-            ..recorded
+        let report = thread.join().unwrap_or_else(panicked);
+        self.report = RecordingReport {
+            stopped: self.report.stopped.take().or(report.stopped),
+            ..report
         };
     }
-}
 
-/// The messages of a tick.
-fn entries(recorder: &Recorder, moment: &TickEvent<'_>) -> Vec<Entry> {
-    let TickEvent {
-        observation,
-        odometry,
-        decision,
-        took_s,
-        navigator,
-        ..
-    } = *moment;
-    let time_s = observation.time_s;
-    let mut entries = Vec::with_capacity(Topic::ALL.len());
-    let mut add = |topic, at_s: f64, bytes| {
-        entries.push(Entry {
+    /// The messages of a tick.
+    fn entries(&self, event: &TickEvent<'_>) -> Vec<Entry> {
+        let TickEvent {
+            observation,
+            odometry,
+            decision,
+            took_s,
+            navigator,
+            ..
+        } = *event;
+        let (time_s, scan_s) = (observation.time_s, observation.scan_s);
+        let time_ns = nanoseconds(time_s);
+        let entry = |topic, bytes| Entry {
             topic,
-            time: parts::nanoseconds(at_s),
+            time_ns,
             bytes,
+        };
+        let map_header = header(time_s, MAP_FRAME);
+        let plans = navigator.plans();
+        let new_plan = plans.get(self.plans..).and_then(<[_]>::last);
+        let plan = new_plan.map(|plan| ros::path(plan.smoothed.points(), &map_header).to_cdr());
+        let mut entries: Vec<Entry> = plan.into_iter().map(|plan| entry(Topic::Plan, plan)).collect();
+        let scan = messages::laser_scan(scan_s, &observation.scan, self.range_min_m);
+        entries.push(Entry {
+            topic: Topic::Scan,
+            time_ns: nanoseconds(scan_s),
+            bytes: scan.to_cdr(),
         });
-    };
-    let plans = navigator.plans();
-    if plans.len() > recorder.plans
-        && let Some(newest) = plans.last()
-    {
-        add(
-            Topic::Plan,
-            time_s,
-            messages::plan(time_s, &newest.smoothed),
-        );
+        let transforms = messages::transforms(time_s, &observation.pose, &odometry.pose);
+        let fan = event.fan(ros::SAMPLING);
+        let moving = navigator.obstacle_model().moving();
+        let markers = ros::markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);
+        let stamp = Time::from_seconds(time_s);
+        let command = ros::twist_stamped(&decision.command, stamp, BASE_FRAME);
+        let diagnostics =
+            messages::diagnostics(time_s, decision, took_s, navigator, &self.engine);
+        let tick = RecordedTick {
+            tick: self.ticks,
+            observation: observation.clone(),
+            decision: decision.clone(),
+            plans: plans.len() as u64,
+            plans_received: navigator.plans_received(),
+            took_s,
+        };
+        entries.extend([
+            entry(Topic::Odometry, messages::odometry(time_s, odometry).to_cdr()),
+            entry(Topic::Transforms, transforms.to_cdr()),
+            entry(Topic::Markers, markers.to_cdr()),
+            entry(Topic::Command, command.to_cdr()),
+            entry(Topic::Diagnostics, diagnostics.to_cdr()),
+            entry(Topic::Tick, tick.to_cdr()),
+        ]);
+        entries
     }
-    let scan_s = observation.scan_s;
-    let scan = messages::scan(scan_s, &observation.scan, recorder.range_min_m);
-    add(Topic::Scan, scan_s, scan);
-    add(
-        Topic::Odometry,
-        time_s,
-        messages::odometry(time_s, odometry),
-    );
-    let transforms = messages::transforms(time_s, &observation.pose, &odometry.pose);
-    add(Topic::Transforms, time_s, transforms);
-    let fan = moment.fan(FAN);
-    add(
-        Topic::Markers,
-        time_s,
-        messages::markers(time_s, fan.as_ref()),
-    );
-    add(
-        Topic::Command,
-        time_s,
-        messages::command(time_s, &decision.command),
-    );
-    let status = Status {
-        time_s,
-        decision,
-        took_s,
-        navigator,
-        engine: &recorder.engine,
-    };
-    add(Topic::Diagnostics, time_s, messages::diagnostics(&status));
-    let counters = (plans.len() as u64, navigator.plans_received());
-    let tick = messages::tick(recorder.ticks, observation, decision, counters, took_s);
-    add(Topic::Tick, time_s, tick);
-    entries
 }
 
-/// Writes what comes until the end or the first error.
+/// Writes the jobs until the end or the first error.
 fn write<W: Write>(
     mut writer: RecordingWriter<W>,
     jobs: &Receiver<Job>,
     bytes: &AtomicU64,
-) -> Recorded {
+) -> RecordingReport {
     let mut work = || {
         for job in jobs {
             match job {
                 Job::Tick(entries) => writer.write(&entries)?,
-                Job::End(tail) => return writer.finish(&tail),
+                Job::End(summary) => return writer.finish(&summary),
             }
         }
         writer.end_chunk()
@@ -232,24 +227,24 @@ fn write<W: Write>(
     let stopped = work().err().map(|error: RecordingError| error.to_string());
     let messages = writer.written();
     drop(writer);
-    Recorded {
+    RecordingReport {
         messages,
         bytes: bytes.load(Ordering::Relaxed),
         stopped,
     }
 }
 
-/// A file that counts what it takes.
-struct Counted<W> {
+/// Counts the bytes that a file accepts.
+struct CountingWriter<W> {
     file: W,
     bytes: Arc<AtomicU64>,
 }
 
-impl<W: Write> Write for Counted<W> {
+impl<W: Write> Write for CountingWriter<W> {
     fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        let taken = self.file.write(buffer)?;
-        self.bytes.fetch_add(taken as u64, Ordering::Relaxed);
-        Ok(taken)
+        let written = self.file.write(buffer)?;
+        self.bytes.fetch_add(written as u64, Ordering::Relaxed);
+        Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {

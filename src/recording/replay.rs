@@ -1,127 +1,131 @@
-//! Deciding again on what was observed, and whether the bits agree.
+//! Replays a recording: decides again on the recorded observations and compares the bits.
 
 use std::io::Read;
 
-use super::{Head, Recording, RecordingError, Tick};
+use super::{DriveMetadata, Reader, RecordedTick, RecordingError};
 use crate::local::{Engine, LocalPlanner};
 use crate::navigator::{Decision, Navigator};
 
-/// What came of a replay.
+/// The result of a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
-    /// Ticks in the recording.
+    /// Number of ticks in the recording.
     pub ticks: u64,
-    /// Where a decision first differed; what follows it is not compared, for it rests on another past.
+    /// The first difference. Later decisions are not compared, because they depend on it.
     pub first_difference: Option<Difference>,
-    /// Whether the recording holds the drive to its end.
+    /// Whether the recording holds the whole drive.
     pub is_complete: bool,
-    /// What decided this time, to begin with.
+    /// Name of the engine at the start of the replay.
     pub engine: String,
 }
 
-/// A number that is not what it was.
+/// A value that differs between recording and replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// Ticks before it.
+    /// Number of earlier ticks.
     pub tick: u64,
-    /// When it was, seconds since the drive began.
+    /// Time since the start of the drive, seconds.
     pub time_s: f64,
-    /// Which number.
+    /// Name of the field.
     pub field: &'static str,
-    /// What it was.
-    pub recorded: Number,
-    /// What it is now.
-    pub replayed: Number,
+    /// The recorded value.
+    pub recorded: FieldValue,
+    /// The replayed value.
+    pub replayed: FieldValue,
 }
 
-/// A number of a decision.
+/// A value of a decision.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Number {
-    /// A real one.
+pub enum FieldValue {
+    /// A real number.
     Real(f64),
-    /// A whole one.
-    Whole(u64),
-    /// One that has a word.
-    Word(&'static str, u64),
+    /// A count.
+    Count(u64),
+    /// A named constant and its number.
+    Named(&'static str, u64),
 }
 
-impl Number {
-    /// Its bits.
+impl FieldValue {
+    /// The bits of the value.
     #[must_use]
     pub const fn bits(&self) -> u64 {
         match self {
             Self::Real(value) => value.to_bits(),
-            Self::Whole(value) | Self::Word(_, value) => *value,
+            Self::Count(value) | Self::Named(_, value) => *value,
         }
     }
 }
 
 impl Replay {
-    /// Whether every decision was the recorded one.
+    /// Whether every decision equals the recorded one.
     #[must_use]
     pub const fn agrees(&self) -> bool {
         self.first_difference.is_none()
     }
 }
 
-/// Runs the recorded decisions again, to the end of the recording or the first that differs.
+/// Repeats the recorded decisions up to the end of the recording or the first difference.
 ///
-/// The navigator is made as it was, sees what it saw, and its clock says what each decision took; plans beside the control
-/// loop arrive when they arrived. So a drive on a real base, among late decisions and late plans, is repeated as well.
+/// The navigator has the recorded settings and observations. Its clock returns the recorded durations of the decisions, and
+/// asynchronous plans arrive at the recorded ticks. So a drive with a real base, late decisions and late plans is repeatable.
 ///
 /// # Errors
-/// When the recording is damaged or cannot be read, or the drive cannot begin.
+/// When the recording is damaged or cannot be read, or the drive cannot start.
 pub fn replay<R: Read>(
-    recording: &mut Recording<R>,
+    reader: &mut Reader<R>,
     engine: Box<dyn Engine>,
 ) -> Result<Replay, RecordingError> {
-    let mut navigator = navigator(recording.head(), engine)?;
+    let mut navigator = navigator(reader.metadata(), engine)?;
     let engine = navigator.planner().engine_name();
     let mut ticks = 0;
     let mut first_difference = None;
-    while let Some(tick) = recording.next_tick()? {
+    while let Some(tick) = reader.next_tick()? {
         ticks += 1;
         if first_difference.is_none() {
-            first_difference = decide_again(&mut navigator, &tick);
+            first_difference = repeat(&mut navigator, &tick);
         }
     }
     Ok(Replay {
         ticks,
         first_difference,
-        is_complete: recording.is_complete(),
+        is_complete: reader.is_complete(),
         engine,
     })
 }
 
-/// The navigator as it was when the drive began.
-fn navigator(head: &Head, engine: Box<dyn Engine>) -> Result<Navigator, RecordingError> {
-    let config = &head.config;
-    let known = head.map.obstacles(config.unknown);
+/// The navigator at the start of the drive.
+fn navigator(
+    metadata: &DriveMetadata,
+    engine: Box<dyn Engine>,
+) -> Result<Navigator, RecordingError> {
+    let config = &metadata.config;
+    let known = metadata.map.obstacles(config.unknown);
     let route_planner = config.route_planner(known.frame().resolution_m);
     Ok(Navigator::new(
         known,
-        &head.journey,
+        &metadata.waypoints,
         config.robot.model(),
         LocalPlanner::new(engine, config.local.clone()),
         route_planner,
         config.navigator.clone(),
-        // Tells how long planning takes, and decides nothing.
+        // It measures the duration of planning, which no decision depends on.
         &mut || 0.0,
     )?)
 }
 
-fn decide_again(navigator: &mut Navigator, tick: &Tick) -> Option<Difference> {
-    let took_before = navigator.plans_received();
-    navigator.replay_plan_arrival(tick.plans_received > took_before);
-    // Read when a decision begins and when it ends.
+/// Repeats a decision and returns its first difference.
+fn repeat(navigator: &mut Navigator, tick: &RecordedTick) -> Option<Difference> {
+    let is_plan_received = tick.plans_received > navigator.plans_received();
+    navigator.replay_plan_arrival(is_plan_received);
+    // The navigator reads the clock at the start and at the end of a decision.
     let mut readings = [0.0, tick.took_s].into_iter();
     let mut clock = || readings.next().unwrap_or(tick.took_s);
     let (decision, _) = navigator.step_by(&tick.observation, &mut clock);
-    let recorded = numbers(&tick.decision, tick.plans, tick.plans_received);
+    let recorded = fields(&tick.decision, tick.plans, tick.plans_received);
     let plans = navigator.plans().len() as u64;
-    let replayed = numbers(&decision, plans, navigator.plans_received());
-    let pairs = recorded.into_iter().zip(replayed);
-    let different = |((field, recorded), (_, replayed)): (Named, Named)| {
+    let replayed = fields(&decision, plans, navigator.plans_received());
+    let mut pairs = recorded.into_iter().zip(replayed);
+    pairs.find_map(|((field, recorded), (_, replayed))| {
         (recorded.bits() != replayed.bits()).then_some(Difference {
             tick: tick.tick,
             time_s: tick.observation.time_s,
@@ -129,14 +133,11 @@ fn decide_again(navigator: &mut Navigator, tick: &Tick) -> Option<Difference> {
             recorded,
             replayed,
         })
-    };
-    pairs.into_iter().find_map(different)
+    })
 }
 
-type Named = (&'static str, Number);
-
-/// Everything that a decision consists of.
-fn numbers(decision: &Decision, plans: u64, plans_received: u64) -> [Named; 12] {
+/// All values of a decision.
+fn fields(decision: &Decision, plans: u64, plans_received: u64) -> [(&'static str, FieldValue); 12] {
     let Decision {
         command,
         mode,
@@ -146,17 +147,17 @@ fn numbers(decision: &Decision, plans: u64, plans_received: u64) -> [Named; 12] 
     let [admissible, collision, cannot_stop, outside] =
         counts.unwrap_or_default().to_array().map(u64::from);
     [
-        ("mode", Number::Word(mode.as_str(), *mode as u64)),
-        ("plans", Number::Whole(plans)),
-        ("plans_received", Number::Whole(plans_received)),
-        ("target_x", Number::Real(local_target.x)),
-        ("target_y", Number::Real(local_target.y)),
-        ("sampled", Number::Whole(u64::from(counts.is_some()))),
-        ("admissible", Number::Whole(admissible)),
-        ("collision", Number::Whole(collision)),
-        ("cannot_stop", Number::Whole(cannot_stop)),
-        ("outside", Number::Whole(outside)),
-        ("command_linear", Number::Real(command.linear)),
-        ("command_angular", Number::Real(command.angular)),
+        ("mode", FieldValue::Named(mode.as_str(), *mode as u64)),
+        ("plans", FieldValue::Count(plans)),
+        ("plans_received", FieldValue::Count(plans_received)),
+        ("target_x", FieldValue::Real(local_target.x)),
+        ("target_y", FieldValue::Real(local_target.y)),
+        ("sampled", FieldValue::Count(u64::from(counts.is_some()))),
+        ("admissible", FieldValue::Count(admissible)),
+        ("collision", FieldValue::Count(collision)),
+        ("cannot_stop", FieldValue::Count(cannot_stop)),
+        ("outside", FieldValue::Count(outside)),
+        ("command_linear", FieldValue::Real(command.linear)),
+        ("command_angular", FieldValue::Real(command.angular)),
     ]
 }

@@ -1,4 +1,10 @@
-//! What is recorded under which name.
+//! The topics of a recording.
+
+use super::tick;
+use crate::ros::msg::{
+    DiagnosticArray, LaserScan, MarkerArray, Message, OccupancyGrid, Odometry, Path, TFMessage,
+    TwistStamped,
+};
 
 /// A topic of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,18 +20,18 @@ pub enum Topic {
     Odometry,
     /// The command of each tick.
     Command,
-    /// Where the robot and its odometry's frame are, at each tick.
+    /// The transforms of each tick.
     Transforms,
-    /// The dynamic window and the moving obstacles, at each tick.
+    /// The dynamic window and the moving obstacles of each tick.
     Markers,
-    /// Latency, mode and counters, at each tick.
+    /// Latency, mode and counters of each tick.
     Diagnostics,
-    /// Observation and decision to the bit, at each tick.
+    /// Observation and decision of each tick to the bit.
     Tick,
 }
 
 impl Topic {
-    /// All of them, in the order of their numbers.
+    /// All topics in the order of their numbers.
     pub const ALL: [Self; 9] = [
         Self::Map,
         Self::Plan,
@@ -38,8 +44,7 @@ impl Topic {
         Self::Tick,
     ];
 
-    /// Its name in ROS.
-    #[must_use]
+    /// The name of the topic in ROS.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Map => "/map",
@@ -54,23 +59,26 @@ impl Topic {
         }
     }
 
-    /// Package and name of its messages' type.
-    pub(super) const fn message(self) -> (&'static str, &'static str) {
+    /// The name of the message type, such as `nav_msgs/msg/Path`, and its schema.
+    pub fn message_type(self) -> (String, String) {
+        fn of<M: Message>() -> (String, String) {
+            (format!("{}/msg/{}", M::PACKAGE, M::NAME), M::schema())
+        }
         match self {
-            Self::Map => ("nav_msgs", "OccupancyGrid"),
-            Self::Plan => ("nav_msgs", "Path"),
-            Self::Scan => ("sensor_msgs", "LaserScan"),
-            Self::Odometry => ("nav_msgs", "Odometry"),
-            Self::Command => ("geometry_msgs", "TwistStamped"),
-            Self::Transforms => ("tf2_msgs", "TFMessage"),
-            Self::Markers => ("visualization_msgs", "MarkerArray"),
-            Self::Diagnostics => ("diagnostic_msgs", "DiagnosticArray"),
-            Self::Tick => ("inbye_msgs", "Tick"),
+            Self::Map => of::<OccupancyGrid>(),
+            Self::Plan => of::<Path>(),
+            Self::Scan => of::<LaserScan>(),
+            Self::Odometry => of::<Odometry>(),
+            Self::Command => of::<TwistStamped>(),
+            Self::Transforms => of::<TFMessage>(),
+            Self::Markers => of::<MarkerArray>(),
+            Self::Diagnostics => of::<DiagnosticArray>(),
+            Self::Tick => ("inbye_msgs/msg/Tick".to_owned(), tick::schema()),
         }
     }
 
-    /// Quality of service as `rosbag2` keeps it: a map and a plan for who comes late, a scan that may be lost.
-    pub(super) fn quality_of_service(self) -> String {
+    /// The quality of service in the format of `rosbag2`: map and plan also for late subscribers, scans with possible loss.
+    pub fn quality_of_service(self) -> String {
         let (depth, reliability, durability) = match self {
             Self::Map | Self::Plan => (1, RELIABLE, TRANSIENT_LOCAL),
             Self::Scan => (5, BEST_EFFORT, VOLATILE),
@@ -85,7 +93,7 @@ impl Topic {
     }
 }
 
-/// The numbers of `rmw/types.h`.
+// Constants of `rmw/types.h`.
 const RELIABLE: u8 = 1;
 const BEST_EFFORT: u8 = 2;
 const TRANSIENT_LOCAL: u8 = 1;

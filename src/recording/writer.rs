@@ -1,4 +1,4 @@
-//! The file itself: MCAP in the profile of ROS 2, written front to back in whole chunks.
+//! Writes the MCAP file from front to back in whole chunks.
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
@@ -7,55 +7,58 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError, WriteOptions};
 
-use super::{Head, RecordingError, Tail, Topic, definitions, messages, parts};
+use super::topic::Topic;
+use super::{DriveMetadata, DriveSummary, RecordingError, messages};
+use crate::ros::msg::Message;
 
-/// Name of the metadata that end a recording.
-pub const END: &str = "inbye.end";
+/// Name and keys of the metadata record with the summary of the drive.
+pub const SUMMARY: &str = "inbye.summary";
 pub const TICKS: &str = "ticks";
 pub const TRACE_DIGEST: &str = "trace_digest";
 
-/// A chunk is written when it has so many bytes: the most that waits in memory.
+/// Size at which a chunk is written, bytes. It limits the buffer.
 const CHUNK_BYTES: usize = 1 << 20;
-/// Or when it began so long ago, nanoseconds: what is lost of a drive that is killed.
+/// Age at which a chunk is written, nanoseconds. It limits the loss if the process is killed.
 const CHUNK_NANOSECONDS: u64 = 2_000_000_000;
 
-/// A message on its way to the file.
+/// A message for the file.
 pub struct Entry {
     pub topic: Topic,
-    /// Its time, nanoseconds.
-    pub time: u64,
+    /// Time of the message, nanoseconds.
+    pub time_ns: u64,
     pub bytes: Vec<u8>,
 }
 
-/// A recording that is being written. An error ends it: what was written before can be read.
+/// Writes a recording. Data before an error is readable.
 pub struct RecordingWriter<W: Write> {
     file: mcap::Writer<NoSeek<BufWriter<W>>>,
-    /// By the numbers of the topics.
+    /// Channels by the numbers of the topics.
     channels: Vec<u16>,
     sequence: Vec<u32>,
     chunk_bytes: usize,
     chunk_began: Option<u64>,
-    /// Messages in the chunk, and in chunks that were written.
-    waiting: u64,
+    /// Number of messages in the current chunk.
+    buffered: u64,
+    /// Number of messages in written chunks.
     written: u64,
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Writes the head: the drive as attachments, then the map.
+    /// Writes the metadata as attachments, then the map.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn new(file: W, head: &Head) -> Result<Self, RecordingError> {
+    pub fn new(file: W, metadata: &DriveMetadata) -> Result<Self, RecordingError> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("inbye ", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true)
-            // Chunks end where this writer says.
+            // This writer ends the chunks.
             .chunk_size(None);
         let mut file = options
             .create(NoSeek::new(BufWriter::new(file)))
-            .map_err(plain)?;
-        for (name, text) in head.texts()? {
+            .map_err(io_error)?;
+        for (name, text) in metadata.attachments()? {
             let attachment = Attachment {
                 log_time: 0,
                 create_time: 0,
@@ -63,23 +66,21 @@ impl<W: Write> RecordingWriter<W> {
                 media_type: "application/toml".to_owned(),
                 data: text.into_bytes().into(),
             };
-            file.attach(&attachment).map_err(plain)?;
+            file.attach(&attachment).map_err(io_error)?;
         }
         let mut channels = Vec::new();
         for topic in Topic::ALL {
-            let (package, name) = topic.message();
-            let schema = definitions::schema(&format!("{package}/{name}"));
-            let full_name = format!("{package}/msg/{name}");
+            let (name, schema) = topic.message_type();
             let schema = file
-                .add_schema(&full_name, "ros2msg", schema.as_bytes())
-                .map_err(plain)?;
+                .add_schema(&name, "ros2msg", schema.as_bytes())
+                .map_err(io_error)?;
             let quality = (
                 "offered_qos_profiles".to_owned(),
                 topic.quality_of_service(),
             );
             let channel = file
                 .add_channel(schema, topic.name(), "cdr", &BTreeMap::from([quality]))
-                .map_err(plain)?;
+                .map_err(io_error)?;
             channels.push(channel);
         }
         let mut writer = Self {
@@ -88,20 +89,20 @@ impl<W: Write> RecordingWriter<W> {
             channels,
             chunk_bytes: 0,
             chunk_began: None,
-            waiting: 0,
+            buffered: 0,
             written: 0,
         };
         let map = Entry {
             topic: Topic::Map,
-            time: parts::nanoseconds(0.0),
-            bytes: messages::map(&head.map),
+            time_ns: 0,
+            bytes: messages::map(&metadata.map).to_cdr(),
         };
         writer.write(&[map])?;
         writer.end_chunk()?;
         Ok(writer)
     }
 
-    /// Writes the messages of a tick. They stay together: a chunk never ends between them.
+    /// Writes the messages of a tick into the same chunk.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -111,17 +112,17 @@ impl<W: Write> RecordingWriter<W> {
             let header = MessageHeader {
                 channel_id: self.channels[number],
                 sequence: self.sequence[number],
-                log_time: entry.time,
-                publish_time: entry.time,
+                log_time: entry.time_ns,
+                publish_time: entry.time_ns,
             };
             self.file
                 .write_to_known_channel(&header, &entry.bytes)
-                .map_err(plain)?;
+                .map_err(io_error)?;
             self.sequence[number] = self.sequence[number].wrapping_add(1);
             self.chunk_bytes += entry.bytes.len();
-            self.waiting += 1;
+            self.buffered += 1;
         }
-        let now = entries.last().map_or(0, |entry| entry.time);
+        let now = entries.last().map_or(0, |entry| entry.time_ns);
         let began = *self.chunk_began.get_or_insert(now);
         if self.chunk_bytes >= CHUNK_BYTES || now >= began.saturating_add(CHUNK_NANOSECONDS) {
             self.end_chunk()?;
@@ -129,46 +130,46 @@ impl<W: Write> RecordingWriter<W> {
         Ok(())
     }
 
-    /// Writes what waits.
+    /// Writes the current chunk.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn end_chunk(&mut self) -> Result<(), RecordingError> {
-        self.file.flush().map_err(plain)?;
-        self.written += self.waiting;
-        self.waiting = 0;
+        self.file.flush().map_err(io_error)?;
+        self.written += self.buffered;
+        self.buffered = 0;
         self.chunk_bytes = 0;
         self.chunk_began = None;
         Ok(())
     }
 
-    /// Messages that are in the file and can be read from it, whatever becomes of the rest.
+    /// Number of messages that are readable in the file.
     pub const fn written(&self) -> u64 {
         self.written
     }
 
-    /// Writes how the drive ended, and the index of the file.
+    /// Writes the summary of the drive and the index of the file.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn finish(&mut self, tail: &Tail) -> Result<(), RecordingError> {
+    pub fn finish(&mut self, summary: &DriveSummary) -> Result<(), RecordingError> {
         self.end_chunk()?;
-        let metadata = BTreeMap::from([
-            (TICKS.to_owned(), tail.ticks.to_string()),
-            (TRACE_DIGEST.to_owned(), tail.trace_digest.clone()),
+        let values = BTreeMap::from([
+            (TICKS.to_owned(), summary.ticks.to_string()),
+            (TRACE_DIGEST.to_owned(), summary.trace_digest.clone()),
         ]);
-        let end = Metadata {
-            name: END.to_owned(),
-            metadata,
+        let metadata = Metadata {
+            name: SUMMARY.to_owned(),
+            metadata: values,
         };
-        self.file.write_metadata(&end).map_err(plain)?;
-        self.file.finish().map_err(plain)?;
+        self.file.write_metadata(&metadata).map_err(io_error)?;
+        self.file.finish().map_err(io_error)?;
         Ok(())
     }
 }
 
-/// In the system's own words: the crate's do not say what went wrong.
-fn plain(error: McapError) -> RecordingError {
+/// Unwraps the error of the operating system: the message of `mcap` does not contain it.
+fn io_error(error: McapError) -> RecordingError {
     RecordingError::Io(match error {
         McapError::Io(error) => error,
         other => std::io::Error::other(other),

@@ -2,7 +2,7 @@
 
 use super::msg::{ColorRGBA, Duration, Header, Marker, MarkerArray, Point, Pose, Vector3};
 use crate::geometry::{self, Twist};
-use crate::local::{Fan, Sampling};
+use crate::local::{Sampling, TrajectoryFan};
 use crate::map::MovingDisc;
 
 /// Number of arcs along each axis of the dynamic window. Nav2 warns of more (`nav2_mppi_controller/README.md`).
@@ -26,7 +26,7 @@ const PREDICTION: ColorRGBA = rgba(0.8, 0.2, 0.8, 0.2);
 /// The markers of a decision, which replace all earlier ones. Without sampling there are only the obstacles.
 #[must_use]
 pub fn markers(
-    fan: Option<&Fan>,
+    fan: Option<&TrajectoryFan>,
     moving: &[MovingDisc],
     header: &Header,
     lifetime: Duration,
@@ -54,7 +54,7 @@ pub fn markers(
         markers.extend(fan.winner.as_ref().map(|winner| Marker {
             scale: width(CHOSEN_WIDTH_M),
             color: CHOSEN,
-            points: arc(fan, &Twist::new(winner.v, winner.omega)),
+            points: arc(fan, &Twist::new(winner.vx, winner.vtheta)),
             ..new("chosen", Marker::LINE_STRIP)
         }));
     }
@@ -88,9 +88,9 @@ pub fn markers(
 }
 
 /// The segments of all arcs, coloured from blue for the worst score to green for the best.
-fn arcs(fan: &Fan) -> (Vec<Point>, Vec<ColorRGBA>) {
+fn arcs(fan: &TrajectoryFan) -> (Vec<Point>, Vec<ColorRGBA>) {
     let (mut points, mut colors) = (Vec::new(), Vec::new());
-    for (sample, share) in fan.arcs.iter().zip(fan.shares()) {
+    for (sample, share) in fan.arcs.iter().zip(fan.relative_scores()) {
         let color = share.map_or(REJECTED, |share| {
             rgba(0.0, share as f32, 1.0 - share as f32, 0.8)
         });
@@ -102,7 +102,7 @@ fn arcs(fan: &Fan) -> (Vec<Point>, Vec<ColorRGBA>) {
     (points, colors)
 }
 
-fn arc(fan: &Fan, twist: &Twist) -> Vec<Point> {
+fn arc(fan: &TrajectoryFan, twist: &Twist) -> Vec<Point> {
     let point = |segment: u32| {
         let time_s = fan.horizon_s * f64::from(segment) / f64::from(SEGMENTS);
         let pose: geometry::Pose = fan.from.after(twist, time_s);

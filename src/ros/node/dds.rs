@@ -1,4 +1,4 @@
-//! The wires: DDS by `ros2-client`. The only file that opens a socket for ROS.
+//! The transport of the node: DDS by `ros2-client`.
 
 use std::net::Ipv4Addr;
 
@@ -11,32 +11,32 @@ use ros2_client::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::published::{twist, twist_stamped};
-use super::{Arrived, NodeError, Published, Topic};
-use crate::ros::msg;
+use super::{IncomingMessage, NodeError, Outgoing, Topic};
+use crate::ros;
+use crate::ros::msg::{self, Message, Time};
 
-/// Most messages of a topic that are taken at a time.
-const AT_ONCE: usize = 64;
-/// Newest messages kept for a reader that is slow: sensor data as ROS has it.
+/// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
+const MAX_MESSAGES: usize = 64;
+/// Number of queued messages of sensor data, as in ROS.
 const SENSOR_DEPTH: usize = 5;
-/// The same of frames: a message tells of some only.
-const FRAMES_DEPTH: usize = 100;
+/// Number of queued messages of transforms: each message has only some of the frames.
+const TRANSFORM_DEPTH: usize = 100;
 
-/// Where and how to talk.
+/// Settings of the DDS transport.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct WireSettings {
-    /// Before the names of node and topics, beginning with a slash; empty for none.
+pub struct DdsSettings {
+    /// Namespace of node and topics, with a leading slash; empty for none.
     pub namespace: String,
     /// The DDS domain, 0 to 232: `ROS_DOMAIN_ID`.
     pub domain: u16,
-    /// Whether to leave the other machines alone.
+    /// Restricts discovery to this machine.
     pub localhost_only: bool,
-    /// Whether `cmd_vel` is a `TwistStamped`.
+    /// Publishes `cmd_vel` as `TwistStamped` instead of `Twist`.
     pub stamped: bool,
 }
 
-/// A node's subscriptions and publishers.
-pub struct Wires {
+/// The subscriptions and publishers of the node.
+pub struct DdsNode {
     map: Subscription<msg::OccupancyGrid>,
     scan: Subscription<msg::LaserScan>,
     odometry: Subscription<msg::Odometry>,
@@ -47,7 +47,7 @@ pub struct Wires {
     path: Publisher<msg::Path>,
     markers: Publisher<msg::MarkerArray>,
     unsent: u64,
-    /// Named to others as long as it lives.
+    /// Other nodes discover the node during its lifetime.
     _node: Node,
 }
 
@@ -56,12 +56,12 @@ enum CommandPublisher {
     Stamped(Publisher<msg::TwistStamped>),
 }
 
-impl Wires {
+impl DdsNode {
     /// Joins a domain as the node `inbye`.
     ///
     /// # Errors
-    /// When the namespace cannot be one, or the system gives no sockets.
-    pub fn open(settings: &WireSettings) -> Result<Self, NodeError> {
+    /// When the namespace is invalid, or the system provides no sockets.
+    pub fn open(settings: &DdsSettings) -> Result<Self, NodeError> {
         let namespace = match settings.namespace.as_str() {
             "" => "/",
             namespace => namespace,
@@ -73,135 +73,127 @@ impl Wires {
         if settings.localhost_only {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
-        let context = Context::from_domain_participant(participant.build().map_err(no_wire)?)
-            .map_err(no_wire)?;
-        // Nobody serves parameters or logs here.
+        let context = Context::from_domain_participant(participant.build().map_err(dds_error)?)
+            .map_err(dds_error)?;
+        // The node has no ROS parameters and no ROS log.
         let options = NodeOptions::new()
             .enable_rosout(false)
             .start_parameter_services(false);
-        let mut node = context.new_node(name, options).map_err(no_wire)?;
-        let mut wiring = Wiring {
+        let mut node = context.new_node(name, options).map_err(dds_error)?;
+        let mut builder = EndpointBuilder {
             node: &mut node,
             namespace,
         };
         Ok(Self {
-            map: wiring.subscription(Topic::Map, latched(1))?,
-            scan: wiring.subscription(Topic::Scan, sensor_data())?,
-            odometry: wiring.subscription(Topic::Odometry, sensor_data())?,
-            goal: wiring.subscription(Topic::Goal, reliable(1))?,
-            transforms: wiring.subscription(Topic::Transforms, reliable(FRAMES_DEPTH))?,
-            static_transforms: wiring
-                .subscription(Topic::StaticTransforms, latched(FRAMES_DEPTH))?,
-            command: wiring.command(settings.stamped)?,
-            path: wiring.publisher("plan", ("nav_msgs", "Path"), latched(1))?,
-            markers: wiring.publisher(
-                "local_markers",
-                ("visualization_msgs", "MarkerArray"),
-                reliable(1),
-            )?,
+            map: builder.subscription(Topic::Map, latched(1))?,
+            scan: builder.subscription(Topic::Scan, sensor_data())?,
+            odometry: builder.subscription(Topic::Odometry, sensor_data())?,
+            goal: builder.subscription(Topic::Goal, reliable(1))?,
+            transforms: builder.subscription(Topic::Transforms, reliable(TRANSFORM_DEPTH))?,
+            static_transforms: builder
+                .subscription(Topic::StaticTransforms, latched(TRANSFORM_DEPTH))?,
+            command: if settings.stamped {
+                CommandPublisher::Stamped(builder.publisher("cmd_vel", reliable(1))?)
+            } else {
+                CommandPublisher::Plain(builder.publisher("cmd_vel", reliable(1))?)
+            },
+            path: builder.publisher("plan", latched(1))?,
+            markers: builder.publisher("local_markers", reliable(1))?,
             unsent: 0,
             _node: node,
         })
     }
 
-    /// What has come since the last time.
-    pub fn arrived(&mut self) -> Vec<Arrived> {
+    /// Returns the messages received since the last call.
+    pub fn receive(&mut self) -> Vec<IncomingMessage> {
         let mut all = Vec::new();
-        let transforms = Topic::StaticTransforms;
         take(
             &self.static_transforms,
-            transforms,
-            Arrived::StaticTransforms,
+            Topic::StaticTransforms,
+            IncomingMessage::StaticTransforms,
             &mut all,
         );
         take(
             &self.transforms,
             Topic::Transforms,
-            Arrived::Transforms,
+            IncomingMessage::Transforms,
             &mut all,
         );
-        take(&self.map, Topic::Map, Arrived::Map, &mut all);
-        let odometry = |message| Arrived::Odometry(Box::new(message));
+        take(&self.map, Topic::Map, IncomingMessage::Map, &mut all);
+        let odometry = |message| IncomingMessage::Odometry(Box::new(message));
         take(&self.odometry, Topic::Odometry, odometry, &mut all);
-        take(&self.scan, Topic::Scan, Arrived::Scan, &mut all);
-        take(&self.goal, Topic::Goal, Arrived::Goal, &mut all);
+        take(&self.scan, Topic::Scan, IncomingMessage::Scan, &mut all);
+        take(&self.goal, Topic::Goal, IncomingMessage::Goal, &mut all);
         all
     }
 
-    /// Sends what there is, with the time by the wall clock and the robot's own frame for what carries them. Nothing is
-    /// waited for: what cannot be sent at once is dropped and counted.
-    pub fn publish(&mut self, published: Published, stamp: msg::Time, base_frame: &str) {
+    /// Publishes messages without waiting. `stamp` is the time by the wall clock. Messages that cannot be sent immediately are
+    /// dropped and counted.
+    pub fn publish(&mut self, outgoing: Outgoing, stamp: Time, base_frame: &str) {
         let mut is_sent = true;
-        if let Some(command) = &published.command {
+        if let Some(command) = &outgoing.command {
             is_sent &= match &self.command {
-                CommandPublisher::Plain(publisher) => publisher.publish(twist(command)).is_ok(),
+                CommandPublisher::Plain(publisher) => {
+                    publisher.publish(msg::Twist::from(command)).is_ok()
+                }
                 CommandPublisher::Stamped(publisher) => publisher
-                    .publish(twist_stamped(command, stamp, base_frame))
+                    .publish(ros::twist_stamped(command, stamp, base_frame))
                     .is_ok(),
             };
         }
-        if let Some(path) = published.path {
+        if let Some(path) = outgoing.path {
             is_sent &= self.path.publish(path).is_ok();
         }
-        if let Some(markers) = published.markers {
+        if let Some(markers) = outgoing.markers {
             is_sent &= self.markers.publish(markers).is_ok();
         }
         self.unsent += u64::from(!is_sent);
     }
 
-    /// Ticks at which something could not be sent.
+    /// Number of ticks with a message that could not be sent.
     #[must_use]
     pub const fn unsent(&self) -> u64 {
         self.unsent
     }
 }
 
-struct Wiring<'a> {
+/// Creates subscriptions and publishers.
+struct EndpointBuilder<'a> {
     node: &'a mut Node,
     namespace: &'a str,
 }
 
-impl Wiring<'_> {
-    fn topic(
+impl EndpointBuilder<'_> {
+    fn topic<M: Message>(
         &self,
         name: &str,
-        (package, kind): (&str, &str),
         qos: &QosProfile,
     ) -> Result<rustdds::Topic, NodeError> {
         let name = topic_name(self.namespace, name)?;
-        let kind = MessageTypeName::new(package, kind);
-        self.node.create_topic(&name, kind, qos).map_err(no_wire)
+        let message_type = MessageTypeName::new(M::PACKAGE, M::NAME);
+        self.node
+            .create_topic(&name, message_type, qos)
+            .map_err(dds_error)
     }
 
-    fn subscription<M: DeserializeOwned + 'static>(
+    fn subscription<M: Message + DeserializeOwned + 'static>(
         &mut self,
         topic: Topic,
         qos: QosProfile,
     ) -> Result<Subscription<M>, NodeError> {
-        let topic = self.topic(topic.name(), topic.type_name(), &qos)?;
-        let made = self.node.create_subscription(&topic, Some(qos));
-        made.map_err(no_wire)
+        let topic = self.topic::<M>(topic.name(), &qos)?;
+        let subscription = self.node.create_subscription(&topic, Some(qos));
+        subscription.map_err(dds_error)
     }
 
-    fn publisher<M: Serialize>(
+    fn publisher<M: Message + Serialize>(
         &mut self,
         name: &str,
-        kind: (&str, &str),
         qos: QosProfile,
     ) -> Result<Publisher<M>, NodeError> {
-        let topic = self.topic(name, kind, &qos)?;
-        let made = self.node.create_publisher(&topic, Some(qos));
-        made.map_err(no_wire)
-    }
-
-    fn command(&mut self, stamped: bool) -> Result<CommandPublisher, NodeError> {
-        let package = "geometry_msgs";
-        Ok(if stamped {
-            let kind = (package, "TwistStamped");
-            CommandPublisher::Stamped(self.publisher("cmd_vel", kind, reliable(1))?)
-        } else {
-            CommandPublisher::Plain(self.publisher("cmd_vel", (package, "Twist"), reliable(1))?)
-        })
+        let topic = self.topic::<M>(name, &qos)?;
+        let publisher = self.node.create_publisher(&topic, Some(qos));
+        publisher.map_err(dds_error)
     }
 }
 
@@ -218,31 +210,31 @@ fn bad_namespace(namespace: &str, error: &NameError) -> NodeError {
 
 #[expect(
     clippy::needless_pass_by_value,
-    reason = "it is what `map_err` hands over"
+    reason = "`map_err` passes the error by value"
 )]
-fn no_wire(error: impl ToString) -> NodeError {
-    NodeError::NoWire {
+fn dds_error(error: impl ToString) -> NodeError {
+    NodeError::Dds {
         reason: error.to_string(),
     }
 }
 
-/// Takes all that has come on a topic.
+/// Takes the received messages of a topic.
 fn take<M: DeserializeOwned + 'static>(
     subscription: &Subscription<M>,
     topic: Topic,
-    arrived: impl Fn(M) -> Arrived,
-    all: &mut Vec<Arrived>,
+    convert: impl Fn(M) -> IncomingMessage,
+    all: &mut Vec<IncomingMessage>,
 ) {
-    for _ in 0..AT_ONCE {
+    for _ in 0..MAX_MESSAGES {
         match subscription.take() {
-            Ok(Some((message, _))) => all.push(arrived(message)),
+            Ok(Some((message, _))) => all.push(convert(message)),
             Ok(None) => break,
-            Err(error) => all.push(Arrived::Undecodable(topic, error.to_string())),
+            Err(error) => all.push(IncomingMessage::Undecodable(topic, error.to_string())),
         }
     }
 }
 
-/// Each message arrives, the newest few wait for a reader that is slow. A writer never waits for a reader.
+/// Reliable delivery of the newest messages. A writer never waits for a reader.
 fn reliable(depth: usize) -> QosProfile {
     QosProfile::default()
         .reliability(Reliability::Reliable {
@@ -251,12 +243,12 @@ fn reliable(depth: usize) -> QosProfile {
         .history(History::KeepLast { depth })
 }
 
-/// The same, and who comes late gets the last ones.
+/// Reliable delivery, also to late subscribers.
 fn latched(depth: usize) -> QosProfile {
     reliable(depth).durability(Durability::TransientLocal)
 }
 
-/// The newest counts; a publisher may be reliable or not.
+/// Delivery of the newest messages. A subscription with it accepts reliable and best-effort publishers.
 fn sensor_data() -> QosProfile {
     QosProfile::default()
         .reliability_best_effort()

@@ -1,122 +1,153 @@
-//! Why a message is not used.
+//! Errors of messages and of the node.
 
 use thiserror::Error;
 
 use crate::map::MapError;
 
-/// What is wrong with a message. It is refused as a whole, and what was known before stays.
+/// Why a message is rejected. A rejected message changes nothing.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum MessageError {
-    /// The bytes are not the message that the topic is for.
+    /// The bytes are no message of the topic's type.
     #[error("it cannot be decoded ({reason}): the topic's type must be {expected}")]
     Undecodable {
-        /// As the decoder says it.
+        /// Message of the decoder.
         reason: String,
-        /// The type.
+        /// Type of the topic.
         expected: &'static str,
     },
-    /// A number that is infinite or NaN.
+    /// A number is infinite or NaN.
     #[error("{field} is not finite")]
     NotFinite {
-        /// Where.
+        /// The field.
         field: &'static str,
     },
-    /// A rotation that is none.
+    /// A quaternion has the wrong length.
     #[error(
         "the quaternion of {field} has length {length}: it must be 1; (0, 0, 0, 1) is no rotation"
     )]
     BadQuaternion {
-        /// Where.
+        /// The field.
         field: &'static str,
-        /// As given.
+        /// Length of the quaternion.
         length: f64,
     },
-    /// A pose that is not on the ground.
-    #[error("{field} is turned over: its z axis must point up, for the robot drives in the plane")]
-    TurnedOver {
-        /// Where.
+    /// A pose is not on the ground plane.
+    #[error("{field} is tilted: its z axis must point up, because the robot drives in a plane")]
+    Tilted {
+        /// The field.
         field: &'static str,
     },
-    /// A goal in a frame of its own.
-    #[error("it is in the frame `{found}`, the map in `{expected}`: give it in the map's frame")]
+    /// A goal is in another frame than the map.
+    #[error("it is in the frame `{found}`, the map in `{expected}`: send it in the map's frame")]
     WrongFrame {
-        /// Of the message.
+        /// Frame of the message.
         found: String,
-        /// Of the map.
+        /// Frame of the map.
         expected: String,
     },
-    /// A frame without a name.
+    /// A frame has no name.
     #[error("its {field} is empty: name the frame")]
     NoFrame {
-        /// Which.
+        /// The field.
         field: &'static str,
     },
-    /// A map whose cells are not as many as its size says.
+    /// The number of cells does not match the size of the map.
     #[error("it has {found} cells, but {width} columns and {height} rows")]
     WrongCellCount {
-        /// As they came.
+        /// Number of cells.
         found: usize,
-        /// As stated.
+        /// Number of columns.
         width: u32,
-        /// As stated.
+        /// Number of rows.
         height: u32,
     },
-    /// A value that no cell can have.
+    /// A cell has an invalid value.
     #[error("cell {index} is {value}: it must be 0 to 100, or -1 for unknown")]
     BadCell {
-        /// Position in the data.
+        /// Index of the cell.
         index: usize,
-        /// As given.
+        /// Value of the cell.
         value: i8,
     },
-    /// A map with an impossible size or resolution.
+    /// The size or the resolution of a map is invalid.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// A scan whose angles and ranges do not fit together.
+    /// The number of ranges does not match the angles of the scan.
     #[error(
         "it has {found} ranges, but {expected} beams from angle_min to angle_max by angle_increment"
     )]
     WrongBeamCount {
-        /// As they came.
+        /// Number of ranges.
         found: usize,
-        /// By the angles.
+        /// Number of beams.
         expected: f64,
     },
-    /// A scan with an impossible number.
+    /// A number of a scan is out of range.
     #[error("{field} is {value}: it must be {expected}")]
     OutOfRange {
-        /// Which.
+        /// The field.
         field: &'static str,
-        /// As given.
+        /// The number.
         value: f64,
-        /// What would be accepted.
+        /// The valid range.
         expected: &'static str,
     },
-    /// A scan that came before, or one from before the last.
-    #[error("its stamp is not after that of the scan before: it says nothing new")]
+    /// A scan is a repetition or older than the last.
+    #[error("its stamp is not after the stamp of the last scan: check the clock of the lidar's driver")]
     NotNewer,
 }
 
-/// Why a node cannot join the others.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum NodeError {
-    /// A namespace that ROS does not allow.
+/// The input that the node waits for. Meanwhile the robot brakes to zero.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum MissingInput {
+    /// There is no map.
+    #[error("no map was received")]
+    Map,
+    /// There is no odometry.
+    #[error("no odometry was received")]
+    Odometry,
+    /// The last odometry is too old.
+    #[error("odometry is no longer received")]
+    RecentOdometry,
+    /// The transform from the odometry frame to the map frame is unknown.
     #[error(
-        "the namespace `{namespace}` cannot be used ({reason}): begin with a slash, then letters, digits and single \
+        "odometry is in the frame `{odometry}` and tf does not connect it to `{map}`: start a localization node, or set \
+         odom_is_map"
+    )]
+    Transform {
+        /// Frame of the odometry.
+        odometry: String,
+        /// Frame of the map.
+        map: String,
+    },
+    /// There is no scan.
+    #[error("no scan was received")]
+    Scan,
+}
+
+/// Why a node cannot start.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NodeError {
+    /// The namespace is invalid in ROS.
+    #[error(
+        "the namespace `{namespace}` is invalid ({reason}): begin with a slash, then letters, digits and single \
          underscores, such as /robot1"
     )]
     BadNamespace {
-        /// As given.
+        /// The namespace.
         namespace: String,
-        /// In the library's words.
+        /// Message of `ros2-client`.
         reason: String,
     },
-    /// DDS could not be started.
+    /// DDS cannot start.
     #[error(
         "DDS cannot start ({reason}): check that a network interface is up and the domain's ports are free"
     )]
-    NoWire {
-        /// In the library's words.
+    Dds {
+        /// Message of `ros2-client`.
         reason: String,
     },
 }

@@ -1,28 +1,19 @@
-//! The robot as a node among ROS 2 nodes: map, scan, odometry and goal in; velocity, plan and markers out.
+//! The robot as a ROS 2 node: map, scan, odometry and goal in; velocity, plan and markers out.
 //!
-//! [`NodeCore`] has no sockets, threads or clocks: it takes messages with the times at which they came, and says at each
-//! tick what to publish. With the feature `ros2`, `dds` carries both over DDS, without a ROS installation.
+//! [`NodeCore`] has no sockets, threads or clocks. It takes messages with their times of arrival, and returns at each tick the
+//! messages to publish. With the feature `ros2`, `dds` transports them over DDS, without a ROS installation.
 
-mod arrived;
 #[cfg(feature = "ros2")]
 pub mod dds;
 mod error;
 mod frames;
-mod heard;
-mod markers;
+mod incoming;
+mod latest_inputs;
 mod node_core;
-mod plane;
-pub mod published;
+mod notices;
 mod scan;
-mod shared_engine;
-mod standstill;
-mod tally;
-mod told;
 
-pub use arrived::{Arrived, Topic};
-pub use error::{MessageError, NodeError};
-pub use frames::Frames;
-pub use node_core::{NodeCore, NodeSettings};
-pub use published::Published;
-pub use standstill::Missing;
-pub use tally::Tally;
+pub use error::{MessageError, MissingInput, NodeError};
+pub use incoming::{IncomingMessage, Topic};
+pub use node_core::{NodeCore, NodeSettings, Outgoing};
+pub use notices::NodeStats;

@@ -1,147 +1,163 @@
-//! The node without its wires.
+//! The node without its transport.
 
 use std::fmt::Display;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::arrived::{self, Chart};
-use super::heard::Heard;
-use super::markers::{SHOWN, markers};
-use super::shared_engine::SharedEngine;
-use super::told::Told;
-use super::{Arrived, MessageError, Published, Tally, published};
+use super::incoming::{self, MapInput};
+use super::latest_inputs::LatestInputs;
+use super::notices::Notices;
+use super::{IncomingMessage, MessageError, NodeStats};
 use crate::geometry::{Pose, Twist};
-use crate::local::{Engine, LocalPlanner};
+use crate::local::{Detail, Engine, EngineError, Evaluation, LocalPlanner, QuantizedProblem};
 use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Waypoints};
-use crate::ros::msg::{Header, Time};
+use crate::ros::msg::{self, Duration, Header, Time};
+use crate::ros::{self, SAMPLING};
 use crate::runtime::Config;
 
-/// After a goal, zeros are published for this long, seconds; then the node is silent, and another may drive.
-const FAREWELL_S: f64 = 1.0;
-/// From one set of markers to the next, seconds.
-const MARKERS_EVERY_S: f64 = 0.2;
+/// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
+const STOP_S: f64 = 1.0;
+/// Interval of the markers, seconds.
+const MARKER_INTERVAL_S: f64 = 0.2;
+/// Lifetime of a marker: markers disappear if the node stops.
+const MARKER_LIFETIME: Duration = Duration {
+    sec: 0,
+    nanosec: 500_000_000,
+};
 
-/// How a node behaves.
+/// Settings of a node.
 #[derive(Clone, Debug, Default)]
 pub struct NodeSettings {
-    /// Robot, planners and navigator; what it says of the simulated world is not used, and `wait_for_plans` is false.
+    /// Robot, planners and navigator. Settings of the simulated world have no effect, and `wait_for_plans` is false.
     pub config: Config,
-    /// Whether odometry is taken to be in the map's frame, whatever it says.
+    /// Treats the odometry frame as the map frame.
     pub odom_is_map: bool,
 }
 
-/// Takes messages as they come and says at each tick what to publish.
+/// The messages to publish at a tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outgoing {
+    /// For `cmd_vel`; none if the node does not control the robot.
+    pub command: Option<Twist>,
+    /// For `plan`: a new path.
+    pub path: Option<msg::Path>,
+    /// For `local_markers`.
+    pub markers: Option<msg::MarkerArray>,
+    /// New notices for the user, a line each.
+    pub notices: Vec<String>,
+}
+
+/// Takes messages at any time and returns at each tick the messages to publish.
 ///
-/// Without a goal it publishes nothing. From a goal on it publishes a velocity at each tick: braking to zero while anything
-/// is missing or old, and zeros for a second when the goal is reached or given up. Given another goal or another map on the
-/// way, it stops first and plans then. Times are those of the receiver's clock, in seconds: stamps are compared with one
-/// another only.
+/// Without a goal it publishes nothing. With a goal it publishes a velocity at each tick. It brakes to zero while an input is
+/// missing or too old, and publishes zero for a second after the goal is reached or aborted. After a new goal or a new map,
+/// it first stops and then plans. Times are seconds by the receiver's clock: stamps are compared only with one another.
 pub struct NodeCore {
     settings: NodeSettings,
     engine: SharedEngine,
-    heard: Heard,
-    /// And the frame it is given in.
+    inputs: LatestInputs,
+    /// The goal and its frame.
     goal: Option<(String, Goal)>,
     navigator: Option<Navigator>,
-    plans_told: usize,
+    published_plans: usize,
     ended_s: Option<f64>,
     markers_s: f64,
     command: Twist,
-    told: Told,
-    tally: Tally,
+    notices: Notices,
+    stats: NodeStats,
 }
 
 impl NodeCore {
-    /// A node that has heard nothing.
+    /// A node without inputs.
     #[must_use]
     pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Self {
-        // A robot on the move does not wait for a plan.
+        // A driving robot must not wait for a plan.
         settings.config.navigator.wait_for_plans = false;
         Self {
             settings,
             engine: SharedEngine::new(engine),
-            heard: Heard::default(),
+            inputs: LatestInputs::default(),
             goal: None,
             navigator: None,
-            plans_told: 0,
+            published_plans: 0,
             ended_s: None,
             markers_s: f64::NEG_INFINITY,
             command: Twist::STOP,
-            told: Told::default(),
-            tally: Tally::default(),
+            notices: Notices::default(),
+            stats: NodeStats::default(),
         }
     }
 
-    /// What it has met so far.
+    /// The counters.
     #[must_use]
-    pub const fn tally(&self) -> &Tally {
-        &self.tally
+    pub const fn stats(&self) -> &NodeStats {
+        &self.stats
     }
 
-    /// Seconds from one tick to the next.
+    /// The interval of the ticks, seconds.
     #[must_use]
     pub const fn period_s(&self) -> f64 {
         self.settings.config.local.control_period_s
     }
 
-    /// The robot's own frame by its odometry; ROS's usual name before that.
+    /// The robot's base frame by its odometry, or `base_link` before the first odometry.
     #[must_use]
     pub fn base_frame(&self) -> &str {
-        let motion = self.heard.motion.as_ref();
-        motion.map_or("base_link", |(_, motion)| &motion.base_frame)
+        let odometry = self.inputs.odometry.as_ref();
+        odometry.map_or("base_link", |(_, odometry)| &odometry.base_frame)
     }
 
-    /// Takes in a message that came at a time. One that cannot be used is counted, and told of once for each reason.
-    pub fn hear(&mut self, now_s: f64, message: &Arrived) {
+    /// Takes a message that arrived at a time, seconds. A rejected message is counted, and is a notice once for each cause.
+    pub fn receive(&mut self, now_s: f64, message: &IncomingMessage) {
         let topic = message.topic();
-        match self.take_in(now_s, message) {
-            Ok(()) => self.tally.took(topic),
-            Err(error) => {
-                self.tally.refused(topic);
-                self.told.refused(topic, &error);
-            }
+        let accepted = self.accept(now_s, message);
+        self.stats.count_message(topic, accepted.is_ok());
+        if let Err(error) = accepted {
+            self.notices.rejected(topic, &error);
         }
     }
 
-    fn take_in(&mut self, now_s: f64, message: &Arrived) -> Result<(), MessageError> {
+    fn accept(&mut self, now_s: f64, message: &IncomingMessage) -> Result<(), MessageError> {
         match message {
-            Arrived::Map(map) => self.take_map(now_s, Chart::of(map)?),
-            Arrived::Scan(scan) => self.heard.take_scan(now_s, scan)?,
-            Arrived::Odometry(odometry) => {
-                self.heard.take_odometry(now_s, odometry)?;
+            IncomingMessage::Map(map) => self.set_map(now_s, map.try_into()?),
+            IncomingMessage::Scan(scan) => self.inputs.set_scan(now_s, scan)?,
+            IncomingMessage::Odometry(odometry) => {
+                self.inputs.set_odometry(now_s, odometry)?;
             }
-            Arrived::Goal(goal) => self.take_goal(arrived::goal(goal)?)?,
-            Arrived::Transforms(said) | Arrived::StaticTransforms(said) => {
-                self.heard.frames.hear(said)?;
+            IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
+            IncomingMessage::Transforms(transforms)
+            | IncomingMessage::StaticTransforms(transforms) => {
+                self.inputs.frames.update(transforms)?;
             }
-            Arrived::Undecodable(topic, reason) => {
+            IncomingMessage::Undecodable(topic, reason) => {
                 return Err(MessageError::Undecodable {
                     reason: reason.clone(),
-                    expected: topic.type_name().1,
+                    expected: topic.type_name(),
                 });
             }
         }
         Ok(())
     }
 
-    /// Another map is planned on anew.
-    fn take_map(&mut self, now_s: f64, chart: Chart) {
-        let told = format!("has a map: {chart}");
-        let frame = chart.frame.clone();
-        if !self.heard.take_map(chart) {
+    /// Sets the map. On a new map the node plans again.
+    fn set_map(&mut self, now_s: f64, map: MapInput) {
+        let notice = format!("received a map: {map}");
+        let frame = map.frame.clone();
+        if !self.inputs.set_map(map) {
             return;
         }
-        self.told.note(told);
+        self.notices.push(notice);
         if self.ended_s.is_some() {
             return;
         }
         self.navigator = None;
         if let Some((found, _)) = self.goal.clone().filter(|(found, _)| *found != frame) {
             let expected = frame;
-            self.give_up(now_s, &MessageError::WrongFrame { found, expected });
+            self.abort(now_s, &MessageError::WrongFrame { found, expected });
         }
     }
 
-    fn take_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
-        let map = self.heard.chart.as_ref().map(|chart| &chart.frame);
+    fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
+        let map = self.inputs.map.as_ref().map(|map| &map.frame);
         if let Some(expected) = map.filter(|frame| **frame != found) {
             let expected = expected.clone();
             return Err(MessageError::WrongFrame { found, expected });
@@ -149,89 +165,89 @@ impl NodeCore {
         self.goal = Some((found, goal));
         self.navigator = None;
         self.ended_s = None;
-        self.tally.goals += 1;
+        self.stats.goals += 1;
         Ok(())
     }
 
-    /// What to publish now. `stamp` is the time by the wall clock, `clock` measures what a decision takes.
-    pub fn tick(&mut self, now_s: f64, stamp: Time, clock: &mut dyn FnMut() -> f64) -> Published {
-        let mut published = Published::default();
+    /// Returns the messages to publish now. `stamp` is the time by the wall clock; `clock` measures the duration of a decision.
+    pub fn tick(&mut self, now_s: f64, stamp: Time, clock: &mut dyn FnMut() -> f64) -> Outgoing {
+        let mut outgoing = Outgoing::default();
         if self.goal.is_some() {
-            let decided = self.decide(now_s, clock);
-            self.command = match &decided {
+            let decision = self.decide(now_s, clock);
+            self.command = match &decision {
                 Some(decision) => decision.command,
-                None => self.braked(),
+                None => self.brake(),
             };
-            self.tally.commands += 1;
-            published.command = Some(self.command);
-            self.show(now_s, stamp, decided.as_ref(), &mut published);
-            self.leave_goal(now_s);
+            self.stats.commands += 1;
+            outgoing.command = Some(self.command);
+            self.add_plan_and_markers(now_s, stamp, decision.as_ref(), &mut outgoing);
+            self.drop_ended_goal(now_s);
         }
-        published.notes = self.told.take();
-        published
+        outgoing.notices = self.notices.take();
+        outgoing
     }
 
-    /// The last word: zero, where this node has said anything.
+    /// The command with which the node must end: zero velocity, unless the node has never published a command.
     #[must_use]
-    pub fn farewell(&self) -> Option<Twist> {
-        (self.tally.commands > 0).then_some(Twist::STOP)
+    pub fn final_command(&self) -> Option<Twist> {
+        (self.stats.commands > 0).then_some(Twist::STOP)
     }
 
-    fn braked(&self) -> Twist {
+    fn brake(&self) -> Twist {
         let limits = &self.settings.config.robot.limits;
         limits.brake(&self.command, self.period_s())
     }
 
-    /// The navigator's decision; none where something is missing, or there is no way.
+    /// The navigator's decision; none if an input is missing, the robot must stop before planning, or there is no path.
     fn decide(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Option<Decision> {
         let timeout_s = self.settings.config.navigator.scan_timeout_s;
-        let observed = self
-            .heard
+        let observation = self
+            .inputs
             .observation(now_s, timeout_s, self.settings.odom_is_map);
-        let observation = match observed {
+        let observation = match observation {
             Ok(observation) => observation,
             Err(missing) => {
-                self.told.missing(Some(missing));
+                self.notices.missing(Some(missing));
                 return None;
             }
         };
-        self.told.missing(None);
+        self.notices.missing(None);
         if self.navigator.is_none() && self.ended_s.is_none() {
-            // Planning takes its time, and nobody would look ahead meanwhile.
+            // Planning takes time, during which a moving robot would not look ahead.
             if self.command != Twist::STOP {
                 return None;
             }
-            match self.set_out(&observation.pose, clock)? {
-                Ok(navigator) => self.begin(navigator),
-                Err(fault) => self.give_up(now_s, &fault),
+            match self.new_navigator(&observation.pose, clock)? {
+                Ok(navigator) => self.start(navigator),
+                Err(fault) => self.abort(now_s, &fault),
             }
         }
         let navigator = self.navigator.as_mut()?;
         let (decision, _) = navigator.step_by(&observation, clock);
-        self.told.sensor_fault(decision.mode, navigator);
-        self.note_end(now_s, decision.mode);
+        self.notices.sensor_fault(decision.mode, navigator);
+        self.check_end(now_s, decision.mode);
         Some(decision)
     }
 
-    /// A navigator to the goal from where the robot is; none without a map or a goal.
-    fn set_out(
+    /// A navigator from the robot's pose to the goal; none without a map or a goal.
+    fn new_navigator(
         &self,
         pose: &Pose,
         clock: &mut dyn FnMut() -> f64,
     ) -> Option<Result<Navigator, Fault>> {
-        let chart = self.heard.chart.as_ref()?;
+        let map = self.inputs.map.as_ref()?;
         let (_, goal) = self.goal.as_ref()?;
         let config = &self.settings.config;
-        let known = chart.grid.obstacles(config.unknown);
+        let known = map.grid.obstacles(config.unknown);
         let route_planner = config.route_planner(known.frame().resolution_m);
-        let journey = Waypoints {
+        let waypoints = Waypoints {
             start: pose.position(),
             stops: vec![*goal],
         };
         let engine = Box::new(self.engine.clone());
         Some(Navigator::new(
             known,
-            &journey,
+            &waypoints,
             config.robot.model(),
             LocalPlanner::new(engine, config.local.clone()),
             route_planner,
@@ -240,43 +256,43 @@ impl NodeCore {
         ))
     }
 
-    fn begin(&mut self, navigator: Navigator) {
+    fn start(&mut self, navigator: Navigator) {
         let to = navigator.stop().0.position;
-        self.told
-            .note(format!("sets out for ({:.2}, {:.2})", to.x, to.y));
-        if self.heard.mount().is_none() {
+        self.notices
+            .push(format!("driving to ({:.2}, {:.2})", to.x, to.y));
+        if self.inputs.lidar_mount().is_none() {
             let base_frame = self.base_frame().to_owned();
-            self.told.no_mount(&base_frame);
+            self.notices.no_lidar_mount(&base_frame);
         }
-        self.told.set_out();
+        self.notices.reset_sensor_fault();
         self.navigator = Some(navigator);
-        self.plans_told = 0;
+        self.published_plans = 0;
     }
 
-    fn note_end(&mut self, now_s: f64, mode: Mode) {
+    fn check_end(&mut self, now_s: f64, mode: Mode) {
         if self.ended_s.is_some() {
             return;
         }
         if mode == Mode::Arrived {
-            self.tally.reached += 1;
+            self.stats.reached += 1;
             self.ended_s = Some(now_s);
-            self.told.note("reached the goal");
+            self.notices.push("reached the goal");
         }
         let fault = self.navigator.as_ref().and_then(Navigator::fault).cloned();
         if let Some(fault) = fault {
-            self.give_up(now_s, &fault);
+            self.abort(now_s, &fault);
         }
     }
 
-    fn give_up(&mut self, now_s: f64, why: &dyn Display) {
-        self.tally.given_up += 1;
+    fn abort(&mut self, now_s: f64, cause: &dyn Display) {
+        self.stats.aborted += 1;
         self.ended_s = Some(now_s);
-        self.told.note(format!("gave the goal up: {why}"));
+        self.notices.push(format!("aborted the goal: {cause}"));
     }
 
-    /// Leaves a goal that has ended, when the robot was told to stand for a while.
-    fn leave_goal(&mut self, now_s: f64) {
-        let is_over = |ended_s: f64| now_s - ended_s >= FAREWELL_S;
+    /// Drops an ended goal after the robot has stood for a while.
+    fn drop_ended_goal(&mut self, now_s: f64) {
+        let is_over = |ended_s: f64| now_s - ended_s >= STOP_S;
         if self.ended_s.is_some_and(is_over) && self.command == Twist::STOP {
             self.goal = None;
             self.navigator = None;
@@ -284,37 +300,67 @@ impl NodeCore {
         }
     }
 
-    /// A new plan, and markers now and then.
-    fn show(
+    /// Adds a new plan, and markers at their interval.
+    fn add_plan_and_markers(
         &mut self,
         now_s: f64,
         stamp: Time,
-        decided: Option<&Decision>,
-        published: &mut Published,
+        decision: Option<&Decision>,
+        outgoing: &mut Outgoing,
     ) {
-        let (Some(navigator), Some(chart), Some(decision)) =
-            (&self.navigator, &self.heard.chart, decided)
+        let (Some(navigator), Some(map), Some(decision)) =
+            (&self.navigator, &self.inputs.map, decision)
         else {
             return;
         };
         let header = Header {
             stamp,
-            frame_id: chart.frame.clone(),
+            frame_id: map.frame.clone(),
         };
-        if let Some(plan) = navigator
-            .plans()
-            .get(self.plans_told..)
-            .and_then(<[_]>::last)
-        {
-            published.path = Some(published::path(plan.smoothed.points(), &header));
-            self.plans_told = navigator.plans().len();
-        }
-        if now_s - self.markers_s >= MARKERS_EVERY_S {
+        let plans = navigator.plans();
+        let new_plan = plans.get(self.published_plans..).and_then(<[_]>::last);
+        outgoing.path = new_plan.map(|plan| ros::path(plan.smoothed.points(), &header));
+        self.published_plans = plans.len();
+        if now_s - self.markers_s >= MARKER_INTERVAL_S {
             self.markers_s = now_s;
             let counts = decision.counts.as_ref();
-            let fan = counts.and_then(|_| navigator.planner().trajectory_fan(SHOWN));
+            let fan = counts.and_then(|_| navigator.planner().trajectory_fan(SAMPLING));
             let moving = navigator.obstacle_model().moving();
-            published.markers = Some(markers(fan.as_ref(), moving, &header));
+            let markers = ros::markers(fan.as_ref(), moving, &header, MARKER_LIFETIME);
+            outgoing.markers = Some(markers);
         }
+    }
+}
+
+/// An engine for successive navigators: opening one can take seconds, and a navigator owns its engine.
+#[derive(Clone)]
+struct SharedEngine(Arc<Mutex<Box<dyn Engine>>>);
+
+impl SharedEngine {
+    fn new(engine: Box<dyn Engine>) -> Self {
+        Self(Arc::new(Mutex::new(engine)))
+    }
+
+    fn engine(&self) -> MutexGuard<'_, Box<dyn Engine>> {
+        // An engine is usable after a panic.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Engine for SharedEngine {
+    fn name(&self) -> String {
+        self.engine().name()
+    }
+
+    fn kind(&self) -> &'static str {
+        self.engine().kind()
+    }
+
+    fn threads(&self) -> usize {
+        self.engine().threads()
+    }
+
+    fn evaluate(&mut self, problem: &QuantizedProblem, detail: Detail) -> Result<Evaluation, EngineError> {
+        self.engine().evaluate(problem, detail)
     }
 }

@@ -1,4 +1,4 @@
-//! A scan as the navigator takes it: counter-clockwise, from the robot's own origin.
+//! Converts a scan to the navigator's form: counter-clockwise, in the robot's frame.
 
 use core::f64::consts::TAU;
 
@@ -8,20 +8,20 @@ use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::{Beam, Scan, TimedScan};
 use crate::ros::msg::LaserScan;
 
-/// So many beams may be missing or too many by the angles: drivers round them.
-const BEAMS_OFF: f64 = 2.0;
-/// A lidar no farther from the robot's origin than this, metres, stands there.
+/// Tolerance of the number of beams: drivers round the angles.
+const BEAM_COUNT_TOLERANCE: f64 = 2.0;
+/// A lidar within this distance of the robot's origin, metres, is at the origin.
 const AT_ORIGIN_M: f64 = 1e-3;
-/// A revolution takes no longer than this, seconds: a time between beams that says more is none.
-const LONGEST_S: f64 = 1.0;
-/// Most beams of a scan that is seen from elsewhere.
-const MOST_BEAMS: f64 = 65_536.0;
+/// Longest revolution, seconds. A larger time between beams is ignored.
+const MAX_REVOLUTION_S: f64 = 1.0;
+/// Maximum number of beams of a converted scan.
+const MAX_BEAMS: f64 = 65_536.0;
 
 /// A scan in the lidar's own frame.
 ///
 /// # Errors
-/// When angles, ranges and limits do not fit together.
-pub fn scan(message: &LaserScan) -> Result<Scan, MessageError> {
+/// When angles, ranges and limits are inconsistent.
+pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
     let [first, last, step] = [
         ("angle_min", message.angle_min),
         ("angle_max", message.angle_max),
@@ -37,7 +37,7 @@ pub fn scan(message: &LaserScan) -> Result<Scan, MessageError> {
     require("range_max", range_max, is_above, "above range_min")?;
     let found = message.ranges.len();
     let expected = ((last - first) / step).round() + 1.0;
-    if found > 0 && (found as f64 - expected).abs() > BEAMS_OFF {
+    if found > 0 && (found as f64 - expected).abs() > BEAM_COUNT_TOLERANCE {
         return Err(MessageError::WrongBeamCount { found, expected });
     }
     let mut ranges: Vec<f64> = message
@@ -46,7 +46,7 @@ pub fn scan(message: &LaserScan) -> Result<Scan, MessageError> {
         .map(|range| measured(f64::from(*range), range_min, range_max))
         .collect();
     let mut angle_min = first;
-    // A lidar that hangs or turns the other way round.
+    // A lidar that is upside down or rotates clockwise.
     if step < 0.0 {
         ranges.reverse();
         angle_min = first + found.saturating_sub(1) as f64 * step;
@@ -59,15 +59,14 @@ pub fn scan(message: &LaserScan) -> Result<Scan, MessageError> {
     })
 }
 
-/// The same in the order in which it was measured, with the time of each beam by the sender's clock. None where the message does
-/// not say when that was.
-pub fn sweep(message: &LaserScan, scan: &Scan) -> Option<TimedScan> {
+/// The scan in the order of measurement, with the time of each beam by the sender's clock. None if the message has no stamp.
+pub fn timed_scan(message: &LaserScan, scan: &Scan) -> Option<TimedScan> {
     let (stamp, count) = (message.header.stamp, scan.ranges.len());
     if stamp.is_zero() || count == 0 {
         return None;
     }
     let step_s = f64::from(message.time_increment);
-    let is_step = (0.0..=LONGEST_S / count as f64).contains(&step_s);
+    let is_step = (0.0..=MAX_REVOLUTION_S / count as f64).contains(&step_s);
     let step_s = if is_step { step_s } else { 0.0 };
     let is_clockwise = message.angle_increment < 0.0;
     let beam = |index: usize| {
@@ -88,7 +87,7 @@ pub fn sweep(message: &LaserScan, scan: &Scan) -> Option<TimedScan> {
     })
 }
 
-/// A range by REP 117: too near to be measured is as near as can be; what lies outside the limits otherwise is no measurement.
+/// A range by REP-117: a detection below the limits becomes the shortest range, any other value outside the limits NaN.
 fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
     if range == f64::NEG_INFINITY {
         return range_min;
@@ -99,24 +98,23 @@ fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
     f64::NAN
 }
 
-/// A scan by a lidar that is mounted at a pose of the robot's frame, as from the robot's origin at the newest pose of a track of
-/// its motion: each beam is where it was when it was measured.
-pub fn from_now(scan: &Scan, sweep: &TimedScan, mount: &Pose, track: &PoseHistory) -> Scan {
-    let beams = sweep.beams.iter().map(|beam| beam.from_mount(mount));
-    let mut view = DeskewedScan::default();
-    let sweep = TimedScan {
+/// The scan in the robot's frame at the newest pose of its history. Each beam starts where the lidar was at its time. `mount`
+/// is the lidar's pose on the robot.
+pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistory) -> Scan {
+    let beams = timed.beams.iter().map(|beam| beam.from_mount(mount));
+    let mut deskewed = DeskewedScan::default();
+    let timed = TimedScan {
         beams: beams.collect(),
         range_max: scan.range_max + mount.position().coords.norm(),
     };
-    view.take(&sweep, track);
-    // Twice as many directions as there were: a beam is moved by a quarter of an angle at most.
+    deskewed.take(&timed, history);
+    // Twice the number of directions: the new direction of a beam is off by at most a quarter of the old increment.
     let directions = (2.0 * TAU / scan.angle_increment).ceil();
-    view.scan(directions.clamp(1.0, MOST_BEAMS) as usize)
+    deskewed.scan(directions.clamp(1.0, MAX_BEAMS) as usize)
 }
 
-/// A scan by a lidar that is mounted at a pose of the robot's frame, as from the robot's origin: in each direction the nearest
-/// of what was hit there.
-pub fn from_origin(scan: Scan, mount: &Pose) -> Scan {
+/// The scan in the robot's frame, the nearest return in each direction. `mount` is the lidar's pose on the robot.
+pub fn to_robot_frame(scan: Scan, mount: &Pose) -> Scan {
     if mount.position().coords.norm() <= AT_ORIGIN_M {
         return Scan {
             angle_min: scan.angle_min + mount.yaw,
@@ -126,8 +124,8 @@ pub fn from_origin(scan: Scan, mount: &Pose) -> Scan {
     if scan.ranges.is_empty() {
         return scan;
     }
-    let beams = (TAU / scan.angle_increment).ceil().clamp(1.0, MOST_BEAMS);
-    let seen = |(index, &range): (usize, &f64)| {
+    let beams = (TAU / scan.angle_increment).ceil().clamp(1.0, MAX_BEAMS);
+    let beam = |(index, &range): (usize, &f64)| {
         let beam = Beam {
             angle: scan.angle(index),
             range,
@@ -139,7 +137,7 @@ pub fn from_origin(scan: Scan, mount: &Pose) -> Scan {
     Scan::from_measurements(
         beams as usize,
         scan.range_max + mount.position().coords.norm(),
-        scan.ranges.iter().enumerate().filter_map(seen),
+        scan.ranges.iter().enumerate().filter_map(beam),
     )
 }
 
@@ -152,10 +150,10 @@ fn finite(field: &'static str, value: f32) -> Result<f64, MessageError> {
 fn require(
     field: &'static str,
     value: f64,
-    good: bool,
+    is_valid: bool,
     expected: &'static str,
 ) -> Result<(), MessageError> {
-    if good {
+    if is_valid {
         return Ok(());
     }
     Err(MessageError::OutOfRange {
@@ -183,46 +181,46 @@ mod tests {
     }
 
     #[test]
-    fn ranges_mean_what_rep_117_says() {
+    fn ranges_follow_rep_117() {
         let (far, near) = (f32::INFINITY, f32::NEG_INFINITY);
-        let scan = scan(&message(&[1.0, far, near, 0.1, 9.0, f32::NAN])).expect("sound");
+        let scan = laser_scan(&message(&[1.0, far, near, 0.1, 9.0, f32::NAN])).expect("valid");
         assert_eq!(&scan.ranges[..2], [1.0, f64::INFINITY]);
         assert_eq!(scan.ranges[2], f64::from(0.2_f32));
         assert!(scan.ranges[3..].iter().all(|range| range.is_nan()));
     }
 
     #[test]
-    fn a_clockwise_scan_is_turned_round() {
+    fn clockwise_scan_is_reversed() {
         let mut clockwise = message(&[1.0, 2.0, 3.0]);
         (clockwise.angle_min, clockwise.angle_max) = (1.0, 0.0);
         clockwise.angle_increment = -0.5;
-        let scan = scan(&clockwise).expect("sound");
+        let scan = laser_scan(&clockwise).expect("valid");
         assert_eq!((scan.angle_min, scan.angle_increment), (0.0, 0.5));
         assert_eq!(scan.ranges, [3.0, 2.0, 1.0]);
     }
 
     #[test]
-    fn a_mounted_scan_hits_the_same_points() {
+    fn scan_of_mounted_lidar_keeps_its_points() {
         let ranges: Vec<f32> = (0..12).map(|beam| 2.0 + 0.1 * beam as f32).collect();
-        let seen = scan(&message(&ranges)).expect("sound");
+        let scan = laser_scan(&message(&ranges)).expect("valid");
         let mount = Pose::new(0.3, -0.2, 1.0);
-        let moved = from_origin(seen.clone(), &mount);
+        let moved = to_robot_frame(scan.clone(), &mount);
         let hits: Vec<Point> = moved.hits(&Pose::default()).collect();
-        // Of two that now lie in one direction the nearer stays.
-        let away = |there: &Point| {
-            let nearest = hits.iter().map(|hit| (hit - there).norm());
-            nearest.fold(f64::INFINITY, f64::min) / there.coords.norm()
+        // Of two returns in one direction the nearer remains.
+        let error = |point: &Point| {
+            let nearest = hits.iter().map(|hit| (hit - point).norm());
+            nearest.fold(f64::INFINITY, f64::min) / point.coords.norm()
         };
-        let offs: Vec<f64> = seen.hits(&mount).map(|there| away(&there)).collect();
-        assert_eq!(offs.len(), 12);
-        // Within half a beam's angle of so coarse a scan, or where that one was dropped, within a whole one's.
-        let near = offs.iter().filter(|off| **off <= 0.27).count();
-        assert!(near >= hits.len() && hits.len() >= 10, "{offs:?}");
-        assert!(offs.iter().all(|off| *off <= 0.55), "{offs:?}");
-        let turned = from_origin(seen.clone(), &Pose::new(0.0, 0.0, 1.0));
-        assert_eq!((turned.angle_min, &turned.ranges), (1.0, &seen.ranges));
-        let nothing = scan(&message(&[f32::INFINITY; 12])).expect("sound");
-        let open = from_origin(nothing, &mount);
+        let errors: Vec<f64> = scan.hits(&mount).map(|point| error(&point)).collect();
+        assert_eq!(errors.len(), 12);
+        // Within half an increment, or within a whole one where another return was nearer.
+        let near = errors.iter().filter(|error| **error <= 0.27).count();
+        assert!(near >= hits.len() && hits.len() >= 10, "{errors:?}");
+        assert!(errors.iter().all(|error| *error <= 0.55), "{errors:?}");
+        let turned = to_robot_frame(scan.clone(), &Pose::new(0.0, 0.0, 1.0));
+        assert_eq!((turned.angle_min, &turned.ranges), (1.0, &scan.ranges));
+        let empty = laser_scan(&message(&[f32::INFINITY; 12])).expect("valid");
+        let open = to_robot_frame(empty, &mount);
         assert!(open.ranges.iter().any(|range| range.is_infinite()));
         assert!(open.hits(&Pose::default()).next().is_none());
     }

@@ -1,4 +1,4 @@
-//! What a recording says of its drive besides the ticks: everything that a navigator is made of, and how it ended.
+//! The metadata of a recorded drive: everything that its navigator needs, and a summary of its end.
 
 use std::sync::Arc;
 
@@ -11,40 +11,40 @@ use crate::map::{GridFrame, OccupancyGrid};
 use crate::navigator::{Goal, Waypoints};
 use crate::runtime::{Config, Mission};
 
-/// The attachment with the configuration, as `--config` reads it.
+/// The attachment with the configuration in TOML.
 pub const CONFIG: &str = "config.toml";
-/// The attachment with the journey and the map's place.
+/// The attachment with waypoints and map frame in TOML.
 pub const DRIVE: &str = "drive.toml";
 
-/// How a drive began.
+/// The initial state of a drive.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Head {
-    /// Every setting.
+pub struct DriveMetadata {
+    /// All settings.
     pub config: Config,
-    /// Start and stops.
-    pub journey: Waypoints,
-    /// The map that the robot has.
+    /// Start and goals.
+    pub waypoints: Waypoints,
+    /// The robot's map.
     pub map: Arc<OccupancyGrid>,
-    /// What decided, by name.
+    /// Name of the engine.
     pub engine: String,
 }
 
-/// How it ended.
+/// The end of a drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tail {
-    /// Ticks recorded.
+pub struct DriveSummary {
+    /// Number of recorded ticks.
     pub ticks: u64,
-    /// The digest of [`Trace::digest`](crate::runtime::Trace::digest).
+    /// The digest of the trace: [`Trace::digest`](crate::runtime::Trace::digest).
     pub trace_digest: String,
 }
 
-impl Head {
-    /// That of a mission with these settings.
+impl DriveMetadata {
+    /// The metadata of a mission with these settings.
     #[must_use]
     pub fn new(mission: &Mission, config: &Config, engine: String) -> Self {
         Self {
             config: config.clone(),
-            journey: Waypoints {
+            waypoints: Waypoints {
                 start: mission.start.position(),
                 stops: mission.stops(),
             },
@@ -53,21 +53,21 @@ impl Head {
         }
     }
 
-    /// The attachments: [`CONFIG`] and [`DRIVE`].
-    pub(super) fn texts(&self) -> Result<[(&'static str, String); 2], RecordingError> {
+    /// The attachments [`CONFIG`] and [`DRIVE`].
+    pub(super) fn attachments(&self) -> Result<[(&'static str, String); 2], RecordingError> {
         let frame = self.map.frame();
-        let drive = Drive {
+        let drive = DriveFile {
             format: FORMAT,
-            inbye: env!("CARGO_PKG_VERSION").to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             engine: self.engine.clone(),
-            start: [self.journey.start.x, self.journey.start.y],
-            map: Frame {
+            start: [self.waypoints.start.x, self.waypoints.start.y],
+            map: MapFrame {
                 width: frame.width,
                 height: frame.height,
                 resolution_m: frame.resolution_m,
                 origin: frame.origin,
             },
-            stops: self.journey.stops.iter().map(Stop::of).collect(),
+            stops: self.waypoints.stops.iter().map(Stop::of).collect(),
         };
         Ok([
             (CONFIG, toml(CONFIG, &self.config)?),
@@ -75,18 +75,18 @@ impl Head {
         ])
     }
 
-    /// Reads the attachments and the cells of the map.
+    /// Parses the attachments. The cells of the map come from its message.
     pub(super) fn read(config: &str, drive: &str, cells: Vec<i8>) -> Result<Self, RecordingError> {
-        let drive: Drive = parse(DRIVE, drive)?;
+        let drive: DriveFile = parse(DRIVE, drive)?;
         if drive.format != FORMAT {
             return Err(RecordingError::OtherFormat {
                 found: drive.format.to_string(),
-                writer: drive.inbye,
+                writer: drive.version,
             });
         }
         let config: Config = parse(CONFIG, config)?;
         config.validate()?;
-        let Frame {
+        let MapFrame {
             width,
             height,
             resolution_m,
@@ -95,7 +95,7 @@ impl Head {
         let frame = GridFrame::new(width, height, resolution_m, origin)?;
         if cells.len() != frame.len() {
             let reason = format!("{} cells of {width} x {height}", cells.len());
-            return Err(RecordingError::BadHead {
+            return Err(RecordingError::BadMetadata {
                 name: DRIVE,
                 reason,
             });
@@ -103,7 +103,7 @@ impl Head {
         let [x, y] = drive.start;
         Ok(Self {
             config,
-            journey: Waypoints {
+            waypoints: Waypoints {
                 start: Point::new(x, y),
                 stops: drive.stops.iter().map(Stop::goal).collect(),
             },
@@ -113,19 +113,19 @@ impl Head {
     }
 }
 
-/// [`DRIVE`] as text. Real numbers are written so that they are read to the same bits.
+/// The contents of [`DRIVE`]. TOML keeps every bit of the numbers.
 #[derive(Serialize, Deserialize)]
-struct Drive {
+struct DriveFile {
     format: u32,
-    inbye: String,
+    version: String,
     engine: String,
     start: [f64; 2],
-    map: Frame,
+    map: MapFrame,
     stops: Vec<Stop>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Frame {
+struct MapFrame {
     width: i32,
     height: i32,
     resolution_m: f64,
@@ -165,17 +165,17 @@ fn parse<T: for<'a> Deserialize<'a>>(name: &'static str, text: &str) -> Result<T
 fn bad(name: &'static str, error: &impl ToString) -> RecordingError {
     let lines = error.to_string();
     let reason = lines.split_whitespace().collect::<Vec<_>>().join(" ");
-    RecordingError::BadHead { name, reason }
+    RecordingError::BadMetadata { name, reason }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Numbers that a decimal of few digits does not hold.
-    fn head() -> Head {
+    /// Metadata with numbers that need all their digits.
+    fn metadata() -> DriveMetadata {
         let third = 1.0 / 3.0;
-        let frame = GridFrame::new(3, 2, 0.1 + 0.2, Pose::new(-0.0, 1e-300, third)).expect("sound");
+        let frame = GridFrame::new(3, 2, 0.1 + 0.2, Pose::new(-0.0, 1e-300, third)).expect("a valid frame");
         let mut config = Config::default();
         config.robot.track_width_m = third;
         config.local.sim_time_s = 2.9_f64.next_up();
@@ -184,9 +184,9 @@ mod tests {
             position: Point::new(0.1_f64.next_up(), -1e22),
             yaw,
         };
-        Head {
+        DriveMetadata {
             config,
-            journey: Waypoints {
+            waypoints: Waypoints {
                 start: Point::new(third, 5e-324),
                 stops: vec![goal(None), goal(Some(third.next_up()))],
             },
@@ -196,26 +196,26 @@ mod tests {
     }
 
     #[test]
-    fn a_head_is_read_to_the_bit() {
-        let head = head();
-        let [(_, config), (_, drive)] = head.texts().expect("it can be written");
-        let read = Head::read(&config, &drive, head.map.cells().to_vec()).expect("and read");
-        assert_eq!(read, head);
-        // `==` takes -0 for 0.
-        let bits = |head: &Head| head.map.frame().origin.x.to_bits();
-        assert_eq!(bits(&read), bits(&head));
-        let mut other = head.clone();
-        other.journey.start.x = other.journey.start.x.next_up();
+    fn attachments_keep_every_bit() {
+        let metadata = metadata();
+        let [(_, config), (_, drive)] = metadata.attachments().expect("valid metadata");
+        let read = DriveMetadata::read(&config, &drive, metadata.map.cells().to_vec()).expect("valid metadata");
+        assert_eq!(read, metadata);
+        // `==` does not distinguish -0 and 0.
+        let bits = |metadata: &DriveMetadata| metadata.map.frame().origin.x.to_bits();
+        assert_eq!(bits(&read), bits(&metadata));
+        let mut other = metadata.clone();
+        other.waypoints.start.x = other.waypoints.start.x.next_up();
         assert_ne!(read, other);
     }
 
     #[test]
-    fn another_format_is_refused_by_its_name() {
-        let head = head();
-        let [(_, config), (_, drive)] = head.texts().expect("it can be written");
-        let newer = drive.replace("format = 2", "format = 3");
-        let error = Head::read(&config, &newer, Vec::new()).expect_err("it is newer");
-        assert!(error.to_string().contains("format 3"), "{error}");
-        assert!(Head::read(&config, &drive, vec![0]).is_err());
+    fn other_format_is_rejected() {
+        let metadata = metadata();
+        let [(_, config), (_, drive)] = metadata.attachments().expect("valid metadata");
+        let newer = drive.replace("format = 3", "format = 4");
+        let error = DriveMetadata::read(&config, &newer, Vec::new()).expect_err("a newer format");
+        assert!(error.to_string().contains("format 4"), "{error}");
+        assert!(DriveMetadata::read(&config, &drive, vec![0]).is_err());
     }
 }

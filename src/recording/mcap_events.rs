@@ -1,4 +1,4 @@
-//! An MCAP file front to back, a record at a time: also one that was cut, up to its last whole chunk.
+//! Reads an MCAP file from front to back, a record at a time. A truncated file is readable up to its last whole chunk.
 
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read};
@@ -7,61 +7,61 @@ use mcap::McapResult;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-/// Read at once: what a file says of its own lengths is believed only as far as it goes on.
-const PIECE_BYTES: usize = 1 << 20;
-/// No record of ours is longer: the largest map has 100 million cells.
-const LONGEST_RECORD: usize = 1 << 28;
+/// Bytes of a read. A length in the file is not trusted: more memory is used only as the file continues.
+const READ_BYTES: usize = 1 << 20;
+/// Longest record, bytes: the largest map has 100 million cells.
+const MAX_RECORD_BYTES: usize = 1 << 28;
 
-/// What a recording is read from.
-pub enum Found {
-    /// A file within the file.
+/// A record of an MCAP file.
+pub enum McapEvent {
+    /// An attached file.
     Attachment { name: String, bytes: Vec<u8> },
-    /// A topic with its number in this file.
+    /// A topic and its number in this file.
     Channel { id: u16, topic: String },
     /// A message.
     Message { channel: u16, bytes: Vec<u8> },
-    /// Words by name.
+    /// Named values.
     Metadata {
         name: String,
-        words: BTreeMap<String, String>,
+        values: BTreeMap<String, String>,
     },
-    /// Anything else.
+    /// Any other record.
     Other,
 }
 
 /// The records of a file.
-pub struct Records<R> {
+pub struct McapReader<R> {
     file: R,
     reader: LinearReader,
 }
 
-impl<R: Read> Records<R> {
+impl<R: Read> McapReader<R> {
     pub fn new(file: R) -> Self {
         let options = LinearReaderOptions::default()
             .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(LONGEST_RECORD);
+            .with_record_length_limit(MAX_RECORD_BYTES);
         Self {
             file,
             reader: LinearReader::new_with_options(options),
         }
     }
 
-    /// The next record; none at the end of a whole file.
+    /// The next record, or nothing at the end of a whole file.
     ///
     /// # Errors
-    /// `McapError::UnexpectedEof` at the end of one that was cut; others where it is damaged or cannot be read.
-    pub fn next(&mut self) -> McapResult<Option<Found>> {
+    /// `McapError::UnexpectedEof` at the end of a truncated file; others if the file is damaged or cannot be read.
+    pub fn next(&mut self) -> McapResult<Option<McapEvent>> {
         loop {
-            let wanted = match self.reader.next_event() {
+            let requested = match self.reader.next_event() {
                 None => return Ok(None),
                 Some(Err(error)) => return Err(error),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    return Ok(Some(found(mcap::parse_record(opcode, data)?)));
+                    return Ok(Some(event(mcap::parse_record(opcode, data)?)));
                 }
                 Some(Ok(LinearReadEvent::ReadRequest(bytes))) => bytes,
             };
-            let room = self.reader.insert(wanted.min(PIECE_BYTES));
-            match self.file.read(room) {
+            let buffer = self.reader.insert(requested.min(READ_BYTES));
+            match self.file.read(buffer) {
                 Ok(bytes) => self.reader.notify_read(bytes),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error.into()),
@@ -70,24 +70,24 @@ impl<R: Read> Records<R> {
     }
 }
 
-fn found(record: Record<'_>) -> Found {
+fn event(record: Record<'_>) -> McapEvent {
     match record {
-        Record::Attachment { header, data, .. } => Found::Attachment {
+        Record::Attachment { header, data, .. } => McapEvent::Attachment {
             name: header.name,
             bytes: data.into_owned(),
         },
-        Record::Channel(channel) => Found::Channel {
+        Record::Channel(channel) => McapEvent::Channel {
             id: channel.id,
             topic: channel.topic,
         },
-        Record::Message { header, data } => Found::Message {
+        Record::Message { header, data } => McapEvent::Message {
             channel: header.channel_id,
             bytes: data.into_owned(),
         },
-        Record::Metadata(metadata) => Found::Metadata {
+        Record::Metadata(metadata) => McapEvent::Metadata {
             name: metadata.name,
-            words: metadata.metadata,
+            values: metadata.metadata,
         },
-        _ => Found::Other,
+        _ => McapEvent::Other,
     }
 }

@@ -1,15 +1,20 @@
-//! What comes in, checked and in the crate's own terms.
+//! Incoming messages, validated and converted to the types of this crate.
 
 use std::fmt::{self, Display, Formatter};
 
+use super::MessageError;
 use super::frames::frame_name;
-use super::{MessageError, plane};
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::navigator::Goal;
-use crate::ros::msg;
+use crate::ros::msg::{self, Message};
 
-/// A topic that is listened to.
+/// Tolerance of the length of a quaternion: some drivers round to few digits.
+const QUATERNION_TOLERANCE: f64 = 0.01;
+/// Least vertical component of the z axis of a pose: 0.5 is a slope of 60 degrees.
+const MIN_UPRIGHT: f64 = 0.5;
+
+/// A subscribed topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
     /// `nav_msgs/OccupancyGrid`.
@@ -20,14 +25,14 @@ pub enum Topic {
     Odometry,
     /// `geometry_msgs/PoseStamped`.
     Goal,
-    /// `tf2_msgs/TFMessage`, of frames that move.
+    /// `tf2_msgs/TFMessage` of moving frames.
     Transforms,
-    /// The same, of frames that do not.
+    /// `tf2_msgs/TFMessage` of static frames.
     StaticTransforms,
 }
 
 impl Topic {
-    /// Its name, relative to the namespace.
+    /// The name of the topic, relative to the namespace.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -40,22 +45,21 @@ impl Topic {
         }
     }
 
-    /// Package and name of its type.
-    #[must_use]
-    pub const fn type_name(self) -> (&'static str, &'static str) {
+    /// The name of the message type without its package.
+    pub(super) const fn type_name(self) -> &'static str {
         match self {
-            Self::Map => ("nav_msgs", "OccupancyGrid"),
-            Self::Scan => ("sensor_msgs", "LaserScan"),
-            Self::Odometry => ("nav_msgs", "Odometry"),
-            Self::Goal => ("geometry_msgs", "PoseStamped"),
-            Self::Transforms | Self::StaticTransforms => ("tf2_msgs", "TFMessage"),
+            Self::Map => msg::OccupancyGrid::NAME,
+            Self::Scan => msg::LaserScan::NAME,
+            Self::Odometry => msg::Odometry::NAME,
+            Self::Goal => msg::PoseStamped::NAME,
+            Self::Transforms | Self::StaticTransforms => msg::TFMessage::NAME,
         }
     }
 }
 
-/// A message that came.
+/// A received message.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Arrived {
+pub enum IncomingMessage {
     /// On [`Topic::Map`].
     Map(msg::OccupancyGrid),
     /// On [`Topic::Scan`].
@@ -68,12 +72,12 @@ pub enum Arrived {
     Transforms(msg::TFMessage),
     /// On [`Topic::StaticTransforms`].
     StaticTransforms(msg::TFMessage),
-    /// Bytes that are no message of the topic, and the decoder's words.
+    /// Bytes that the decoder rejected, with its message.
     Undecodable(Topic, String),
 }
 
-impl Arrived {
-    /// The topic it came on.
+impl IncomingMessage {
+    /// The topic of the message.
     #[must_use]
     pub const fn topic(&self) -> Topic {
         match self {
@@ -88,14 +92,14 @@ impl Arrived {
     }
 }
 
-/// A map, and the frame that it is given in: the one all poses are in.
+/// A map and its frame, in which the navigator works.
 #[derive(Debug, PartialEq)]
-pub(super) struct Chart {
+pub struct MapInput {
     pub frame: String,
     pub grid: OccupancyGrid,
 }
 
-impl Display for Chart {
+impl Display for MapInput {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let GridFrame {
             width,
@@ -111,18 +115,17 @@ impl Display for Chart {
     }
 }
 
-impl Chart {
-    pub fn of(message: &msg::OccupancyGrid) -> Result<Self, MessageError> {
+impl TryFrom<&msg::OccupancyGrid> for MapInput {
+    type Error = MessageError;
+
+    fn try_from(message: &msg::OccupancyGrid) -> Result<Self, MessageError> {
         let info = &message.info;
-        let origin = plane::pose(
-            "info.origin",
-            &info.origin.position,
-            &info.origin.orientation,
-        )?;
+        let origin = planar_pose("info.origin", &info.origin)?;
         let cells = &message.data;
         let (width, height) = (info.width, info.height);
         let side = |cells: u32| i32::try_from(cells).unwrap_or(i32::MAX);
-        let frame = GridFrame::new(side(width), side(height), decimal(info.resolution), origin)?;
+        let resolution_m = shortest_decimal(info.resolution);
+        let frame = GridFrame::new(side(width), side(height), resolution_m, origin)?;
         if cells.len() != frame.len() {
             return Err(MessageError::WrongCellCount {
                 found: cells.len(),
@@ -142,26 +145,27 @@ impl Chart {
     }
 }
 
-/// The number that a single-precision one was meant to be: 0.05, and not 0.05000000074505806.
-fn decimal(single: f32) -> f64 {
+/// The shortest decimal of a float32: 0.05 instead of 0.05000000074505806.
+fn shortest_decimal(single: f32) -> f64 {
     single
         .to_string()
         .parse()
         .unwrap_or_else(|_| f64::from(single))
 }
 
-/// Odometry: a pose in its frame, and a motion in the robot's own.
+/// Odometry: a pose in its frame and a velocity in the base frame.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Motion {
+pub struct OdometryInput {
     pub frame: String,
     pub base_frame: String,
     pub pose: Pose,
     pub twist: Twist,
 }
 
-impl Motion {
-    pub fn of(message: &msg::Odometry) -> Result<Self, MessageError> {
-        let pose = &message.pose.pose;
+impl TryFrom<&msg::Odometry> for OdometryInput {
+    type Error = MessageError;
+
+    fn try_from(message: &msg::Odometry) -> Result<Self, MessageError> {
         let twist = &message.twist.twist;
         let twist = Twist::new(twist.linear.x, twist.angular.z);
         if !twist.is_finite() {
@@ -171,25 +175,50 @@ impl Motion {
         Ok(Self {
             frame: frame_name("header.frame_id", &message.header.frame_id)?,
             base_frame: frame_name("child_frame_id", &message.child_frame_id)?,
-            pose: plane::pose("pose.pose", &pose.position, &pose.orientation)?,
+            pose: planar_pose("pose.pose", &message.pose.pose)?,
             twist,
         })
     }
 }
 
-/// A goal in a frame that must be the map's. All zeros for its orientation leave the yaw free.
-pub(super) fn goal(message: &msg::PoseStamped) -> Result<(String, Goal), MessageError> {
+/// A goal and its frame. An orientation of four zeros leaves the yaw free.
+///
+/// # Errors
+/// When the pose or the frame is invalid.
+pub fn goal(message: &msg::PoseStamped) -> Result<(String, Goal), MessageError> {
     let frame = frame_name("header.frame_id", &message.header.frame_id)?;
-    let msg::Pose {
-        position,
-        orientation: turned,
-    } = &message.pose;
-    let is_free = [turned.x, turned.y, turned.z, turned.w] == [0.0; 4];
-    let turned = if is_free { &<_>::default() } else { turned };
-    let pose = plane::pose("pose", position, turned)?;
+    let mut pose = message.pose;
+    let msg::Quaternion { x, y, z, w } = pose.orientation;
+    let is_yaw_free = [x, y, z, w] == [0.0; 4];
+    if is_yaw_free {
+        pose.orientation = msg::Quaternion::default();
+    }
+    let pose = planar_pose("pose", &pose)?;
     let goal = Goal {
         position: Point::new(pose.x, pose.y),
-        yaw: (!is_free).then_some(pose.yaw),
+        yaw: (!is_yaw_free).then_some(pose.yaw),
     };
     Ok((frame, goal))
+}
+
+/// Projects a pose on the ground plane.
+///
+/// # Errors
+/// When a number is not finite, the quaternion is invalid, or the pose is tilted by more than 60 degrees.
+pub fn planar_pose(field: &'static str, pose: &msg::Pose) -> Result<Pose, MessageError> {
+    let position = &pose.position;
+    let msg::Quaternion { x, y, z, w } = pose.orientation;
+    let numbers = [position.x, position.y, position.z, x, y, z, w];
+    if numbers.iter().any(|number| !number.is_finite()) {
+        return Err(MessageError::NotFinite { field });
+    }
+    let length = libm::sqrt(x * x + y * y + z * z + w * w);
+    if (length - 1.0).abs() > QUATERNION_TOLERANCE {
+        return Err(MessageError::BadQuaternion { field, length });
+    }
+    if 1.0 - 2.0 * (x * x + y * y) < MIN_UPRIGHT {
+        return Err(MessageError::Tilted { field });
+    }
+    let yaw = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
+    Ok(Pose::new(position.x, position.y, yaw))
 }

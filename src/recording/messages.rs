@@ -1,0 +1,152 @@
+//! The ROS messages of a tick.
+
+use crate::geometry::Pose;
+use crate::map::{OccupancyGrid, Scan};
+use crate::navigator::{Decision, Mode, Navigator};
+use crate::ros::msg::{
+    self, DiagnosticArray, DiagnosticStatus, Header, KeyValue, LaserScan, MapMetaData, TFMessage,
+    Time, TransformStamped,
+};
+use crate::runtime::OdometryReading;
+
+/// The fixed frame (REP-105).
+pub const MAP_FRAME: &str = "map";
+/// The frame of the odometry, in which the pose never jumps (REP-105).
+const ODOM_FRAME: &str = "odom";
+/// The robot's frame (REP-105). The lidar is at its origin.
+pub const BASE_FRAME: &str = "base_link";
+
+/// A header with a time in seconds and a frame.
+pub fn header(time_s: f64, frame: &str) -> Header {
+    Header {
+        stamp: Time::from_seconds(time_s),
+        frame_id: frame.to_owned(),
+    }
+}
+
+/// The map. Its resolution is rounded to float32.
+pub fn map(grid: &OccupancyGrid) -> msg::OccupancyGrid {
+    let frame = grid.frame();
+    msg::OccupancyGrid {
+        header: header(0.0, MAP_FRAME),
+        info: MapMetaData {
+            map_load_time: Time::default(),
+            resolution: frame.resolution_m as f32,
+            width: frame.width as u32,
+            height: frame.height as u32,
+            origin: msg::Pose::from(&frame.origin),
+        },
+        data: grid.cells().to_vec(),
+    }
+}
+
+/// A scan of a lidar with a shortest range. All numbers are rounded to float32.
+pub fn laser_scan(time_s: f64, scan: &Scan, range_min_m: f64) -> LaserScan {
+    LaserScan {
+        header: header(time_s, BASE_FRAME),
+        angle_min: scan.angle_min as f32,
+        angle_max: scan.angle(scan.ranges.len().saturating_sub(1)) as f32,
+        angle_increment: scan.angle_increment as f32,
+        // The simulated lidar measures all beams at the same time.
+        time_increment: 0.0,
+        scan_time: 0.0,
+        range_min: range_min_m as f32,
+        range_max: scan.range_max as f32,
+        ranges: scan.ranges.iter().map(|&range| range as f32).collect(),
+        intensities: Vec::new(),
+    }
+}
+
+/// The odometry of the base. Its covariances are unknown, which is zero.
+pub fn odometry(time_s: f64, reading: &OdometryReading) -> msg::Odometry {
+    let mut message = msg::Odometry {
+        header: header(time_s, ODOM_FRAME),
+        child_frame_id: BASE_FRAME.to_owned(),
+        ..msg::Odometry::default()
+    };
+    message.pose.pose = msg::Pose::from(&reading.pose);
+    message.twist.twist = msg::Twist::from(&reading.twist);
+    message
+}
+
+/// The transforms `map` to `odom` to `base_link` of a robot with an estimated pose in the map and a pose in its odometry.
+pub fn transforms(time_s: f64, estimate: &Pose, odometry: &Pose) -> TFMessage {
+    let transform = |parent, child: &str, pose: &Pose| TransformStamped {
+        header: header(time_s, parent),
+        child_frame_id: child.to_owned(),
+        transform: msg::Transform::from(pose),
+    };
+    let odometry_origin = estimate.frame_origin(odometry);
+    TFMessage {
+        transforms: vec![
+            transform(MAP_FRAME, ODOM_FRAME, &odometry_origin),
+            transform(ODOM_FRAME, BASE_FRAME, odometry),
+        ],
+    }
+}
+
+/// Latency, mode and counters of a decision and its navigator.
+pub fn diagnostics(
+    time_s: f64,
+    decision: &Decision,
+    took_s: f64,
+    navigator: &Navigator,
+    engine: &str,
+) -> DiagnosticArray {
+    let mode = decision.mode;
+    let (level, message) = match (navigator.fault(), mode) {
+        (Some(fault), _) => (DiagnosticStatus::ERROR, fault.to_string()),
+        (None, Mode::Failed) => (DiagnosticStatus::ERROR, mode.as_str().to_owned()),
+        (None, Mode::Blocked | Mode::SensorFault) => {
+            (DiagnosticStatus::WARN, mode.as_str().to_owned())
+        }
+        (None, _) => (DiagnosticStatus::OK, mode.as_str().to_owned()),
+    };
+    let values = diagnostic_values(decision, took_s, navigator);
+    DiagnosticArray {
+        header: header(time_s, ""),
+        status: vec![DiagnosticStatus {
+            level,
+            name: "inbye: decision".to_owned(),
+            message,
+            hardware_id: engine.to_owned(),
+            values: values
+                .into_iter()
+                .map(|(key, value)| KeyValue {
+                    key: key.to_owned(),
+                    value,
+                })
+                .collect(),
+        }],
+    }
+}
+
+fn diagnostic_values(
+    decision: &Decision,
+    took_s: f64,
+    navigator: &Navigator,
+) -> Vec<(&'static str, String)> {
+    let counts = decision.counts.unwrap_or_default();
+    let observation_faults: u64 = navigator.observation_faults().values().sum();
+    let mut values = vec![
+        ("mode", decision.mode.as_str().to_owned()),
+        ("latency_ms", (took_s * 1e3).to_string()),
+        ("admissible", counts.admissible.to_string()),
+        ("collision", counts.collision.to_string()),
+        ("cannot_stop", counts.cannot_stop.to_string()),
+        ("outside", counts.outside.to_string()),
+        ("plans", navigator.plans().len().to_string()),
+        ("observation_faults", observation_faults.to_string()),
+    ];
+    if let Some(stats) = navigator.deadline_stats() {
+        let deadline_ms = stats.deadline_s * 1e3;
+        values.push(("deadline_ms", deadline_ms.to_string()));
+        values.push(("deadline_misses", stats.misses.to_string()));
+    }
+    if let Some(incidents) = navigator.planner().incidents() {
+        let failures: u64 = incidents.failures.values().sum();
+        values.push(("gpu_failures", failures.to_string()));
+        values.push(("cpu_ticks", incidents.on_cpu.to_string()));
+    }
+    values
+}

@@ -1,0 +1,290 @@
+//! `inbye_msgs/Tick`: an observation and its decision to the bit, for the replay.
+
+use crate::geometry::{Point, Pose, Twist};
+use crate::local::Counts;
+use crate::localization::LostReason;
+use crate::map::Scan;
+use crate::navigator::{Decision, Mode, Observation};
+use crate::ros::msg::{Message, Time};
+
+/// A tick of a recorded drive.
+#[derive(Clone, Debug)]
+pub struct RecordedTick {
+    /// Number of earlier ticks.
+    pub tick: u64,
+    /// The observation.
+    pub observation: Observation,
+    /// The decision.
+    pub decision: Decision,
+    /// Number of global plans after the tick.
+    pub plans: u64,
+    /// Number of plans received from the planning thread after the tick.
+    pub plans_received: u64,
+    /// Duration of the decision by the wall clock, seconds.
+    pub took_s: f64,
+}
+
+/// The modes in the order of their numbers in the message.
+const MODES: [Mode; 10] = [
+    Mode::Driving,
+    Mode::Rotating,
+    Mode::Blocked,
+    Mode::Escaping,
+    Mode::Arrived,
+    Mode::Failed,
+    Mode::Parking,
+    Mode::AtWaypoint,
+    Mode::Evading,
+    Mode::SensorFault,
+];
+
+/// The reasons in the order of their numbers in the message, from one.
+const LOST_REASONS: [LostReason; 5] = [
+    LostReason::NoReturns,
+    LostReason::BeamsThroughWalls,
+    LostReason::PoorMatch,
+    LostReason::PoseJump,
+    LostReason::HighUncertainty,
+];
+
+mod message {
+    use crate::ros::msg::{Time, messages};
+
+    messages! {
+        /// A tick of inbye to the bit: observation and decision. Metres, seconds, radians; the map frame.
+        inbye_msgs / Tick {
+            /// Time of the tick.
+            stamp: Time,
+            /// Number of earlier ticks.
+            tick: u64,
+            /// Time of the observation.
+            time_s: f64,
+            /// Time of the scan.
+            scan_s: f64,
+            /// Estimated pose.
+            x: f64,
+            /// Estimated pose.
+            y: f64,
+            /// Estimated pose.
+            yaw: f64,
+            /// Measured velocity.
+            linear: f64,
+            /// Measured velocity.
+            angular: f64,
+            /// Angle of the first beam.
+            angle_min: f64,
+            /// Angle between two beams.
+            angle_increment: f64,
+            /// Longest measurable range.
+            range_max: f64,
+            /// Range of each beam; infinite for no return, NaN for no measurement.
+            ranges: Vec<f64>,
+            /// Commanded velocity.
+            command_linear: f64,
+            /// Commanded velocity.
+            command_angular: f64,
+            /// Mode of the navigator: a constant before LOCALIZED.
+            mode: u8,
+            /// Local target.
+            target_x: f64,
+            /// Local target.
+            target_y: f64,
+            /// Whether the dynamic window was sampled.
+            sampled: bool,
+            /// Number of admissible samples.
+            admissible: u32,
+            /// Number of samples with a collision.
+            collision: u32,
+            /// Number of samples from which the robot cannot stop.
+            cannot_stop: u32,
+            /// Number of samples that leave the map.
+            outside: u32,
+            /// Number of global plans.
+            plans: u64,
+            /// Number of plans received from the planning thread.
+            plans_received: u64,
+            /// Duration of the decision by the wall clock.
+            took_s: f64,
+            /// Why the pose is unreliable: LOCALIZED or a constant after it.
+            lost: u8,
+        }
+    }
+}
+
+/// The schema of the message: the numbers of modes and reasons, then its fields.
+pub fn schema() -> String {
+    let mut text = String::new();
+    for mode in MODES {
+        text += &format!("uint8 {}={}\n", mode.as_str().to_uppercase(), mode as u8);
+    }
+    text += "uint8 LOCALIZED=0\n";
+    for reason in LOST_REASONS {
+        text += &format!("uint8 {}={}\n", constant_name(reason), reason as u8 + 1);
+    }
+    text + &message::Tick::schema()
+}
+
+/// The name of a reason's constant: `NoReturns` is `NO_RETURNS`.
+fn constant_name(reason: LostReason) -> String {
+    let mut name = String::new();
+    for letter in format!("{reason:?}").chars() {
+        if letter.is_uppercase() && !name.is_empty() {
+            name.push('_');
+        }
+        name.extend(letter.to_uppercase());
+    }
+    name
+}
+
+impl RecordedTick {
+    /// The tick as a message in CDR.
+    pub(super) fn to_cdr(&self) -> Vec<u8> {
+        let Observation {
+            time_s,
+            pose,
+            lost,
+            twist,
+            scan,
+            scan_s,
+        } = &self.observation;
+        let decision = &self.decision;
+        let counts = decision.counts.unwrap_or_default();
+        let message = message::Tick {
+            stamp: Time::from_seconds(*time_s),
+            tick: self.tick,
+            time_s: *time_s,
+            scan_s: *scan_s,
+            x: pose.x,
+            y: pose.y,
+            yaw: pose.yaw,
+            linear: twist.linear,
+            angular: twist.angular,
+            angle_min: scan.angle_min,
+            angle_increment: scan.angle_increment,
+            range_max: scan.range_max,
+            ranges: scan.ranges.clone(),
+            command_linear: decision.command.linear,
+            command_angular: decision.command.angular,
+            mode: decision.mode as u8,
+            target_x: decision.local_target.x,
+            target_y: decision.local_target.y,
+            sampled: decision.counts.is_some(),
+            admissible: counts.admissible,
+            collision: counts.collision,
+            cannot_stop: counts.cannot_stop,
+            outside: counts.outside,
+            plans: self.plans,
+            plans_received: self.plans_received,
+            took_s: self.took_s,
+            lost: lost.map_or(0, |reason| reason as u8 + 1),
+        };
+        message.to_cdr()
+    }
+
+    /// Reads a message in CDR. Returns nothing if it is invalid.
+    pub(super) fn from_cdr(bytes: &[u8]) -> Option<Self> {
+        let message = message::Tick::from_cdr(bytes)?;
+        let mode = *MODES.get(usize::from(message.mode))?;
+        let lost = match message.lost {
+            0 => None,
+            number => Some(*LOST_REASONS.get(usize::from(number) - 1)?),
+        };
+        let counts = Counts {
+            admissible: message.admissible,
+            collision: message.collision,
+            cannot_stop: message.cannot_stop,
+            outside: message.outside,
+        };
+        Some(Self {
+            tick: message.tick,
+            observation: Observation {
+                time_s: message.time_s,
+                pose: Pose::new(message.x, message.y, message.yaw),
+                lost,
+                twist: Twist::new(message.linear, message.angular),
+                scan: Scan {
+                    angle_min: message.angle_min,
+                    angle_increment: message.angle_increment,
+                    range_max: message.range_max,
+                    ranges: message.ranges,
+                },
+                scan_s: message.scan_s,
+            },
+            decision: Decision {
+                command: Twist::new(message.command_linear, message.command_angular),
+                mode,
+                local_target: Point::new(message.target_x, message.target_y),
+                counts: message.sampled.then_some(counts),
+            },
+            plans: message.plans,
+            plans_received: message.plans_received,
+            took_s: message.took_s,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_indices_of_the_lists() {
+        for (index, mode) in MODES.into_iter().enumerate() {
+            assert_eq!(mode as usize, index);
+        }
+        for (index, reason) in LOST_REASONS.into_iter().enumerate() {
+            assert_eq!(reason as usize, index);
+            let name = serde_json::to_value(reason).expect("a name");
+            let name = name.as_str().unwrap_or_default().to_uppercase();
+            assert_eq!(constant_name(reason), name);
+        }
+        let schema = schema();
+        assert!(schema.starts_with("uint8 DRIVING=0\n") && schema.contains("\nuint8 lost\n"));
+    }
+
+    #[test]
+    fn decoding_returns_the_encoded_tick() {
+        let mut tick = RecordedTick {
+            tick: 5,
+            observation: Observation {
+                time_s: 12.3,
+                pose: Pose::new(0.1, -0.2, 0.3),
+                lost: Some(LostReason::HighUncertainty),
+                twist: Twist::new(0.4, -0.5),
+                scan: Scan {
+                    angle_min: -1.0,
+                    angle_increment: 0.1,
+                    range_max: 10.0,
+                    ranges: vec![1.0 / 3.0, f64::INFINITY, 7.0],
+                },
+                scan_s: 12.25,
+            },
+            decision: Decision {
+                command: Twist::new(0.6, 0.7),
+                mode: Mode::Evading,
+                local_target: Point::new(8.0, 9.0),
+                counts: None,
+            },
+            plans: 6,
+            plans_received: 7,
+            took_s: 0.001,
+        };
+        for counts in [
+            None,
+            Some(Counts {
+                admissible: 1,
+                collision: 2,
+                cannot_stop: 3,
+                outside: 4,
+            }),
+        ] {
+            tick.decision.counts = counts;
+            let message = tick.to_cdr();
+            let decoded = RecordedTick::from_cdr(&message).expect("a whole message");
+            assert_eq!(format!("{decoded:?}"), format!("{tick:?}"));
+            for end in 0..message.len() {
+                assert!(RecordedTick::from_cdr(&message[..end]).is_none(), "{end}");
+            }
+        }
+    }
+}

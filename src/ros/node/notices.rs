@@ -1,0 +1,102 @@
+//! What the node reports: notices for the user, each at its first occurrence, and counters.
+
+use std::collections::{BTreeMap, HashSet};
+use std::mem::{Discriminant, discriminant, take};
+
+use serde::Serialize;
+
+use super::{MessageError, MissingInput, Topic};
+use crate::navigator::{Mode, Navigator};
+
+/// Counters since the start of the node.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct NodeStats {
+    /// Accepted messages by topic.
+    pub received: BTreeMap<&'static str, u64>,
+    /// Rejected messages by topic.
+    pub rejected: BTreeMap<&'static str, u64>,
+    /// Accepted goals.
+    pub goals: u64,
+    /// Reached goals.
+    pub reached: u64,
+    /// Aborted goals, also those without a path.
+    pub aborted: u64,
+    /// Published velocities.
+    pub commands: u64,
+}
+
+impl NodeStats {
+    pub(super) fn count_message(&mut self, topic: Topic, is_accepted: bool) {
+        let counts = if is_accepted {
+            &mut self.received
+        } else {
+            &mut self.rejected
+        };
+        *counts.entry(topic.name()).or_default() += 1;
+    }
+}
+
+/// Notices for the user, and those that the user has already.
+#[derive(Debug, Default)]
+pub struct Notices {
+    pending: Vec<String>,
+    rejections: HashSet<(Topic, Discriminant<MessageError>)>,
+    missing: Option<MissingInput>,
+    is_mount_reported: bool,
+    had_sensor_fault: bool,
+}
+
+impl Notices {
+    pub fn push(&mut self, notice: impl Into<String>) {
+        self.pending.push(notice.into());
+    }
+
+    /// Takes the new notices.
+    pub fn take(&mut self) -> Vec<String> {
+        take(&mut self.pending)
+    }
+
+    /// A message is rejected. There is one notice for each topic and kind of error.
+    pub fn rejected(&mut self, topic: Topic, error: &MessageError) {
+        if self.rejections.insert((topic, discriminant(error))) {
+            self.push(format!("a message on {} is rejected: {error}", topic.name()));
+        }
+    }
+
+    /// The robot waits for an input, or for none.
+    pub fn missing(&mut self, missing: Option<MissingInput>) {
+        if let Some(new) = missing.as_ref().filter(|_| self.missing != missing) {
+            self.push(format!("waiting: {new}"));
+            // Afterwards the navigator sees a gap in time: it needs no notice of its own.
+            self.had_sensor_fault = true;
+        }
+        self.missing = missing;
+    }
+
+    /// The pose of the lidar on the robot is unknown.
+    pub fn no_lidar_mount(&mut self, base_frame: &str) {
+        if !self.is_mount_reported {
+            self.is_mount_reported = true;
+            self.push(format!(
+                "tf does not have the lidar's pose on the robot: the lidar is assumed at the origin of `{base_frame}`"
+            ));
+        }
+    }
+
+    /// A new navigator has had no sensor fault yet.
+    pub const fn reset_sensor_fault(&mut self) {
+        self.had_sensor_fault = false;
+    }
+
+    /// Reports a sensor fault at its first tick.
+    pub fn sensor_fault(&mut self, mode: Mode, navigator: &Navigator) {
+        let has_sensor_fault = mode == Mode::SensorFault;
+        if let Some(fault) = navigator
+            .observation_fault()
+            .filter(|_| has_sensor_fault && !self.had_sensor_fault)
+        {
+            self.push(format!("braking: {fault}"));
+        }
+        self.had_sensor_fault = has_sensor_fault;
+    }
+}
