@@ -175,7 +175,8 @@ mod tests {
     /// Metadata with numbers that need all their digits.
     fn metadata() -> DriveMetadata {
         let third = 1.0 / 3.0;
-        let frame = GridFrame::new(3, 2, 0.1 + 0.2, Pose::new(-0.0, 1e-300, third)).expect("a valid frame");
+        let frame =
+            GridFrame::new(3, 2, 0.1 + 0.2, Pose::new(-0.0, 1e-300, third)).expect("a valid frame");
         let mut config = Config::default();
         config.robot.track_width_m = third;
         config.local.sim_time_s = 2.9_f64.next_up();
@@ -199,7 +200,8 @@ mod tests {
     fn attachments_keep_every_bit() {
         let metadata = metadata();
         let [(_, config), (_, drive)] = metadata.attachments().expect("valid metadata");
-        let read = DriveMetadata::read(&config, &drive, metadata.map.cells().to_vec()).expect("valid metadata");
+        let read = DriveMetadata::read(&config, &drive, metadata.map.cells().to_vec())
+            .expect("valid metadata");
         assert_eq!(read, metadata);
         // `==` does not distinguish -0 and 0.
         let bits = |metadata: &DriveMetadata| metadata.map.frame().origin.x.to_bits();

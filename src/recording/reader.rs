@@ -98,7 +98,8 @@ impl<R: Read> Reader<R> {
             ticks: self.ticks,
             reason,
         };
-        let tick = RecordedTick::from_cdr(message).ok_or_else(|| bad("a tick is invalid".to_owned()))?;
+        let tick =
+            RecordedTick::from_cdr(message).ok_or_else(|| bad("a tick is invalid".to_owned()))?;
         if tick.tick != self.ticks {
             return Err(bad(format!("the next tick is number {}", tick.tick)));
         }

@@ -174,7 +174,10 @@ impl Recorder {
         let plans = navigator.plans();
         let new_plan = plans.get(self.plans..).and_then(<[_]>::last);
         let plan = new_plan.map(|plan| ros::path(plan.smoothed.points(), &map_header).to_cdr());
-        let mut entries: Vec<Entry> = plan.into_iter().map(|plan| entry(Topic::Plan, plan)).collect();
+        let mut entries: Vec<Entry> = plan
+            .into_iter()
+            .map(|plan| entry(Topic::Plan, plan))
+            .collect();
         let scan = messages::laser_scan(scan_s, &observation.scan, self.range_min_m);
         entries.push(Entry {
             topic: Topic::Scan,
@@ -187,8 +190,7 @@ impl Recorder {
         let markers = ros::markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);
         let stamp = Time::from_seconds(time_s);
         let command = ros::twist_stamped(&decision.command, stamp, BASE_FRAME);
-        let diagnostics =
-            messages::diagnostics(time_s, decision, took_s, navigator, &self.engine);
+        let diagnostics = messages::diagnostics(time_s, decision, took_s, navigator, &self.engine);
         let tick = RecordedTick {
             tick: self.ticks,
             observation: observation.clone(),
@@ -198,7 +200,10 @@ impl Recorder {
             took_s,
         };
         entries.extend([
-            entry(Topic::Odometry, messages::odometry(time_s, odometry).to_cdr()),
+            entry(
+                Topic::Odometry,
+                messages::odometry(time_s, odometry).to_cdr(),
+            ),
             entry(Topic::Transforms, transforms.to_cdr()),
             entry(Topic::Markers, markers.to_cdr()),
             entry(Topic::Command, command.to_cdr()),

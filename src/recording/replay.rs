@@ -137,7 +137,11 @@ fn repeat(navigator: &mut Navigator, tick: &RecordedTick) -> Option<Difference> 
 }
 
 /// All values of a decision.
-fn fields(decision: &Decision, plans: u64, plans_received: u64) -> [(&'static str, FieldValue); 12] {
+fn fields(
+    decision: &Decision,
+    plans: u64,
+    plans_received: u64,
+) -> [(&'static str, FieldValue); 12] {
     let Decision {
         command,
         mode,

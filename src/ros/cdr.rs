@@ -73,7 +73,8 @@ impl<'a> Decoder<'a> {
     }
 
     fn length(&mut self) -> Option<usize> {
-        self.number().map(|bytes| u32::from_le_bytes(bytes) as usize)
+        self.number()
+            .map(|bytes| u32::from_le_bytes(bytes) as usize)
     }
 }
 

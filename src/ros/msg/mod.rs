@@ -9,18 +9,14 @@ mod geometry;
 mod nav;
 mod visualization;
 
-use super::cdr::{Cdr, Decoder, Encoder};
-pub use common::{
-    Byte, DiagnosticArray, DiagnosticStatus, Duration, Header, KeyValue, Time,
-};
+pub(crate) use super::cdr::{Cdr, Decoder, Encoder};
+pub use common::{Byte, DiagnosticArray, DiagnosticStatus, Duration, Header, KeyValue, Time};
 pub use geometry::{
     Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, TFMessage, Transform,
     TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
 };
 pub use nav::{LaserScan, MapMetaData, OccupancyGrid, Odometry, Path};
-pub use visualization::{
-    ColorRGBA, CompressedImage, Marker, MarkerArray, MeshFile, UVCoordinate,
-};
+pub use visualization::{ColorRGBA, CompressedImage, Marker, MarkerArray, MeshFile, UVCoordinate};
 
 /// A type of message fields.
 pub trait FieldType: Cdr {
@@ -104,13 +100,13 @@ macro_rules! messages {
             )*
         })?
 
-        impl $crate::ros::cdr::Cdr for $name {
-            fn encode(&self, encoder: &mut $crate::ros::cdr::Encoder) {
+        impl $crate::ros::msg::Cdr for $name {
+            fn encode(&self, encoder: &mut $crate::ros::msg::Encoder) {
                 $(self.$field.encode(encoder);)*
             }
 
-            fn decode(decoder: &mut $crate::ros::cdr::Decoder<'_>) -> Option<Self> {
-                $(let $field = $crate::ros::cdr::Cdr::decode(decoder)?;)*
+            fn decode(decoder: &mut $crate::ros::msg::Decoder<'_>) -> Option<Self> {
+                $(let $field = $crate::ros::msg::Cdr::decode(decoder)?;)*
                 Some(Self { $($field),* })
             }
         }
@@ -121,15 +117,14 @@ macro_rules! messages {
             }
 
             fn append_definitions(definitions: &mut Vec<(String, String)>) {
-                use $crate::ros::msg::FieldType;
-                let own = Self::type_name();
+                let own = <Self as $crate::ros::msg::FieldType>::type_name();
                 if definitions.iter().any(|(name, _)| *name == own) {
                     return;
                 }
                 let mut text = String::new();
                 $(text += concat!("#", $doc, "\n");)*
                 $($(
-                    let type_name = <$constant_type>::type_name();
+                    let type_name = <$constant_type as $crate::ros::msg::FieldType>::type_name();
                     text += &format!("{type_name} {}={}\n", stringify!($constant), $value);
                 )*)?
                 $(
@@ -137,11 +132,11 @@ macro_rules! messages {
                     // The definition has the field name without Rust's prefix for keywords.
                     let field = stringify!($field);
                     let field = field.strip_prefix("r#").unwrap_or(field);
-                    let type_name = <$type>::type_name();
+                    let type_name = <$type as $crate::ros::msg::FieldType>::type_name();
                     text += &[&type_name, " ", field, concat!($(" ", $default,)? "\n")].concat();
                 )*
                 definitions.push((own, text));
-                $(<$type>::append_definitions(definitions);)*
+                $(<$type as $crate::ros::msg::FieldType>::append_definitions(definitions);)*
             }
         }
 
@@ -186,8 +181,16 @@ mod tests {
         let schema = Path::schema();
         let lines = || schema.lines().filter(|line| !line.starts_with('#'));
         let own: Vec<&str> = lines().take(2).collect();
-        assert_eq!(own, ["std_msgs/Header header", "geometry_msgs/PoseStamped[] poses"]);
-        let names: Vec<&str> = lines().filter_map(|line| line.strip_prefix("MSG: ")).collect();
+        assert_eq!(
+            own,
+            [
+                "std_msgs/Header header",
+                "geometry_msgs/PoseStamped[] poses"
+            ]
+        );
+        let names: Vec<&str> = lines()
+            .filter_map(|line| line.strip_prefix("MSG: "))
+            .collect();
         assert_eq!(
             names,
             [

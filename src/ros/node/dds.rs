@@ -164,11 +164,7 @@ struct EndpointBuilder<'a> {
 }
 
 impl EndpointBuilder<'_> {
-    fn topic<M: Message>(
-        &self,
-        name: &str,
-        qos: &QosProfile,
-    ) -> Result<rustdds::Topic, NodeError> {
+    fn topic<M: Message>(&self, name: &str, qos: &QosProfile) -> Result<rustdds::Topic, NodeError> {
         let name = topic_name(self.namespace, name)?;
         let message_type = MessageTypeName::new(M::PACKAGE, M::NAME);
         self.node

@@ -94,7 +94,9 @@ pub enum MessageError {
         expected: &'static str,
     },
     /// A scan is a repetition or older than the last.
-    #[error("its stamp is not after the stamp of the last scan: check the clock of the lidar's driver")]
+    #[error(
+        "its stamp is not after the stamp of the last scan: check the clock of the lidar's driver"
+    )]
     NotNewer,
 }
 

@@ -209,7 +209,10 @@ mod tests {
             transform: Transform::from(mount),
         };
         let transforms = vec![mounted];
-        inputs.frames.update(&TFMessage { transforms }).expect("valid");
+        inputs
+            .frames
+            .update(&TFMessage { transforms })
+            .expect("valid");
         for tick in -5..=15 {
             let time_s = START_S + 0.01 * f64::from(tick);
             let mut odometry = Odometry {
@@ -241,7 +244,10 @@ mod tests {
                 let without_increment = error_m(&mount, &message);
                 message.header.stamp = Time::default();
                 let without_stamp = error_m(&mount, &message);
-                assert!(without_increment > 0.05 && without_stamp > 0.1, "{without_increment}, {without_stamp}");
+                assert!(
+                    without_increment > 0.05 && without_stamp > 0.1,
+                    "{without_increment}, {without_stamp}"
+                );
             }
         }
     }

@@ -360,7 +360,11 @@ impl Engine for SharedEngine {
         self.engine().threads()
     }
 
-    fn evaluate(&mut self, problem: &QuantizedProblem, detail: Detail) -> Result<Evaluation, EngineError> {
+    fn evaluate(
+        &mut self,
+        problem: &QuantizedProblem,
+        detail: Detail,
+    ) -> Result<Evaluation, EngineError> {
         self.engine().evaluate(problem, detail)
     }
 }

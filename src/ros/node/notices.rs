@@ -59,7 +59,10 @@ impl Notices {
     /// A message is rejected. There is one notice for each topic and kind of error.
     pub fn rejected(&mut self, topic: Topic, error: &MessageError) {
         if self.rejections.insert((topic, discriminant(error))) {
-            self.push(format!("a message on {} is rejected: {error}", topic.name()));
+            self.push(format!(
+                "a message on {} is rejected: {error}",
+                topic.name()
+            ));
         }
     }
 

@@ -127,8 +127,8 @@ fn what_is_no_recording_is_refused_in_one_line() {
     damaged[ends[2] - 5000] ^= 1;
     place.write("damaged.mcap", damaged);
     let newer = altered(&file, "drive.toml", 0, |text| {
-        let told = text.windows(10).position(|bytes| bytes == b"format = 2");
-        text[told.expect("the format is told") + 9] = b'3';
+        let told = text.windows(10).position(|bytes| bytes == b"format = 3");
+        text[told.expect("the format is told") + 9] = b'4';
     });
     place.write("newer.mcap", newer);
     for (name, said) in [
@@ -137,7 +137,7 @@ fn what_is_no_recording_is_refused_in_one_line() {
         ("empty.mcap", "no recording of"),
         ("head.mcap", "no tick"),
         ("damaged.mcap", "damaged after"),
-        ("newer.mcap", "format 3"),
+        ("newer.mcap", "format 4"),
     ] {
         let line = place.refusal(&format!("replay {name} --engine cpu"));
         assert!(line.contains(name) && line.contains(said), "{name}: {line}");

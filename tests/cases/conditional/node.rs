@@ -1,6 +1,6 @@
-//! The node over DDS against a peer that shares no code with it: Eclipse Cyclone DDS, in Python (`peer.py`).
+//! The node over DDS with an independent peer: Eclipse Cyclone DDS in Python (`peer.py`).
 //!
-//! Both run in a network namespace of their own in which only the loopback is up: nothing is sent to any other machine. That
+//! Both run in a network namespace with only the loopback: no packet reaches another machine. That
 //! needs `unshare` and `ip`, root or user namespaces, and a Python with `cyclonedds` and numpy: `python3`, or the one that
 //! `INBYE_DDS_PYTHON` names. Without them the trials are ignored, or fail if `INBYE_REQUIRE` holds the word `cyclonedds`.
 
@@ -28,10 +28,10 @@ type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
     let scenarios: [(&'static str, Check); 4] = [
-        ("to_the_goal", to_the_goal),
+        ("drives_to_goal", drives_to_goal),
         ("late_joiner", late_joiner),
-        ("stale_senses", stale_senses),
-        ("bad_messages", bad_messages),
+        ("missing_inputs", missing_inputs),
+        ("invalid_messages", invalid_messages),
     ];
     let trial = |(name, check): (&'static str, Check)| {
         Trial::ignorable_test(name, move || with_peer(name, check))
@@ -40,18 +40,18 @@ pub fn trials() -> Vec<Trial> {
     trials
 }
 
-/// Through a namespace, `tf`, a lidar off the origin and stamped velocities to the goal, and parked there.
-fn to_the_goal(facts: &Value) -> Result<(), Failed> {
+/// The robot reaches the goal with a namespace, `tf`, a lidar off the origin and stamped velocities.
+fn drives_to_goal(facts: &Value) -> Result<(), Failed> {
     holds(
         facts["commands_before_goal"] == 0,
-        "silence without a goal",
+        "no command without a goal",
         facts,
     )?;
     holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
-    holds(number(facts, "away_m") < 0.1, "near", facts)?;
+    holds(number(facts, "away_m") < 0.1, "near the goal", facts)?;
     holds(
         number(facts, "yaw_error").abs() < 0.15,
-        "facing as asked",
+        "yaw of the goal",
         facts,
     )?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)?;
@@ -60,27 +60,27 @@ fn to_the_goal(facts: &Value) -> Result<(), Failed> {
     holds(shown.contains("[\"arcs\",5,1300]"), "arcs are shown", facts)?;
     holds(
         shown.contains("[\"chosen\",4,11]"),
-        "and the one chosen",
+        "the chosen arc is shown",
         facts,
     )?;
     holds(
         facts["commands_after_end"] == 0,
-        "silence after the goal",
+        "no command after the goal",
         facts,
     )?;
-    holds(facts["tally"]["reached"] == 1, "it knows", facts)?;
-    ends_well(facts)
+    holds(facts["stats"]["reached"] == 1, "the goal is counted", facts)?;
+    ends_cleanly(facts)
 }
 
-/// A map from before the node's time, a plan from before its reader's; Ctrl-C on the move.
+/// The map is older than the node, the plan older than its reader; Ctrl-C ends the node during the drive.
 fn late_joiner(facts: &Value) -> Result<(), Failed> {
     holds(
-        facts["tally"]["received"]["map"] == 1,
-        "the map came",
+        facts["stats"]["received"]["map"] == 1,
+        "the map is received",
         facts,
     )?;
     holds(facts["started_s"].is_number(), "the robot drove", facts)?;
-    holds(facts["plan_s"].is_number(), "the plan came", facts)?;
+    holds(facts["plan_s"].is_number(), "the plan is received", facts)?;
     holds(number(facts, "plan_from_m") < 0.01, "from the start", facts)?;
     holds(number(facts, "plan_to_m") < 0.01, "to the goal", facts)?;
     holds(facts["plan_frame"] == "map", "in the map's frame", facts)?;
@@ -90,65 +90,65 @@ fn late_joiner(facts: &Value) -> Result<(), Failed> {
         facts,
     )?;
     let last = facts["last_command"].to_string();
-    holds(last == "[0.0,0.0]", "a zero is the last word", facts)?;
-    ends_well(facts)
+    holds(last == "[0.0,0.0]", "the last command is zero", facts)?;
+    ends_cleanly(facts)
 }
 
-/// Scans stop, then odometry: the robot stands within seconds, stays there, and goes on when they return.
-fn stale_senses(facts: &Value) -> Result<(), Failed> {
-    for sense in ["scan", "odometry"] {
-        let speed = number(facts, &format!("{sense}_speed"));
+/// Scans stop, then odometry: the robot stops within seconds and continues when they return.
+fn missing_inputs(facts: &Value) -> Result<(), Failed> {
+    for input in ["scan", "odometry"] {
+        let speed = number(facts, &format!("{input}_speed"));
         holds(speed > 0.1, "on the move", facts)?;
-        // 0.3 s until it is stale and as long to brake; the rest is for cores that are busy.
-        let zero_s = number(facts, &format!("{sense}_zero_s"));
-        holds(zero_s < 3.0, "it is told to stand", facts)?;
-        let crept_m = number(facts, &format!("{sense}_crept_m"));
-        holds(crept_m < 0.01, "and stands", facts)?;
-        let again = &facts[format!("{sense}_again_s")];
-        holds(again.is_number(), "it goes on", facts)?;
+        // 0.3 s until the input is too old and as long to brake; the rest is for busy cores.
+        let zero_s = number(facts, &format!("{input}_zero_s"));
+        holds(zero_s < 3.0, "zero is commanded", facts)?;
+        let crept_m = number(facts, &format!("{input}_crept_m"));
+        holds(crept_m < 0.01, "the robot stands", facts)?;
+        let resumed = &facts[format!("{input}_resumed_s")];
+        holds(resumed.is_number(), "the robot continues", facts)?;
     }
-    let notes = facts["notes"].to_string();
-    for words in ["there is no fresh scan", "odometry has stopped coming"] {
-        holds(notes.contains(words), words, facts)?;
+    let notices = facts["notices"].to_string();
+    for words in ["there is no fresh scan", "odometry is no longer received"] {
+        holds(notices.contains(words), words, facts)?;
     }
     holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)?;
-    ends_well(facts)
+    ends_cleanly(facts)
 }
 
-/// Each is refused and counted, each reason told once.
-fn bad_messages(facts: &Value) -> Result<(), Failed> {
+/// Each invalid message is rejected and counted, each cause reported once.
+fn invalid_messages(facts: &Value) -> Result<(), Failed> {
     holds(facts["commands"] == 0, "nothing is commanded", facts)?;
-    let refused = &facts["tally"]["refused"];
-    holds(refused["map"] == 1, "a cell of 101", facts)?;
-    holds(refused["goal_pose"] == 4, "goals nowhere", facts)?;
-    let notes = facts["notes"].to_string();
+    let rejected = &facts["stats"]["rejected"];
+    holds(rejected["map"] == 1, "a cell of 101", facts)?;
+    holds(rejected["goal_pose"] == 4, "goals nowhere", facts)?;
+    let notices = facts["notices"].to_string();
     for words in ["cell 364 is 101", "the map in `map`", "pose is not finite"] {
-        holds(notes.matches(words).count() == 1, words, facts)?;
+        holds(notices.matches(words).count() == 1, words, facts)?;
     }
-    ends_well(facts)
+    ends_cleanly(facts)
 }
 
-fn ends_well(facts: &Value) -> Result<(), Failed> {
+fn ends_cleanly(facts: &Value) -> Result<(), Failed> {
     holds(facts["status"] == 0, "exit status 0", facts)?;
-    holds(facts["tally"]["unsent"] == 0, "all was sent", facts)
+    holds(facts["stats"]["unsent"] == 0, "all was sent", facts)
 }
 
 fn number(facts: &Value, name: &str) -> f64 {
     facts[name].as_f64().unwrap_or(f64::NAN)
 }
 
-fn holds(good: bool, what: impl Display, facts: &Value) -> Result<(), Failed> {
-    if good {
+fn holds(is_true: bool, what: impl Display, facts: &Value) -> Result<(), Failed> {
+    if is_true {
         return Ok(());
     }
-    Err(format!("not so: {what}: {facts:#}").into())
+    Err(format!("not true: {what}: {facts:#}").into())
 }
 
 /// Runs a scenario and checks its facts.
 fn with_peer(scenario: &str, check: Check) -> Result<Completion, Failed> {
-    static PEER_HERE: OnceLock<Result<(Command, PathBuf), String>> = OnceLock::new();
-    let (alone, python) = match PEER_HERE.get_or_init(find_peer) {
+    static PEER: OnceLock<Result<(Command, PathBuf), String>> = OnceLock::new();
+    let (alone, python) = match PEER.get_or_init(find_peer) {
         Ok((alone, python)) => (alone, python),
         Err(why) if required().iter().any(|word| word == "cyclonedds") => {
             return Err(why.as_str().into());
@@ -177,7 +177,7 @@ fn again(command: &Command) -> Command {
     again
 }
 
-/// The command that gives a network of its own, and the Python; or what is not here.
+/// The command that creates a network namespace, and the Python; or the missing part.
 fn find_peer() -> Result<(Command, PathBuf), String> {
     let alone = [["-n"].as_slice(), &["-r", "-n"]]
         .into_iter()

@@ -1,7 +1,7 @@
-//! Recordings: what ROS 2 tools read from them, and whether they are decided again with the same bits.
+//! Recordings: ROS 2 tools can read them, and their replay gives the same bits.
 //!
-//! Other readers are the Python packages `mcap` and `mcap-ros2-support`: see `python.rs`. See `support/adapters.rs` for what
-//! happens where there is no adapter.
+//! Independent readers are the Python packages `mcap` and `mcap-ros2-support`: see `python.rs`. Without an adapter, tests are
+//! skipped as in `support/adapters.rs`.
 
 use libtest_mimic::Trial;
 
@@ -10,7 +10,7 @@ mod disks;
 mod drives;
 mod python;
 
-/// A test by its name.
+/// A test and its name.
 type Test = (&'static str, fn());
 
 pub fn trials() -> Vec<Trial> {

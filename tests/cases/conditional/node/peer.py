@@ -1,8 +1,8 @@
-"""A simulated robot on the other side: Eclipse Cyclone DDS, none of our code. Runs the program beside itself and prints facts.
+"""A simulated robot as an independent peer: Eclipse Cyclone DDS. Runs the program and prints facts.
 
     python peer.py PROGRAM SCENARIO
 
-Start it in a network namespace of its own in which only the loopback is up: it talks to nobody else.
+Start it in a network namespace with only the loopback: no packet reaches another machine.
 """
 
 import json
@@ -82,7 +82,7 @@ def pose(x, y, yaw):
 
 
 class Robot:
-    """Does what cmd_vel says, and tells what it measures."""
+    """Executes cmd_vel and publishes its measurements."""
 
     def __init__(self, stamped=False, namespace="", frame="map", place=(0.0, 0.0, 0.0)):
         self.participant = DomainParticipant(0)
@@ -117,7 +117,7 @@ class Robot:
         self.map.write(m.OccupancyGrid(header("map"), info, self.cells.flatten().tolist()))
 
     def publish_frames(self, mount):
-        """Where the odometry's frame is in the map's, and the lidar on the robot."""
+        """The odometry frame in the map frame, and the lidar on the robot."""
         def transform(parent, child, x, y, yaw):
             place = m.Transform(m.Vector3(x, y, 0.0), facing(yaw))
             return m.TransformStamped(header(parent), child, place)
@@ -144,7 +144,7 @@ class Robot:
         return np.where(hit.any(axis=1), reach[first], np.inf).tolist()
 
     def step(self, mount=(0.0, 0.0, 0.0)):
-        """20 ms of the robot, in real time."""
+        """Simulates 20 ms in real time."""
         self.next_s += STEP_S
         time.sleep(max(0.0, self.next_s - time.monotonic()))
         if time.monotonic() - self.next_s > 0.5:
@@ -170,7 +170,7 @@ class Robot:
         self.steps += 1
 
     def odometry(self):
-        """The pose in the odometry's frame, which lies somewhere in the map's."""
+        """The pose in the odometry frame."""
         px, py, pyaw = self.place
         dx, dy, c, s = self.x - px, self.y - py, math.cos(pyaw), math.sin(pyaw)
         there = pose(c * dx + s * dy, c * dy - s * dx, self.yaw - pyaw)
@@ -182,7 +182,7 @@ class Robot:
         )
 
     def until(self, done, within_s, **how):
-        """Steps until something holds; whether it did in time, and after how long."""
+        """Steps until a condition holds. Returns the duration, or None after the time limit."""
         began = time.monotonic()
         while time.monotonic() - began < within_s:
             self.step(**how)
@@ -190,14 +190,14 @@ class Robot:
                 return time.monotonic() - began
         return None
 
-    def is_told_to_stand(self):
+    def is_commanded_to_stop(self):
         return bool(self.commands) and self.commands[-1][1:] == (0.0, 0.0)
 
     def away_m(self, x, y):
         return math.hypot(self.x - x, self.y - y)
 
     def stands_near(self, x, y):
-        return self.away_m(x, y) < 0.3 and self.is_told_to_stand()
+        return self.away_m(x, y) < 0.3 and self.is_commanded_to_stop()
 
 
 class Program:
@@ -215,15 +215,15 @@ class Program:
 
     def end(self):
         self.child.send_signal(signal.SIGINT)
-        out, notes = self.child.communicate(timeout=20)
-        return {"status": self.child.returncode, "tally": json.loads(out or "null"), "notes": notes.splitlines()}
+        out, notices = self.child.communicate(timeout=20)
+        return {"status": self.child.returncode, "stats": json.loads(out or "null"), "notices": notices.splitlines()}
 
 
 GOAL = (9.0, 2.0, -1.0)
 
 
-def to_the_goal(program):
-    """Through tf, a lidar off the robot's origin, a namespace, a stamped velocity."""
+def drives_to_goal(program):
+    """A goal with tf, a lidar off the robot's origin, a namespace and stamped velocities."""
     mount = (0.25, 0.1, 0.5)
     robot = Robot(stamped=True, namespace="/rover", frame="odom", place=(1.0, 0.5, 0.4))
     robot.publish_map()
@@ -241,7 +241,7 @@ def to_the_goal(program):
         return robot.stands_near(*GOAL[:2])
 
     took_s = robot.until(stands, 90.0, mount=mount)
-    # A second of zeros, then silence: another may drive.
+    # Zero velocity for a second, then silence: another may drive.
     robot.until(lambda: False, 2.5, mount=mount)
     count = len(robot.commands)
     robot.until(lambda: False, 1.0, mount=mount)
@@ -259,7 +259,7 @@ def to_the_goal(program):
 
 
 def late_joiner(program):
-    """The map was published long before the node came, the plan before its reader."""
+    """The map is older than the node, the plan older than its reader."""
     robot = Robot()
     robot.publish_map()
     robot.until(lambda: False, 3.0)
@@ -271,15 +271,15 @@ def late_joiner(program):
     got = []
     plan_s = robot.until(lambda: got.extend(plans.take(N=5)) or got, 10.0)
     points = [(p.pose.position.x, p.pose.position.y) for p in got[0].poses] if got else []
-    # Ctrl-C on the move: the last that is heard is a zero.
+    # Ctrl-C during the drive: the last command is zero.
     moving = robot.v
     ended = node.end()
     robot.until(lambda: False, 0.5)
     return {
         "started_s": started_s,
         "plan_s": plan_s,
-        "plan_from_m": robot_far(points[0], (2.5, 2.0)) if points else None,
-        "plan_to_m": robot_far(points[-1], GOAL) if points else None,
+        "plan_from_m": distance(points[0], (2.5, 2.0)) if points else None,
+        "plan_to_m": distance(points[-1], GOAL) if points else None,
         "plan_frame": got[0].header.frame_id if got else None,
         "speed_at_end": moving,
         "last_command": robot.commands[-1][1:] if robot.commands else None,
@@ -287,33 +287,33 @@ def late_joiner(program):
     }
 
 
-def robot_far(one, other):
+def distance(one, other):
     return math.hypot(one[0] - other[0], one[1] - other[1])
 
 
-def stale_senses(program):
-    """Scans stop on the move, and come again; then odometry."""
+def missing_inputs(program):
+    """Scans stop during the drive and return; then odometry."""
     robot = Robot()
     robot.publish_map()
     node = Program(program)
     robot.until(lambda: False, 2.0)
     robot.send_goal(*GOAL)
     facts = {"started_s": robot.until(lambda: robot.v > 0.3, 20.0)}
-    for sense in ("scan", "odometry"):
-        setattr(robot, f"has_{sense}", False)
-        facts[f"{sense}_speed"] = robot.v
-        facts[f"{sense}_zero_s"] = robot.until(robot.is_told_to_stand, 10.0)
+    for input in ("scan", "odometry"):
+        setattr(robot, f"has_{input}", False)
+        facts[f"{input}_speed"] = robot.v
+        facts[f"{input}_zero_s"] = robot.until(robot.is_commanded_to_stop, 10.0)
         stood_at = (robot.x, robot.y)
         robot.until(lambda: False, 1.0)
-        facts[f"{sense}_crept_m"] = robot_far(stood_at, (robot.x, robot.y))
-        setattr(robot, f"has_{sense}", True)
-        facts[f"{sense}_again_s"] = robot.until(lambda: robot.v > 0.3, 20.0)
+        facts[f"{input}_crept_m"] = distance(stood_at, (robot.x, robot.y))
+        setattr(robot, f"has_{input}", True)
+        facts[f"{input}_resumed_s"] = robot.until(lambda: robot.v > 0.3, 20.0)
     facts["took_s"] = robot.until(lambda: robot.stands_near(*GOAL[:2]), 90.0)
     return {**facts, "contacts": robot.contacts, **node.end()}
 
 
-def bad_messages(program):
-    """What cannot be used is refused and told once; the robot does not move."""
+def invalid_messages(program):
+    """Invalid messages are rejected and reported once; the robot does not move."""
     robot = Robot()
     node = Program(program)
     robot.until(lambda: False, 2.0)

@@ -1,29 +1,32 @@
-//! A recorded drive is decided again with the same bits, on every engine, and one flipped bit is found.
+//! A replay gives the recorded bits on every engine, and reports one flipped bit.
 
 use inbye::navigator::Mode;
-use inbye::recording::{DiskBusy, Number, Recording};
+use inbye::recording::{BackpressurePolicy, FieldValue, Reader};
 
 use super::drives::{Memory, cpu, crowded, late_tour, record, record_by, replay_on, tour};
 use crate::support::mcap_copy::altered;
 
 pub const TESTS: &[super::Test] = &[
-    ("a drive is decided again on the CPU", on_the_cpu),
-    ("late decisions and plans are repeated", late_decisions),
+    ("replay_on_cpu_agrees", replay_on_cpu_agrees),
     (
-        "a flipped bit of a decision is found and named",
-        a_flipped_bit,
+        "replay_repeats_late_decisions_and_plans",
+        replay_repeats_late_decisions,
     ),
     (
-        "another observation is another decision",
-        another_observation,
+        "replay_reports_flipped_bit_of_decision",
+        replay_reports_flipped_bit,
     ),
-    ("a recording tells the drive to the bit", the_head),
+    (
+        "replay_of_changed_observation_differs",
+        replay_of_changed_observation_differs,
+    ),
+    ("reader_returns_drive_to_the_bit", reader_returns_drive),
 ];
 
 pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
-    [("a drive is decided again on the GPU", on_a_gpu)];
+    [("replay_on_gpu_agrees", replay_on_gpu_agrees)];
 
-fn on_the_cpu() {
+fn replay_on_cpu_agrees() {
     for (mission, config) in [tour(), crowded()] {
         let (result, file) = record(&mission, &config);
         for threads in [1, 2] {
@@ -35,7 +38,7 @@ fn on_the_cpu() {
     }
 }
 
-fn on_a_gpu(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
+fn replay_on_gpu_agrees(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
     let (mission, config) = crowded();
     let (_, file) = record(&mission, &config);
     let engine = Box::new(inbye::local::GpuEngine::new(adapter)?);
@@ -46,32 +49,32 @@ fn on_a_gpu(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed
     }
 }
 
-fn late_decisions() {
+fn replay_repeats_late_decisions() {
     let (mission, config, mut clock) = late_tour();
     let file = Memory::default();
     let ends = (&mission, &config);
-    let (result, recorded) = record_by(ends, &mut clock, file.clone(), DiskBusy::Wait);
+    let (result, recorded) = record_by(ends, &mut clock, file.clone(), BackpressurePolicy::Block);
     assert_eq!(recorded.stopped, None);
-    let stats = result.deadline_stats.expect("there is a deadline");
+    let stats = result.deadline_stats.expect("a deadline");
     assert!(stats.misses > 5, "{stats:?}");
     let bytes = file.bytes();
-    let mut recording = Recording::open(&bytes[..]).expect("a recording");
-    let mut answers = Vec::new();
-    while let Some(tick) = recording.next_tick().expect("it is whole") {
-        answers.push(tick.plans_received);
+    let mut recording = Reader::open(&bytes[..]).expect("a recording");
+    let mut received = Vec::new();
+    while let Some(tick) = recording.next_tick().expect("a whole file") {
+        received.push(tick.plans_received);
     }
     assert!(
-        answers.last() > Some(&0),
-        "no plan was asked for on the way"
+        received.last() > Some(&0),
+        "no plan was received during the drive"
     );
     let replay = replay_on(&bytes, cpu(2));
     assert_eq!(replay.first_difference, None);
     assert!(replay.is_complete);
-    // When a plan came is one of the numbers: told that the first came a tick later, the replay does otherwise.
-    let first = answers
+    // The arrival of plans is recorded: if the first arrives a tick later, the replay differs.
+    let first = received
         .iter()
-        .position(|&taken| taken > 0)
-        .expect("one was");
+        .position(|&count| count > 0)
+        .expect("a plan was received");
     let at = command_at(config.lidar.beams) + 72;
     let copy = altered(&bytes, "/inbye/tick", first, |message| {
         assert_eq!(message[at..at + 8], 1_u64.to_le_bytes());
@@ -81,12 +84,12 @@ fn late_decisions() {
     assert!(difference.is_some_and(|difference| difference.tick >= first as u64));
 }
 
-/// Place of the command's speed in a tick with so many beams: behind the ranges, which stand at 108.
+/// Offset of the commanded speed in a tick, after the ranges at offset 108.
 fn command_at(beams: usize) -> usize {
     108 + 8 * beams
 }
 
-fn a_flipped_bit() {
+fn replay_reports_flipped_bit() {
     let (mission, config) = tour();
     let (result, file) = record(&mission, &config);
     let at = command_at(config.lidar.beams);
@@ -101,7 +104,7 @@ fn a_flipped_bit() {
         for tick in [0, 7, result.trace.rows.len() - 1] {
             let copy = altered(&file, "/inbye/tick", tick, |message| message[place] ^= 1);
             let replay = replay_on(&copy, cpu(1));
-            let difference = replay.first_difference.expect("it was flipped");
+            let difference = replay.first_difference.expect("the bit is flipped");
             assert_eq!((difference.tick, difference.field), (tick as u64, field));
             assert_eq!(
                 difference.recorded.bits() ^ difference.replayed.bits(),
@@ -110,44 +113,44 @@ fn a_flipped_bit() {
             );
             if field == "command_linear" {
                 let driven = result.trace.rows[tick].command.linear;
-                assert_eq!(difference.replayed, Number::Real(driven));
+                assert_eq!(difference.replayed, FieldValue::Real(driven));
             }
             assert_eq!(replay.ticks, result.trace.rows.len() as u64);
         }
     }
 }
 
-fn another_observation() {
+fn replay_of_changed_observation_differs() {
     let (mission, config) = tour();
     let (_, file) = record(&mission, &config);
-    // The exponent of the pose's x: the robot seems to have jumped, and brakes.
+    // The exponent of x: the pose jumps, and the robot brakes.
     let copy = altered(&file, "/inbye/tick", 9, |message| message[42] ^= 0x10);
     let replay = replay_on(&copy, cpu(1));
-    let difference = replay.first_difference.expect("it seems to be elsewhere");
+    let difference = replay.first_difference.expect("the pose jumps");
     assert_eq!(difference.tick, 9, "{difference:?}");
     assert_eq!(
         difference.replayed,
-        Number::Word("sensor_fault", Mode::SensorFault as u64)
+        FieldValue::Named("sensor_fault", Mode::SensorFault as u64)
     );
 }
 
-fn the_head() {
+fn reader_returns_drive() {
     let (mission, config) = tour();
     let (result, file) = record(&mission, &config);
-    let mut recording = Recording::open(&file[..]).expect("a recording");
-    assert_eq!(recording.head().config, config);
-    assert_eq!(*recording.head().map, *mission.map);
-    assert_eq!(recording.head().journey.stops, mission.stops());
+    let mut recording = Reader::open(&file[..]).expect("a recording");
+    assert_eq!(recording.metadata().config, config);
+    assert_eq!(*recording.metadata().map, *mission.map);
+    assert_eq!(recording.metadata().waypoints.stops, mission.stops());
     for row in &result.trace.rows {
         let tick = recording
             .next_tick()
-            .expect("it is whole")
-            .expect("as many");
+            .expect("a whole file")
+            .expect("as many ticks");
         assert_eq!(tick.observation.pose, row.belief);
         assert_eq!(tick.decision.command, row.command);
         assert_eq!(tick.decision.mode, row.mode);
     }
-    assert!(recording.next_tick().expect("it is whole").is_none());
-    let tail = recording.tail().expect("it ended");
-    assert_eq!(tail.trace_digest, result.trace.digest());
+    assert!(recording.next_tick().expect("a whole file").is_none());
+    let summary = recording.summary().expect("the drive has ended");
+    assert_eq!(summary.trace_digest, result.trace.digest());
 }

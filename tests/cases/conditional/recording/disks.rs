@@ -1,9 +1,9 @@
-//! Disks that are full, slow or pulled out, and files that were cut or damaged.
+//! Full, slow and broken disks, and truncated or damaged files.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::mpsc::{Receiver, channel};
 
-use inbye::recording::{DiskBusy, Recording, RecordingError};
+use inbye::recording::{BackpressurePolicy, Reader, RecordingError};
 use inbye::runtime::Observer;
 use inbye::sim::simulate_mission;
 
@@ -12,38 +12,35 @@ use crate::support::mcap_copy::chunk_ends;
 
 pub const TESTS: &[super::Test] = &[
     (
-        "a full disk stops the recording and not the drive",
-        a_full_disk,
+        "full_disk_stops_recording_not_drive",
+        full_disk_stops_recording_not_drive,
     ),
     (
-        "a slow disk stops the recording of a real robot",
-        a_slow_disk,
+        "slow_disk_stops_recording_in_real_time",
+        slow_disk_stops_recording_in_real_time,
     ),
+    ("writes_are_at_most_a_chunk", writes_are_at_most_a_chunk),
     (
-        "a long drive waits in memory by the chunk",
-        chunks_are_small,
+        "truncated_file_is_replayed_to_last_whole_chunk",
+        truncated_file_is_replayed,
     ),
-    (
-        "a cut file is replayed up to its last whole chunk",
-        a_cut_file,
-    ),
-    ("a damaged file is refused", a_damaged_file),
-    ("other files are refused", other_files),
+    ("damaged_file_is_rejected", damaged_file_is_rejected),
+    ("other_files_are_rejected", other_files_are_rejected),
 ];
 
-/// A disk with room for so many bytes.
-struct Small {
+/// A disk with limited space.
+struct SmallDisk {
     file: Memory,
-    room: usize,
+    free_bytes: usize,
 }
 
-impl Write for Small {
+impl Write for SmallDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let taken = bytes.len().min(self.room);
+        let taken = bytes.len().min(self.free_bytes);
         if taken == 0 {
             return Err(ErrorKind::StorageFull.into());
         }
-        self.room -= taken;
+        self.free_bytes -= taken;
         self.file.write(&bytes[..taken])
     }
 
@@ -52,26 +49,27 @@ impl Write for Small {
     }
 }
 
-fn a_full_disk() {
+fn full_disk_stops_recording_not_drive() {
     let (mission, config) = tour();
     let mut observer = Observer {
         clock: &mut || 0.0,
         on_tick: &mut |_| {},
     };
-    let alone = simulate_mission(&mission, &config, cpu(1), &mut observer).expect("it can begin");
+    let alone =
+        simulate_mission(&mission, &config, cpu(1), &mut observer).expect("a valid mission");
     let (_, whole) = record(&mission, &config);
-    for room in [whole.len() / 3, whole.len() / 2 + 1, whole.len() - 1] {
+    for free_bytes in [whole.len() / 3, whole.len() / 2 + 1, whole.len() - 1] {
         let file = Memory::default();
-        let disk = Small {
+        let disk = SmallDisk {
             file: file.clone(),
-            room,
+            free_bytes,
         };
         let ends = (&mission, &config);
-        let (result, recorded) = record_by(ends, &mut || 0.0, disk, DiskBusy::Wait);
+        let (result, recorded) = record_by(ends, &mut || 0.0, disk, BackpressurePolicy::Block);
         assert_eq!(result.trace.digest(), alone.trace.digest());
-        let why = recorded.stopped.expect("it was full");
-        assert!(why.contains("no storage space"), "{why}");
-        assert_eq!(recorded.bytes, room as u64);
+        let cause = recorded.stopped.expect("a full disk");
+        assert!(cause.contains("no storage space"), "{cause}");
+        assert_eq!(recorded.bytes, free_bytes as u64);
         let replay = replay_on(&file.bytes(), cpu(1));
         assert_eq!(replay.first_difference, None);
         assert!(!replay.is_complete);
@@ -82,19 +80,17 @@ fn a_full_disk() {
     }
 }
 
-/// A disk that takes the head and then hangs until it is told to go on.
-struct Hanging {
+/// A disk that accepts the metadata and then blocks until it is released.
+struct BlockedDisk {
     file: Memory,
-    writes: usize,
-    go_on: Receiver<()>,
+    release: Receiver<()>,
 }
 
-impl Write for Hanging {
+impl Write for BlockedDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writes += 1;
         if self.file.bytes().len() > 20_000 {
-            // Who waits here is the recorder's thread: were it the drive, the test would hang.
-            let _ = self.go_on.recv();
+            // The recorder's thread waits here. If the drive waited, the test would hang.
+            let _ = self.release.recv();
         }
         self.file.write(bytes)
     }
@@ -104,20 +100,19 @@ impl Write for Hanging {
     }
 }
 
-fn a_slow_disk() {
+fn slow_disk_stops_recording_in_real_time() {
     let (mission, config) = tour();
-    let (go_on, told) = channel();
+    let (release, released) = channel();
     let file = Memory::default();
-    let disk = Hanging {
+    let disk = BlockedDisk {
         file: file.clone(),
-        writes: 0,
-        go_on: told,
+        release: released,
     };
     let mut ticks = 0;
     let engine = cpu(1);
-    let head = inbye::recording::Head::new(&mission, &config, engine.name());
-    let mut recorder =
-        inbye::recording::Recorder::new(disk, &head, DiskBusy::Stop).expect("the head fits");
+    let metadata = inbye::recording::DriveMetadata::new(&mission, &config, engine.name());
+    let mut recorder = inbye::recording::Recorder::new(disk, &metadata, BackpressurePolicy::Stop)
+        .expect("space for the metadata");
     let mut kept = 0;
     let mut on_tick = |moment: &inbye::runtime::TickEvent<'_>| {
         ticks += 1;
@@ -129,15 +124,16 @@ fn a_slow_disk() {
         clock: &mut || 0.0,
         on_tick: &mut on_tick,
     };
-    let result = simulate_mission(&mission, &config, engine, &mut observer).expect("it can begin");
+    let result =
+        simulate_mission(&mission, &config, engine, &mut observer).expect("a valid mission");
     assert_eq!(ticks, result.trace.rows.len());
-    // Those of the first chunk, which the disk hung on, and those that wait: that is all the memory there is.
+    // The ticks of the blocked first chunk and those in the queue: there is no more memory.
     assert!((64..=64 + 22).contains(&kept), "{kept} of {ticks}");
     assert_eq!(
         recorder.stopped(),
         Some("the disk is too slow for the drive")
     );
-    drop(go_on);
+    drop(release);
     let recorded = recorder.finish(result.trace.digest());
     assert!(recorded.stopped.is_some());
     let replay = replay_on(&file.bytes(), cpu(1));
@@ -145,13 +141,13 @@ fn a_slow_disk() {
     assert_eq!(replay.first_difference, None);
 }
 
-/// The largest piece that it was given.
-struct Largest {
+/// A disk that measures its largest write.
+struct MeasuringDisk {
     file: Memory,
     bytes: std::sync::Arc<std::sync::atomic::AtomicUsize>,
 }
 
-impl Write for Largest {
+impl Write for MeasuringDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         use std::sync::atomic::Ordering;
         self.bytes.fetch_max(bytes.len(), Ordering::Relaxed);
@@ -163,22 +159,22 @@ impl Write for Largest {
     }
 }
 
-fn chunks_are_small() {
+fn writes_are_at_most_a_chunk() {
     let (mission, config) = tour();
     let file = Memory::default();
     let largest = std::sync::Arc::default();
-    let disk = Largest {
+    let disk = MeasuringDisk {
         file: file.clone(),
         bytes: std::sync::Arc::clone(&largest),
     };
     let ends = (&mission, &config);
-    let (_, recorded) = record_by(ends, &mut || 0.0, disk, DiskBusy::Wait);
+    let (_, recorded) = record_by(ends, &mut || 0.0, disk, BackpressurePolicy::Block);
     let largest = largest.load(std::sync::atomic::Ordering::Relaxed);
     assert!(largest < 1_200_000, "{largest}");
     assert!(recorded.bytes > 2 * largest as u64, "{recorded:?}");
 }
 
-fn a_cut_file() {
+fn truncated_file_is_replayed() {
     let (mission, config) = tour();
     let (result, file) = record(&mission, &config);
     let all = result.trace.rows.len() as u64;
@@ -192,7 +188,7 @@ fn a_cut_file() {
             (&None, false)
         );
         assert!(replay.ticks > last, "chunk {number}");
-        // A byte short of it, the chunk is lost; with half of the next it is not.
+        // One byte less loses the chunk. Half of the next chunk changes nothing.
         assert_eq!(replay_on(&file[..end - 1], cpu(1)).ticks, last);
         let next = ends.get(number + 1).copied().unwrap_or(file.len());
         let replayed = replay_on(&file[..end.midpoint(next)], cpu(1)).ticks;
@@ -200,14 +196,18 @@ fn a_cut_file() {
         last = replay.ticks;
     }
     assert_eq!(last, all);
-    // Without its index it is whole, but does not say so at its very end.
+    // Without the last byte of its index the file is not complete.
     assert!(replay_on(&file, cpu(1)).is_complete);
     assert!(!replay_on(&file[..file.len() - 1], cpu(1)).is_complete);
-    // Wherever it is cut, somebody says so.
+    // Every truncation is reported.
     for end in (0..ends[1]).step_by(ends[1] / 100) {
-        match Recording::open(&file[..end]) {
+        match Reader::open(&file[..end]) {
             Ok(mut cut) => {
-                while cut.next_tick().expect("a cut is no damage").is_some() {}
+                while cut
+                    .next_tick()
+                    .expect("a truncated file is valid")
+                    .is_some()
+                {}
                 assert!(!cut.is_complete());
             }
             Err(error) => assert!(matches!(error, RecordingError::NotOurs { .. }), "{error}"),
@@ -215,14 +215,14 @@ fn a_cut_file() {
     }
 }
 
-fn a_damaged_file() {
+fn damaged_file_is_rejected() {
     let (mission, config) = tour();
     let (_, file) = record(&mission, &config);
     let ends = chunk_ends(&file);
     for place in [ends[2] - 5_000, ends[3] - 10] {
         let mut copy = file.clone();
         copy[place] ^= 4;
-        let mut recording = Recording::open(&copy[..]).expect("its head is whole");
+        let mut recording = Reader::open(&copy[..]).expect("valid metadata");
         let error = loop {
             match recording.next_tick() {
                 Ok(Some(_)) => {}
@@ -234,9 +234,9 @@ fn a_damaged_file() {
     }
 }
 
-fn other_files() {
-    let open = |bytes: &[u8]| match Recording::open(bytes) {
-        Ok(_) => panic!("it is no recording"),
+fn other_files_are_rejected() {
+    let open = |bytes: &[u8]| match Reader::open(bytes) {
+        Ok(_) => panic!("not a recording"),
         Err(error) => error,
     };
     assert!(matches!(
@@ -244,8 +244,8 @@ fn other_files() {
         RecordingError::NotMcap
     ));
     assert!(matches!(open(b""), RecordingError::NotOurs { .. }));
-    let mut empty = mcap::Writer::new(io::Cursor::new(Vec::new())).expect("memory takes it");
-    empty.finish().expect("memory takes it");
+    let mut empty = mcap::Writer::new(io::Cursor::new(Vec::new())).expect("writable memory");
+    empty.finish().expect("writable memory");
     let empty = empty.into_inner().into_inner();
     assert!(matches!(open(&empty), RecordingError::NotOurs { .. }));
 }

@@ -7,26 +7,25 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Engine};
 use inbye::map::OccupancyGrid;
 use inbye::navigator::Goal;
-use inbye::recording::{DiskBusy, Head, Recorded, Recorder, Recording, Replay, replay};
+use inbye::recording::{
+    BackpressurePolicy, DriveMetadata, Reader, Recorder, RecordingReport, Replay, replay,
+};
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
 use inbye::sim::{MovingObstacles, crossing, simulate_mission};
 
-/// A file in memory that others can look at.
+/// A shared file in memory.
 #[derive(Clone, Default)]
 pub struct Memory(Arc<Mutex<Vec<u8>>>);
 
 impl Memory {
     pub fn bytes(&self) -> Vec<u8> {
-        self.0.lock().expect("nobody panicked").clone()
+        self.0.lock().expect("no panic").clone()
     }
 }
 
 impl Write for Memory {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0
-            .lock()
-            .expect("nobody panicked")
-            .extend_from_slice(bytes);
+        self.0.lock().expect("no panic").extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
@@ -35,7 +34,7 @@ impl Write for Memory {
     }
 }
 
-/// Rows of a room of 12 by 5.2 m with a pillar in the way, highest first, in cells of 0.2 m.
+/// Rows of a room of 12 by 5.2 m with a pillar, highest first, in cells of 0.2 m.
 pub fn rows() -> Vec<String> {
     let row = |index: usize| match index {
         0 | 25 => "#".repeat(60),
@@ -45,7 +44,7 @@ pub fn rows() -> Vec<String> {
     (0..26).map(row).collect()
 }
 
-/// Through the room by way of a stop, past a person who crosses.
+/// A drive through the room with a waypoint and a crossing pedestrian.
 pub fn tour() -> (Mission, Config) {
     let origin = Pose::new(-1.0 / 3.0, 0.1, 0.0);
     let map = OccupancyGrid::from_rows(&rows(), 0.2, origin).expect("rows of equal length");
@@ -60,7 +59,7 @@ pub fn tour() -> (Mission, Config) {
     let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];
     let crowd = config.pedestrians.crowd(1, 3);
     let moving_obstacles =
-        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("there is room");
+        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("enough space");
     let mission = Mission {
         via: vec![goal(5.0, 4.0, Some(1.0))],
         moving_obstacles,
@@ -71,8 +70,8 @@ pub fn tour() -> (Mission, Config) {
     (mission, config)
 }
 
-/// The tour past something that the map does not show, with late decisions and plans that come when they come, as on a real
-/// robot: every seventh decision takes long.
+/// The tour with an unmapped obstacle, late decisions and asynchronous plans, as on a real robot: every seventh reading of the
+/// clock is late.
 pub fn late_tour() -> (Mission, Config, impl FnMut() -> f64) {
     let (mut mission, mut config) = tour();
     let mut truth = mission.map.obstacles(config.unknown);
@@ -83,7 +82,7 @@ pub fn late_tour() -> (Mission, Config, impl FnMut() -> f64) {
     let (mut now_s, mut reading) = (0.0, 0_u64);
     let clock = move || {
         reading += 1;
-        // Each decision reads the clock twice, so every second of these falls within one.
+        // A decision reads the clock twice, so every second late reading is within a decision.
         now_s += if reading.is_multiple_of(7) {
             0.2
         } else {
@@ -95,19 +94,19 @@ pub fn late_tour() -> (Mission, Config, impl FnMut() -> f64) {
 }
 
 pub fn cpu(threads: usize) -> Box<dyn Engine> {
-    Box::new(CpuEngine::with_threads(threads).expect("the system has threads"))
+    Box::new(CpuEngine::with_threads(threads).expect("threads"))
 }
 
-/// Drives a mission into a recorder's file, by a clock.
+/// Records a mission in a file, with a clock.
 pub fn record_by<W: Write + Send + 'static>(
     (mission, config): (&Mission, &Config),
     clock: &mut dyn FnMut() -> f64,
     file: W,
-    disk_busy: DiskBusy,
-) -> (MissionResult, Recorded) {
+    policy: BackpressurePolicy,
+) -> (MissionResult, RecordingReport) {
     let engine = cpu(1);
-    let head = Head::new(mission, config, engine.name());
-    let mut recorder = Recorder::new(file, &head, disk_busy).expect("the head fits");
+    let metadata = DriveMetadata::new(mission, config, engine.name());
+    let mut recorder = Recorder::new(file, &metadata, policy).expect("space for the metadata");
     let mut on_tick = |moment: &TickEvent<'_>| {
         recorder.record(moment);
     };
@@ -115,23 +114,28 @@ pub fn record_by<W: Write + Send + 'static>(
         clock,
         on_tick: &mut on_tick,
     };
-    let result = simulate_mission(mission, config, engine, &mut observer).expect("it can begin");
+    let result = simulate_mission(mission, config, engine, &mut observer).expect("a valid mission");
     let recorded = recorder.finish(result.trace.digest());
     (result, recorded)
 }
 
-/// Drives a mission into memory.
+/// Records a mission in memory.
 pub fn record(mission: &Mission, config: &Config) -> (MissionResult, Vec<u8>) {
     let file = Memory::default();
     let mut clock = || 0.0;
-    let (result, recorded) = record_by((mission, config), &mut clock, file.clone(), DiskBusy::Wait);
+    let (result, recorded) = record_by(
+        (mission, config),
+        &mut clock,
+        file.clone(),
+        BackpressurePolicy::Block,
+    );
     assert_eq!(recorded.stopped, None);
     let bytes = file.bytes();
     assert_eq!(recorded.bytes, bytes.len() as u64);
     (result, bytes)
 }
 
-/// A crossing with people, for a few seconds.
+/// A crossing with pedestrians, for a few seconds.
 pub fn crowded() -> (Mission, Config) {
     let scene = crossing();
     let config = Config::default();
@@ -143,7 +147,7 @@ pub fn crowded() -> (Mission, Config) {
     let way = [scene.start.position(), scene.goal];
     let crowd = config.pedestrians.crowd(4, 5);
     let moving_obstacles =
-        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("there is room");
+        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("enough space");
     let mission = Mission {
         moving_obstacles,
         seed: 5,
@@ -154,6 +158,6 @@ pub fn crowded() -> (Mission, Config) {
 }
 
 pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {
-    let mut recording = Recording::open(file).expect("a recording");
-    replay(&mut recording, engine).expect("it is whole, or cut cleanly")
+    let mut recording = Reader::open(file).expect("a recording");
+    replay(&mut recording, engine).expect("a whole or truncated file")
 }

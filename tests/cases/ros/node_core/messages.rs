@@ -1,8 +1,8 @@
-//! Messages that cannot be used: refused, counted, told once; what was known before stays.
+//! Invalid messages: rejected, counted, and reported once; they change nothing.
 
 use inbye::geometry::Pose;
 use inbye::ros::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped};
-use inbye::ros::node::{Arrived, Topic};
+use inbye::ros::node::{IncomingMessage, Topic};
 
 use super::robot::{Robot, goal, grid, header, map, transform};
 
@@ -28,31 +28,35 @@ fn scan() -> LaserScan {
     }
 }
 
-/// Hears a sound message, and one for each damage twice; the words of each must be in the note.
+/// Sends each damaged message twice and then a valid one. The notice must contain the text.
 #[track_caller]
-fn assert_refused<M: Clone>(sound: &M, arrived: fn(M) -> Arrived, damages: &[(Damage<M>, &str)]) {
+fn assert_rejected<M: Clone>(
+    valid: &M,
+    incoming: fn(M) -> IncomingMessage,
+    damages: &[(Damage<M>, &str)],
+) {
     for (damage, words) in damages {
         let mut robot = Robot::new(false);
-        let mut message = sound.clone();
+        let mut message = valid.clone();
         damage(&mut message);
-        robot.hear(&arrived(message.clone()));
-        robot.hear(&arrived(message));
-        robot.hear(&arrived(sound.clone()));
+        robot.receive(&incoming(message.clone()));
+        robot.receive(&incoming(message));
+        robot.receive(&incoming(valid.clone()));
         (robot.has_scan, robot.has_odometry) = (false, false);
         robot.step();
-        let told: Vec<&String> = robot
-            .notes
+        let matching: Vec<&String> = robot
+            .notices
             .iter()
-            .filter(|note| note.contains("is not used"))
+            .filter(|notice| notice.contains("is rejected"))
             .collect();
         assert!(
-            told.len() == 1 && told[0].contains(words),
-            "{words}: {told:?}"
+            matching.len() == 1 && matching[0].contains(words),
+            "{words}: {matching:?}"
         );
-        let tally = robot.core.tally();
-        let topic = arrived(sound.clone()).topic().name();
+        let stats = robot.core.stats();
+        let topic = incoming(valid.clone()).topic().name();
         assert_eq!(
-            (tally.refused[topic], tally.received[topic]),
+            (stats.rejected[topic], stats.received[topic]),
             (2, 1),
             "{words}"
         );
@@ -60,7 +64,7 @@ fn assert_refused<M: Clone>(sound: &M, arrived: fn(M) -> Arrived, damages: &[(Da
 }
 
 #[test]
-fn maps() {
+fn invalid_maps_are_rejected() {
     let damages: [(Damage<OccupancyGrid>, &str); 9] = [
         (
             |map| map.info.width = 61,
@@ -84,11 +88,11 @@ fn maps() {
             "header.frame_id is empty",
         ),
     ];
-    assert_refused(&map(&grid(29)), Arrived::Map, &damages);
+    assert_rejected(&map(&grid(29)), IncomingMessage::Map, &damages);
 }
 
 #[test]
-fn scans() {
+fn invalid_scans_are_rejected() {
     let damages: [(Damage<LaserScan>, &str); 7] = [
         (|scan| scan.angle_min = f32::NAN, "angle_min is NaN"),
         (|scan| scan.angle_increment = 0.0, "angle_increment is 0"),
@@ -107,11 +111,11 @@ fn scans() {
             "it has 5 ranges, but -3 beams",
         ),
     ];
-    assert_refused(&scan(), Arrived::Scan, &damages);
+    assert_rejected(&scan(), IncomingMessage::Scan, &damages);
 }
 
 #[test]
-fn odometry_messages() {
+fn invalid_odometry_is_rejected() {
     let damages: [(Damage<Odometry>, &str); 7] = [
         (
             |odometry| odometry.pose.pose.position.y = f64::INFINITY,
@@ -126,7 +130,7 @@ fn odometry_messages() {
                 odometry.pose.pose.orientation.x = 1.0;
                 odometry.pose.pose.orientation.w = 0.0;
             },
-            "pose.pose is turned over",
+            "pose.pose is tilted",
         ),
         (
             |odometry| odometry.twist.twist.linear.x = f64::NAN,
@@ -145,12 +149,12 @@ fn odometry_messages() {
             "header.frame_id is empty",
         ),
     ];
-    let arrived = |message| Arrived::Odometry(Box::new(message));
-    assert_refused(&odometry(), arrived, &damages);
+    let incoming = |message| IncomingMessage::Odometry(Box::new(message));
+    assert_rejected(&odometry(), incoming, &damages);
 }
 
 #[test]
-fn goals() {
+fn invalid_goals_are_rejected() {
     let damages: [(Damage<PoseStamped>, &str); 3] = [
         (|goal| goal.pose.position.x = f64::NAN, "pose is not finite"),
         (
@@ -162,30 +166,33 @@ fn goals() {
             "header.frame_id is empty",
         ),
     ];
-    assert_refused(&goal(1.0, 1.0), Arrived::Goal, &damages);
+    assert_rejected(&goal(1.0, 1.0), IncomingMessage::Goal, &damages);
 }
 
 #[test]
-fn a_goal_in_another_frame_than_the_map() {
+fn goal_in_other_frame_than_map_is_rejected() {
     let mut robot = Robot::new(false);
-    robot.hear(&Arrived::Map(map(&grid(29))));
-    let mut lost = goal(1.0, 1.0);
-    lost.header.frame_id = "odom".into();
-    robot.hear(&Arrived::Goal(lost));
+    robot.receive(&IncomingMessage::Map(map(&grid(29))));
+    let mut other = goal(1.0, 1.0);
+    other.header.frame_id = "odom".into();
+    robot.receive(&IncomingMessage::Goal(other));
     assert_eq!(robot.step(), None);
-    assert!(robot.has_said("it is in the frame `odom`, the map in `map`"));
+    assert!(robot.has_notice("it is in the frame `odom`, the map in `map`"));
 }
 
 #[test]
-fn transforms_and_bytes_that_mean_nothing() {
+fn invalid_transforms_and_undecodable_bytes_are_rejected() {
     let mut robot = Robot::new(false);
-    let mut said = transform("map", "odom", &Pose::default());
-    said.transforms[0].child_frame_id.clear();
-    robot.hear(&Arrived::Transforms(said));
-    robot.hear(&Arrived::Undecodable(Topic::Map, "too short".into()));
+    let mut message = transform("map", "odom", &Pose::default());
+    message.transforms[0].child_frame_id.clear();
+    robot.receive(&IncomingMessage::Transforms(message));
+    robot.receive(&IncomingMessage::Undecodable(
+        Topic::Map,
+        "too short".into(),
+    ));
     robot.step();
-    assert!(robot.has_said("a message on tf is not used: its child_frame_id is empty"));
+    assert!(robot.has_notice("a message on tf is rejected: its child_frame_id is empty"));
     assert!(
-        robot.has_said("cannot be decoded (too short): the topic's type must be OccupancyGrid")
+        robot.has_notice("cannot be decoded (too short): the topic's type must be OccupancyGrid")
     );
 }

@@ -1,10 +1,10 @@
-//! A simulated robot that talks to a node in messages, tick by tick, without a wire.
+//! A simulated robot that exchanges messages with a node, tick by tick, without DDS.
 
 use inbye::geometry::{Pose, Twist};
 use inbye::local::CpuEngine;
 use inbye::map::{OccupancyGrid, UnknownPolicy};
 use inbye::ros::msg;
-use inbye::ros::node::{Arrived, NodeCore, NodeSettings, Published};
+use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings, Outgoing};
 use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -51,42 +51,19 @@ pub fn header(frame: &str, stamp_s: f64) -> msg::Header {
     }
 }
 
-pub fn pose(pose: &Pose) -> msg::Pose {
-    msg::Pose {
-        position: msg::Point {
-            x: pose.x,
-            y: pose.y,
-            z: 0.0,
-        },
-        orientation: msg::Quaternion {
-            x: 0.0,
-            y: 0.0,
-            z: libm::sin(pose.yaw / 2.0),
-            w: libm::cos(pose.yaw / 2.0),
-        },
-    }
-}
-
 pub fn goal(x: f64, y: f64) -> msg::PoseStamped {
     msg::PoseStamped {
         header: header("map", 1.0),
-        pose: pose(&Pose::new(x, y, 0.0)),
+        pose: msg::Pose::from(&Pose::new(x, y, 0.0)),
     }
 }
 
-pub fn transform(parent: &str, child: &str, place: &Pose) -> msg::TFMessage {
-    let msg::Pose {
-        position,
-        orientation,
-    } = pose(place);
+pub fn transform(parent: &str, child: &str, pose: &Pose) -> msg::TFMessage {
     msg::TFMessage {
         transforms: vec![msg::TransformStamped {
             header: header(parent, 1.0),
             child_frame_id: child.into(),
-            transform: msg::Transform {
-                translation: position,
-                rotation: orientation,
-            },
+            transform: msg::Transform::from(pose),
         }],
     }
 }
@@ -100,12 +77,12 @@ pub struct Robot {
     pub now_s: f64,
     pub has_scan: bool,
     pub has_odometry: bool,
-    /// The frame of its odometry, and where that lies in the map.
+    /// The frame of the odometry, and its pose in the map.
     pub frame: &'static str,
     pub frame_at: Pose,
-    /// Where the lidar is.
+    /// The pose of the lidar on the robot.
     pub mount: Pose,
-    pub notes: Vec<String>,
+    pub notices: Vec<String>,
     pub commands: Vec<Option<Twist>>,
     pub paths: Vec<msg::Path>,
     pub markers: Vec<msg::MarkerArray>,
@@ -128,7 +105,7 @@ impl Robot {
             frame: "map",
             frame_at: Pose::default(),
             mount: Pose::default(),
-            notes: Vec::new(),
+            notices: Vec::new(),
             commands: Vec::new(),
             paths: Vec::new(),
             markers: Vec::new(),
@@ -137,34 +114,34 @@ impl Robot {
         }
     }
 
-    /// One that has map and goal.
+    /// A robot with map and goal.
     pub fn ready() -> Self {
         let mut robot = Self::new(false);
-        robot.hear(&Arrived::Map(map(&grid(29))));
-        robot.hear(&Arrived::Goal(goal(GOAL.0, GOAL.1)));
+        robot.receive(&IncomingMessage::Map(map(&grid(29))));
+        robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
         robot
     }
 
-    pub fn hear(&mut self, message: &Arrived) {
-        self.core.hear(self.now_s, message);
+    pub fn receive(&mut self, message: &IncomingMessage) {
+        self.core.receive(self.now_s, message);
     }
 
-    /// A tenth of a second: it senses, hears what to do and does it.
+    /// Simulates 0.1 s: publishes odometry and scan, and executes the command.
     pub fn step(&mut self) -> Option<Twist> {
         if self.has_odometry {
-            self.hear(&Arrived::Odometry(Box::new(self.odometry())));
+            self.receive(&IncomingMessage::Odometry(Box::new(self.odometry())));
         }
         if self.has_scan {
-            self.hear(&Arrived::Scan(self.scan()));
+            self.receive(&IncomingMessage::Scan(self.scan()));
         }
         let stamp = header("", self.now_s).stamp;
-        let Published {
+        let Outgoing {
             command,
             path,
             markers,
-            notes,
+            notices,
         } = self.core.tick(self.now_s, stamp, &mut || 0.0);
-        self.notes.extend(notes);
+        self.notices.extend(notices);
         self.paths.extend(path);
         self.markers.extend(markers);
         self.commands.push(command);
@@ -174,22 +151,22 @@ impl Robot {
         command
     }
 
-    /// Steps until something holds; how many that took.
+    /// Steps until a condition holds. Returns the number of steps.
     #[track_caller]
-    pub fn until(&mut self, most: usize, done: impl Fn(&Self) -> bool) -> usize {
-        for steps in 0..most {
+    pub fn until(&mut self, max: usize, done: impl Fn(&Self) -> bool) -> usize {
+        for steps in 0..max {
             if done(self) {
                 return steps;
             }
             self.step();
         }
         panic!(
-            "not within {most} steps, at {:?}: {:?}",
-            self.pose, self.notes
+            "not within {max} steps, at {:?}: {:?}",
+            self.pose, self.notices
         );
     }
 
-    /// From the goal of most tests.
+    /// Distance to the goal of most tests.
     pub fn away_m(&self) -> f64 {
         libm::hypot(self.pose.x - GOAL.0, self.pose.y - GOAL.1)
     }
@@ -202,19 +179,19 @@ impl Robot {
         self.commands.last() == Some(&Some(Twist::STOP))
     }
 
-    pub fn has_said(&self, words: &str) -> bool {
-        self.notes.iter().any(|note| note.contains(words))
+    pub fn has_notice(&self, words: &str) -> bool {
+        self.notices.iter().any(|notice| notice.contains(words))
     }
 
     fn odometry(&self) -> msg::Odometry {
-        let there = self.frame_at.inverse_transform(&self.pose.position());
-        let there = Pose::new(there.x, there.y, self.pose.yaw - self.frame_at.yaw);
+        let position = self.frame_at.inverse_transform(&self.pose.position());
+        let in_frame = Pose::new(position.x, position.y, self.pose.yaw - self.frame_at.yaw);
         let mut message = msg::Odometry {
             header: header(self.frame, self.now_s),
             child_frame_id: "base_link".into(),
             ..msg::Odometry::default()
         };
-        message.pose.pose = pose(&there);
+        message.pose.pose = msg::Pose::from(&in_frame);
         message.twist.twist.linear.x = self.twist.linear;
         message.twist.twist.angular.z = self.twist.angular;
         message
@@ -226,10 +203,10 @@ impl Robot {
             dropout: 0.0,
             ..Lidar::default()
         };
-        let place = self.pose.transform(&self.mount.position());
-        let eye = Pose::new(place.x, place.y, self.pose.yaw + self.mount.yaw);
+        let position = self.pose.transform(&self.mount.position());
+        let lidar_pose = Pose::new(position.x, position.y, self.pose.yaw + self.mount.yaw);
         let mut unused = Pcg64Mcg::seed_from_u64(0);
-        let seen = lidar.scan(&self.world, &eye, &mut unused).scan;
+        let seen = lidar.scan(&self.world, &lidar_pose, &mut unused).scan;
         let last = seen.angle(seen.ranges.len() - 1);
         msg::LaserScan {
             header: header("laser", self.now_s),
