@@ -1,4 +1,4 @@
-//! The `inbye` program: parse, dispatch, print the error chain once, exit.
+//! The `inbye` program: parses the arguments, runs the command, prints an error with its causes, exits.
 
 use std::process::ExitCode;
 
@@ -6,25 +6,25 @@ use clap::Parser;
 
 mod cli;
 
-/// Unusable input.
+/// Exit status for unusable input.
 const UNUSABLE: u8 = 2;
 
 fn main() -> ExitCode {
     let arguments = match cli::Arguments::try_parse() {
         Ok(arguments) => arguments,
-        // Help and version are answers: clap prints them as they stand.
-        Err(asked) if !asked.use_stderr() => asked.exit(),
-        Err(misuse) => {
-            cli::output::complain_of_arguments(&misuse);
+        // Help and version: clap prints them to standard output.
+        Err(help) if !help.use_stderr() => help.exit(),
+        Err(error) => {
+            cli::output::print_usage_error(&error);
             return ExitCode::from(UNUSABLE);
         }
     };
-    arguments.verbosity.begin();
+    arguments.verbosity.init_logging();
     match cli::run(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(error) => {
-            cli::output::complain(&error);
+            cli::output::print_error(&error);
             ExitCode::from(UNUSABLE)
         }
     }

@@ -24,6 +24,6 @@ mod cases {
         mod shells;
         mod soak;
         mod tools;
-        mod voice;
+        mod verbosity;
     }
 }

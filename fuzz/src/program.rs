@@ -1,17 +1,17 @@
-//! The program's own parsers, read from its source: they are of its command line and not of the library, whose rooms know
-//! neither their words nor all of the defaults.
+//! The program's parsers, included from its source: they belong to its command line, not to the library.
 
-#![expect(dead_code, reason = "the parts that open files are the program's")]
+#![expect(
+    dead_code,
+    reason = "the functions that open files are used by the program only"
+)]
 #![cfg_attr(
     test,
-    expect(unused_imports, reason = "their own tests run where the program's do")
+    expect(unused_imports, reason = "their unit tests run with the program")
 )]
 
-#[path = "../../src/cli/changes.rs"]
-pub mod changes;
-#[path = "../../src/cli/config.rs"]
-pub mod config;
-#[path = "../../src/cli/plain_words.rs"]
-pub mod plain_words;
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;
+#[path = "../../src/cli/serde_messages.rs"]
+pub mod serde_messages;
+#[path = "../../src/cli/toml_merge.rs"]
+pub mod toml_merge;

@@ -13,7 +13,7 @@ use inbye::runtime::{Config, Mission, Observer};
 use inbye::sim::{MovingObstacles, simulate_mission};
 
 use super::one_line;
-use super::program::{config, problem_file};
+use super::program::{problem_file, toml_merge};
 use super::wire;
 
 /// Problems above so many samples times steps are quantized and not evaluated: it would only take long.
@@ -73,12 +73,12 @@ pub fn drive_config(data: &[u8]) {
         return;
     };
     for ours in [Config::default(), barn_config(2.0)] {
-        match config::parse(text, &ours, sound) {
+        match toml_merge::parse(text, &ours, sound) {
             Err(error) => one_line(&format!("{error:#}")),
             Ok(config) => {
                 config.validate().expect("it was just checked");
                 let written = toml::to_string(&config).expect("a configuration is a table");
-                let again = config::parse(&written, &ours, sound);
+                let again = toml_merge::parse(&written, &ours, sound);
                 assert_eq!(again.expect("what is written is sound"), config);
                 let table = |config: &Config| toml::Table::try_from(config).expect("a table");
                 let named = toml::from_str(text).expect("it was just read");
@@ -115,15 +115,16 @@ pub fn base_config(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    match config::parse(text, &BaseConfig::default(), |read| Ok(read.validate()?)) {
+    match toml_merge::parse(text, &BaseConfig::default(), |read| Ok(read.validate()?)) {
         Err(error) => one_line(&format!("{error:#}")),
         Ok(file) => {
             let written = toml::to_string(&file).expect("settings are a table");
-            let again = config::parse(
-                &written,
-                &BaseConfig::default(),
-                |read| Ok(read.validate()?),
-            );
+            let again =
+                toml_merge::parse(
+                    &written,
+                    &BaseConfig::default(),
+                    |read| Ok(read.validate()?),
+                );
             assert_eq!(again.expect("what is written is sound"), file);
             wire::short(file.base);
         }
@@ -199,7 +200,7 @@ const LONGEST_PERIOD_S: f64 = 2.0;
 /// panic, be nowhere, or be told to move as no limit allows.
 pub fn short_drive(data: &[u8]) {
     let text = str::from_utf8(data).unwrap_or_default();
-    let Ok(config) = config::parse(text, &Config::default(), sound) else {
+    let Ok(config) = toml_merge::parse(text, &Config::default(), sound) else {
         return;
     };
     let local = &config.local;
@@ -261,7 +262,7 @@ pub fn sweep_plan(data: &[u8]) {
         return;
     };
     let sound = |plan: &SweepPlan| Ok(plan.validate()?);
-    match config::parse(text, &SweepPlan::default(), sound) {
+    match toml_merge::parse(text, &SweepPlan::default(), sound) {
         Err(error) => one_line(&format!("{error:#}")),
         Ok(plan) => {
             assert!(!plan.seeds.is_empty() && !plan.worlds.is_empty());

@@ -40,7 +40,7 @@ pub struct AblationArguments {
 /// Drives the missions with each variant.
 pub fn run(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(folder) = &arguments.report {
-        report_file::make_folder(folder)?;
+        report_file::create_folder(folder)?;
     }
     let missions = &arguments.missions_of;
     let (config, sites, rules) = missions.read(arguments.unmapped)?;

@@ -1,4 +1,4 @@
-//! What may be typed.
+//! The commands and their arguments.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -8,31 +8,31 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::EngineChoice;
 use inbye::map::UnknownPolicy;
 
-use super::known_words;
+use super::value_parsers;
 use super::verbosity::Verbosity;
 
-/// Flags that every command has.
-pub(super) const EVERYWHERE: &str = "Everywhere";
+/// Heading of the flags that every command has.
+pub(super) const GLOBAL_OPTIONS: &str = "Global options";
 
 /// Exact GPU-parallel local planning and hybrid navigation for inspection robots.
 ///
-/// With no command it runs its main job on built-in scenes: plan, drive among moving people, compare all engines of
-/// this machine, measure them, and write a report.
+/// Without a command it runs a demo on built-in scenes: it plans, drives among pedestrians, compares and measures all engines of
+/// this machine, and writes a report.
 #[derive(Debug, Parser)]
 #[command(version, about, long_about, max_term_width = 100)]
 #[command(
-    after_help = "Example:\n  inbye                       run the main job, write inbye-report/index.html\n  \
+    after_help = "Example:\n  inbye                       run the demo, write inbye-report/index.html\n  \
     inbye plan --map mine.yaml --start 10,5 --goal 80,40 --json\n\n\
     Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.\n\
-    Colours are for terminals; NO_COLOR=1 leaves them out there as well. `inbye man` and `inbye completions` are for your system."
+    Output to a terminal is coloured unless NO_COLOR=1 is set. `inbye man` prints manual pages, `inbye completions` shell completions."
 )]
 pub struct Arguments {
     /// Print one JSON object on standard output instead of text.
-    #[arg(long, global = true, help_heading = EVERYWHERE)]
+    #[arg(long, global = true, help_heading = GLOBAL_OPTIONS)]
     pub json: bool,
     #[command(flatten)]
     pub verbosity: Verbosity,
-    /// Folder for the main job's report [default: inbye-report].
+    /// Folder for the demo's report [default: inbye-report].
     #[arg(long)]
     pub report: Option<PathBuf>,
     /// The command.
@@ -45,36 +45,36 @@ pub struct Arguments {
 pub enum Command {
     /// Find a global path on a map.
     Plan(PlanArguments),
-    /// Drive to a goal in a closed loop, simulated; with --port on a real base.
+    /// Drive to a goal in a closed loop: simulated, or with --port on a real base.
     Drive(DriveArguments),
-    /// Decide again on what was recorded, and compare all bits.
+    /// Repeat the decisions of a recording and compare all bits.
     Replay(super::replay::ReplayArguments),
     /// Take one decision of the dynamic window approach and explain it.
     Evaluate(EvaluateArguments),
-    /// Put random problems to every engine here and compare all bits.
+    /// Run random problems on every engine of this machine and compare all bits.
     Verify(VerifyArguments),
-    /// List adapters and CPU features.
+    /// List GPU adapters and CPU features.
     #[command(after_help = "Example:\n  inbye devices --json")]
     Devices,
-    /// Print every setting with its default, check a file of them, or take over Nav2's.
-    Config(super::config_arguments::ConfigArguments),
-    /// Measure.
+    /// Print every setting with its default, check a configuration file, or import Nav2's.
+    Config(super::config_command::ConfigArguments),
+    /// Run benchmarks.
     Bench(BenchArguments),
-    /// Run a plan of many cells: worlds, settings, samplings, engines, seeds; go on after any interruption; merge.
+    /// Run an experiment plan: worlds x settings x samplings x engines x seeds; resumes after an interruption; merges.
     Sweep(super::sweep::SweepArguments),
-    /// A base on a serial line: emulate one, tell one, watch one.
+    /// A base on a serial line: emulate, command or monitor one.
     Base(super::base_arguments::BaseArguments),
-    /// Drive a robot among ROS 2 nodes: map, scan, odometry and goal in, velocity out.
+    /// Run as a ROS 2 node: map, scan, odometry and goal in, velocity out.
     Node(super::node::NodeArguments),
-    /// Drag robot, goal and obstacles in a browser, which decides with the same shaders.
+    /// Move robot, goal and obstacles in a browser, which decides with the same shaders.
     Playground(super::playground::PlaygroundArguments),
-    /// Print the completions of a shell.
-    Completions(super::completions::CompletionsArguments),
-    /// Print the manual page, or write those of all commands.
-    Man(super::man::ManArguments),
+    /// Print the completion script of a shell.
+    Completions(super::shell_integration::CompletionsArguments),
+    /// Print the manual page, or write the pages of all commands.
+    Man(super::shell_integration::ManArguments),
 }
 
-/// Which map, and how to read it.
+/// The map and its settings.
 #[derive(Debug, Args)]
 pub struct MapArguments {
     #[arg(
@@ -85,8 +85,8 @@ pub struct MapArguments {
     /// Side of a cell of a .map or text map, metres.
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
     pub resolution: f64,
-    /// What unknown ground counts as [default: the configuration's, blocked].
-    #[arg(long, value_parser = known_words::unknown())]
+    /// How unknown cells count [default: the configuration's, blocked].
+    #[arg(long, value_parser = value_parsers::unknown())]
     pub unknown: Option<UnknownPolicy>,
     /// Settings, TOML.
     #[arg(long)]
@@ -98,10 +98,10 @@ pub struct MapArguments {
 #[command(
     after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
     inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png\n\n\
-    With stops, all figures are those of the whole tour, and `legs` tells them for each leg. Where a goal is walled off, \
-    `nearest_reachable` is the point nearest to it that can be reached; --svg and --png show it.\n\
-    `curvature` holds the smoothed path against the robot's limits: what share of it the base can follow at max_vel_x, \
-    and how slowly it must take the tightest bend; 0 where it must turn in place."
+    With --via all figures are those of the whole path, and `legs` has those of each leg. If the goal cannot be reached, \
+    `nearest_reachable` is the reachable point nearest to it; --svg and --png show it.\n\
+    `curvature` compares the smoothed path with the robot's limits: the share of the path that the base can follow at max_vel_x, \
+    and its highest speed in the tightest bend; 0 if it must turn in place."
 )]
 pub struct PlanArguments {
     #[command(flatten)]
@@ -112,13 +112,13 @@ pub struct PlanArguments {
     /// Goal, metres.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub goal: Place,
-    /// A stop on the way, metres; give one --via for each, in the order in which they are visited.
+    /// An intermediate stop, metres; repeat --via for each stop in the order of the visit.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub via: Vec<Place>,
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
     #[arg(long, allow_negative_numbers = true, value_parser = distance)]
     pub radius: Option<f64>,
-    /// Draw the map and the plan on it into this file, to open in a browser.
+    /// Draw the map with the plan into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub svg: Option<PathBuf>,
     /// The same picture as pixels, 1440 wide.
@@ -131,25 +131,25 @@ pub struct PlanArguments {
 #[command(
     after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
     --seed 7 --report out\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n\n\
-    With --port the base is a real or an emulated one on a serial line, and time is real. With --lidar as well nothing is \
-    simulated: the robot is where the scans of its LD19 put it on the map, it stands while it does not know where that is or \
-    its lidar is silent, and gives up with the reason when that lasts (exit status 1). Without, world and lidar are simulated, \
-    and the robot is where the base reports to have come. It is stopped when no plan comes for 0.3 s, when it does not do what it \
-    is told, and at the end however that comes: `inbye base send --help`."
+    With --port the base is a real or emulated one on a serial line, in real time. With --lidar nothing is simulated: the pose \
+    comes from the scans of an LD19 on the map. The robot stands while it is not localized or its lidar is silent, and gives up \
+    with the reason if that lasts (exit status 1). Without --lidar the world and the lidar are simulated, and the pose is the \
+    base's odometry. The base is stopped when it gets no command for 0.3 s, when it does not follow its commands, and at the \
+    end in any case: `inbye base send --help`."
 )]
 pub struct DriveArguments {
     #[command(flatten)]
     pub map: MapArguments,
-    /// Start, metres and radians; the yaw is 0 when left out.
+    /// Start, metres and radians; the default yaw is 0.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub start: Place,
-    /// Goal, metres, and the yaw to park with where one is given.
+    /// Goal, metres, and optionally the final yaw, radians.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub goal: Place,
-    /// A stop on the way, metres, and the yaw to stand there with where one is given; give one --via for each, in order.
+    /// An intermediate stop, metres, and optionally its yaw, radians; repeat --via for each stop in order.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
-    /// How many people walk the drifts, or a JSON or TOML file of moving obstacles: walkers, wanderers, scripts.
+    /// Number of pedestrians, or a JSON or TOML file of moving obstacles.
     #[arg(
         long,
         default_value = "0",
@@ -157,33 +157,33 @@ pub struct DriveArguments {
         allow_negative_numbers = true
     )]
     pub obstacles: Obstacles,
-    /// Seed of people and lidar noise.
+    /// Seed of pedestrians and lidar noise.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
+    #[arg(long, default_value = "auto", value_parser = value_parsers::engine())]
     pub engine: EngineChoice,
-    /// Refuse to start without a GPU; a software adapter counts when --engine names it. One that is lost on the way is
-    /// survived all the same, and counted.
+    /// Fail without a GPU; a software adapter counts if --engine names it. If the GPU is lost during the drive, the CPU takes over
+    /// and the loss is counted.
     #[arg(long)]
     pub require_gpu: bool,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub threads: Option<usize>,
-    /// What a decision may take by the wall clock, milliseconds; in place of a later one the last command is sent, fading
-    /// with its age, and sampling is lowered where that repeats. Such a run is not the same at each repetition. Waiting for
-    /// plans counts, unless the settings have `wait_for_plans = false` [default: the configuration's `deadline_s`, none].
+    /// Deadline of a decision by the wall clock, milliseconds. A late decision is replaced by the last command, which decays with
+    /// its age, and repeated misses reduce the sampling. Such a run is not repeatable. Waiting for plans counts, unless the
+    /// settings have `wait_for_plans = false` [default: the configuration's `deadline_s`, none].
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = milliseconds)]
     pub deadline: Option<f64>,
-    /// Simulated time after which the run ends, seconds.
+    /// Time limit of the drive, seconds of simulated time.
     #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
     pub time_limit: f64,
     /// Write a report page into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Record the drive in this file: a name that ends in .mcap gets ROS 2 messages, for Foxglove, `ros2 bag` and `inbye
-    /// replay`; any other gets every tick as a line of JSON. A full disk stops the recording, never the drive: then the
-    /// exit status is 1, and `recording.stopped` says why.
+    /// Record the drive in this file: as ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay` if its name ends in .mcap,
+    /// else every tick as a line of JSON. A full disk stops the recording, never the drive: then the exit status is 1, and
+    /// `recording.stopped` gives the reason.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     #[command(flatten)]
@@ -198,9 +198,9 @@ pub struct EvaluateArguments {
     #[arg(long, value_name = "FILE.json")]
     pub problem: PathBuf,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
+    #[arg(long, default_value = "auto", value_parser = value_parsers::engine())]
     pub engine: EngineChoice,
-    /// Return every sample as well, in SI units.
+    /// Also return every sample, in SI units.
     #[arg(long)]
     pub samples: bool,
 }
@@ -209,7 +209,7 @@ pub struct EvaluateArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye verify --cases 500 --seed 1 --json")]
 pub struct VerifyArguments {
-    /// Random problems.
+    /// Number of random problems.
     #[arg(long, default_value_t = 200, allow_negative_numbers = true, value_parser = whole::<u64>(1, u64::MAX))]
     pub cases: u64,
     /// Seed of the problems.
@@ -223,7 +223,7 @@ pub struct VerifyArguments {
     after_help = "Example:\n  inbye bench density --max-samples 4096 --seconds 0.1 --ticks 5 --missions 0 --json"
 )]
 pub struct BenchArguments {
-    /// What to measure.
+    /// The benchmark.
     #[command(subcommand)]
     pub command: BenchCommand,
 }
@@ -337,10 +337,10 @@ pub struct MovingAiArguments {
     pub record: Option<PathBuf>,
 }
 
-/// No map reaches further, metres.
-const FARTHEST: f64 = 1e9;
+/// Largest coordinate, metres.
+const MAX_COORDINATE: f64 = 1e9;
 
-/// A place as typed: two or three numbers.
+/// A position with an optional yaw: two or three numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Position, metres.
@@ -350,21 +350,21 @@ pub struct Place {
 }
 
 impl Place {
-    /// As a pose; without a yaw, facing along x.
+    /// Converts to a pose; the default yaw is 0.
     pub fn pose(&self) -> Pose {
         Pose::new(self.position.x, self.position.y, self.yaw.unwrap_or(0.0))
     }
 }
 
-/// No decision minds more.
-const MOST_OBSTACLES: u64 = 1024;
+/// Most obstacles of a decision.
+const MAX_OBSTACLES: u64 = 1024;
 
-/// People to meet: so many, or those of a file.
+/// Moving obstacles: a number of pedestrians, or a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Obstacles {
-    /// So many.
+    /// Number of pedestrians.
     Count(usize),
-    /// Those of a file.
+    /// A JSON or TOML file.
     File(PathBuf),
 }
 
@@ -375,7 +375,7 @@ impl FromStr for Obstacles {
         if text.parse::<f64>().is_err() {
             return Ok(Self::File(text.into()));
         }
-        whole(0, MOST_OBSTACLES)(text)
+        whole(0, MAX_OBSTACLES)(text)
             .map(Self::Count)
             .map_err(|expected| format!("{expected}, or the name of a JSON or TOML file"))
     }
@@ -385,9 +385,9 @@ impl FromStr for Place {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let mend = || {
+        let error = || {
             format!(
-                "`{text}` is no place: write X,Y or X,Y,YAW in metres and radians, such as 2.5,-1,0"
+                "`{text}` is not a position: write X,Y or X,Y,YAW in metres and radians, such as 2.5,-1,0"
             )
         };
         let numbers = text
@@ -396,10 +396,10 @@ impl FromStr for Place {
                 part.trim()
                     .parse::<f64>()
                     .ok()
-                    .filter(|number| number.abs() <= FARTHEST)
+                    .filter(|number| number.abs() <= MAX_COORDINATE)
             })
             .collect::<Option<Vec<f64>>>()
-            .ok_or_else(mend)?;
+            .ok_or_else(error)?;
         match numbers[..] {
             [x, y] => Ok(Self {
                 position: Point::new(x, y),
@@ -409,14 +409,14 @@ impl FromStr for Place {
                 position: Point::new(x, y),
                 yaw: Some(yaw),
             }),
-            _ => Err(mend()),
+            _ => Err(error()),
         }
     }
 }
 
 pub(super) fn whole<T>(
-    least: u64,
-    most: u64,
+    min: u64,
+    max: u64,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
 where
     T: TryFrom<u64>,
@@ -424,39 +424,39 @@ where
     move |text| {
         let number: Option<u64> = text.parse().ok();
         number
-            .filter(|number| (least..=most).contains(number))
+            .filter(|number| (min..=max).contains(number))
             .and_then(|number| T::try_from(number).ok())
-            .ok_or_else(|| format!("it must be a whole number, {least} to {most}"))
+            .ok_or_else(|| format!("it must be a whole number, {min} to {max}"))
     }
 }
 
 pub(super) fn length(text: &str) -> Result<f64, String> {
-    let fits = |metres: f64| metres > 0.0 && metres <= FARTHEST;
-    number(text, fits, "metres, above zero and at most 1e9")
+    let is_valid = |metres: f64| metres > 0.0 && metres <= MAX_COORDINATE;
+    number(text, is_valid, "metres, above zero and at most 1e9")
 }
 
 fn distance(text: &str) -> Result<f64, String> {
-    let fits = |metres: f64| (0.0..=FARTHEST).contains(&metres);
-    number(text, fits, "metres, 0 to 1e9")
+    let is_valid = |metres: f64| (0.0..=MAX_COORDINATE).contains(&metres);
+    number(text, is_valid, "metres, 0 to 1e9")
 }
 
 pub(super) fn duration(text: &str) -> Result<f64, String> {
-    let fits = |seconds: f64| seconds > 0.0 && seconds <= 1e9;
-    number(text, fits, "seconds, above zero and at most 1e9")
+    let is_valid = |seconds: f64| seconds > 0.0 && seconds <= 1e9;
+    number(text, is_valid, "seconds, above zero and at most 1e9")
 }
 
 fn milliseconds(text: &str) -> Result<f64, String> {
-    let fits = |milliseconds: f64| milliseconds > 0.0 && milliseconds <= 1e6;
-    number(text, fits, "milliseconds, above zero and at most 1e6")
+    let is_valid = |milliseconds: f64| milliseconds > 0.0 && milliseconds <= 1e6;
+    number(text, is_valid, "milliseconds, above zero and at most 1e6")
 }
 
 pub(super) fn number(
     text: &str,
-    fits: impl Fn(f64) -> bool,
+    is_valid: impl Fn(f64) -> bool,
     expected: &str,
 ) -> Result<f64, String> {
     match text.parse() {
-        Ok(number) if fits(number) => Ok(number),
+        Ok(number) if is_valid(number) => Ok(number),
         _ => Err(format!("it must be a number of {expected}")),
     }
 }

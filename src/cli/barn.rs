@@ -42,7 +42,7 @@ pub fn run(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     if of.trace.is_some() {
         return of.one_run("BARN", &tasks[0], &config, barn_words::one_run, json);
     }
-    of.make_folder()?;
+    of.create_folder()?;
     let rows = of.campaign(&tasks, &config)?;
     of.write_report(BenchReport {
         title: "inbye: BARN",

@@ -5,11 +5,11 @@ use super::base_arguments::EmulateArguments;
 #[cfg(all(unix, feature = "serial"))]
 pub use on_pseudo_terminal::run;
 
-/// There is nothing to be a base on.
+/// Fails: there are no pseudo-terminals.
 #[cfg(not(all(unix, feature = "serial")))]
 pub fn run(_: &EmulateArguments, _: bool) -> anyhow::Result<bool> {
     anyhow::bail!(
-        "base emulate needs pseudo-terminals: run it on a Unix, in a program built with its feature `serial`"
+        "base emulate needs pseudo-terminals: run it on Unix, in a program built with its feature `serial`"
     )
 }
 
@@ -28,24 +28,24 @@ mod on_pseudo_terminal {
     use serialport::{ClearBuffer, SerialPort, TTYPort};
 
     use super::EmulateArguments;
-    use crate::cli::{interrupt, map_file, output, settings_file};
+    use crate::cli::{config, map_file, output, process};
 
-    /// Longest time from one turn of the controller to the next. Bytes that come begin one at once.
-    const TURN: Duration = Duration::from_millis(4);
+    /// Longest cycle of the controller. Received bytes start the next cycle at once.
+    const CYCLE: Duration = Duration::from_millis(4);
 
-    /// How long a byte waits for room. Where there is none nobody reads.
-    const ROOM: Duration = Duration::from_millis(1);
+    /// Write timeout of a byte. After it no host reads.
+    const WRITE_TIMEOUT: Duration = Duration::from_millis(1);
 
-    /// Is a base until the time is over or a signal comes.
+    /// Emulates a base until the time is over or a signal arrives.
     pub fn run(arguments: &EmulateArguments, json: bool) -> anyhow::Result<bool> {
         let kind = &arguments.kind;
-        let settings = settings_file::read_base(kind.base_config.as_deref())?.base;
+        let settings = config::load_base("--base-config", kind.base_config.as_deref())?.base;
         let mut emulator = Emulator::new(kind.protocol, settings, arguments.seed)?;
-        for trouble in &arguments.fault {
-            emulator.schedule(*trouble);
+        for fault in &arguments.fault {
+            emulator.schedule(*fault);
         }
-        let mut lidar = lidar(arguments)?;
-        let end = interrupt::flag()?;
+        let mut lidar = open_lidar(arguments)?;
+        let end = process::interrupt_flag()?;
         let mut pair = Pair::open()?;
         let lidar_port = lidar.as_ref().map(|lidar| lidar.name().to_owned());
         if json {
@@ -59,16 +59,16 @@ mod on_pseudo_terminal {
             lidar_port.iter().for_each(output::line);
             output::note(format!("speaks {}; Ctrl-C ends it", kind.protocol));
         }
-        let began = Instant::now();
+        let started = Instant::now();
         let (mut bytes, mut line) = ([0; 512], Vec::new());
         let time_s = loop {
-            let now_s = began.elapsed().as_secs_f64();
+            let now_s = started.elapsed().as_secs_f64();
             let over = arguments.for_s.is_some_and(|for_s| now_s >= for_s);
             if over || end.load(Ordering::Relaxed) {
                 break now_s;
             }
             let count = pair.read(&mut bytes)?;
-            let now_s = began.elapsed().as_secs_f64();
+            let now_s = started.elapsed().as_secs_f64();
             emulator.receive(&bytes[..count], now_s);
             line.clear();
             emulator.step(now_s, &mut line);
@@ -77,19 +77,19 @@ mod on_pseudo_terminal {
                 lidar.step(now_s, emulator.pose())?;
             }
         };
-        let place = lidar.map(|lidar| lidar.place(emulator.pose()));
-        print(&emulator, place, time_s, json)?;
+        let map_pose = lidar.map(|lidar| lidar.map_pose(emulator.pose()));
+        print(&emulator, map_pose, time_s, json)?;
         Ok(true)
     }
 
-    /// The lidar of a whole robot, if it shall be one.
-    fn lidar(arguments: &EmulateArguments) -> anyhow::Result<Option<EmulatedLidar>> {
+    /// Opens the emulated lidar, if requested.
+    fn open_lidar(arguments: &EmulateArguments) -> anyhow::Result<Option<EmulatedLidar>> {
         let Some(file) = &arguments.lidar_map else {
             return Ok(None);
         };
         let map = map_file::load(file, arguments.resolution)?;
         let start = arguments.start.as_ref();
-        let start = start.context("--lidar-map needs --start: say where on it the robot stands")?;
+        let start = start.context("--lidar-map needs --start: give the robot's pose on the map")?;
         let world = World::new(map.obstacles(UnknownPolicy::Blocked));
         let lidar = RotatingLidar::new(Lidar::default(), world, arguments.seed)?;
         Ok(Some(EmulatedLidar {
@@ -101,11 +101,11 @@ mod on_pseudo_terminal {
         }))
     }
 
-    /// An LD19 on the emulated base, and its line.
+    /// An LD19 on the emulated base, with its port.
     struct EmulatedLidar {
         lidar: RotatingLidar,
         start: Pose,
-        /// None after it was unplugged.
+        /// None after the lidar was unplugged.
         pair: Option<Pair>,
         until_s: f64,
         line: Vec<u8>,
@@ -116,64 +116,65 @@ mod on_pseudo_terminal {
             self.pair.as_ref().map_or("", |pair| &pair.name)
         }
 
-        /// Where the base is on the map that has come to a pose of its own.
-        fn place(&self, own: &Pose) -> Pose {
-            self.start.transform_pose(own)
+        /// The pose on the map; `pose` is relative to the start.
+        fn map_pose(&self, pose: &Pose) -> Pose {
+            self.start.transform_pose(pose)
         }
 
-        fn step(&mut self, now_s: f64, own: &Pose) -> anyhow::Result<()> {
-            let place = self.place(own);
+        fn step(&mut self, now_s: f64, pose: &Pose) -> anyhow::Result<()> {
+            let map_pose = self.map_pose(pose);
             self.line.clear();
-            self.lidar.step(now_s, &place, &mut self.line);
+            self.lidar.step(now_s, &map_pose, &mut self.line);
             if now_s >= self.until_s {
                 self.pair = None;
             }
             if let Some(pair) = &mut self.pair {
-                pair.admit_hosts();
+                pair.release_exclusive_lock();
                 pair.write(&self.line)?;
             }
             Ok(())
         }
     }
 
-    /// Both ends: ours, and the host's, which is held open so that hosts may come and go.
+    /// Both ends of a pseudo-terminal. The host's end stays open so that hosts can reconnect.
     struct Pair {
-        ours: TTYPort,
-        hosts: TTYPort,
+        device: TTYPort,
+        host: TTYPort,
         name: String,
     }
 
     impl Pair {
         fn open() -> anyhow::Result<Self> {
-            let (ours, hosts) = TTYPort::pair().context("no pseudo-terminal can be opened")?;
-            let name = hosts.name().context("the pseudo-terminal has no name")?;
-            Ok(Self { ours, hosts, name })
+            let (device, host) = TTYPort::pair().context("cannot open a pseudo-terminal")?;
+            let name = host.name().context("the pseudo-terminal has no name")?;
+            Ok(Self { device, host, name })
         }
 
         fn read(&mut self, bytes: &mut [u8]) -> anyhow::Result<usize> {
-            self.ours.set_timeout(TURN)?;
-            match self.ours.read(bytes) {
-                Err(error) if is_silence(error.kind()) => {
-                    self.admit_hosts();
+            self.device.set_timeout(CYCLE)?;
+            match self.device.read(bytes) {
+                Err(error) if is_timeout(error.kind()) => {
+                    self.release_exclusive_lock();
                     Ok(0)
                 }
                 read => read.context("the pseudo-terminal"),
             }
         }
 
-        /// Takes back the claim that a host which was killed has left on the line: it would keep all others out until both ends
-        /// are closed. A port does so when it is dropped, and a copy of ours is a port; a living host has a lock as well.
-        fn admit_hosts(&self) {
-            drop(self.hosts.try_clone_native());
+        /// Releases the exclusive mode that a killed host left on the terminal: it would exclude all other hosts until both ends
+        /// are closed. Dropping a port releases it, so a copy is dropped here; a running host also holds a lock.
+        fn release_exclusive_lock(&self) {
+            drop(self.host.try_clone_native());
         }
 
-        /// One byte at a time, since there may be room for one only. Where nobody reads, what lies there is old by now.
+        /// Writes one byte at a time, since there may be space for one only. If no host reads, the buffered bytes are outdated and
+        /// are dropped.
         fn write(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
-            self.ours.set_timeout(ROOM)?;
+            self.device.set_timeout(WRITE_TIMEOUT)?;
             for byte in bytes {
-                match self.ours.write(&[*byte]) {
-                    Err(error) if is_silence(error.kind()) => {
-                        return Ok(self.hosts.clear(ClearBuffer::Input)?);
+                match self.device.write(&[*byte]) {
+                    Err(error) if is_timeout(error.kind()) => {
+                        return Ok(self.host.clear(ClearBuffer::Input)?);
                     }
                     written => written.context("the pseudo-terminal")?,
                 };
@@ -182,7 +183,7 @@ mod on_pseudo_terminal {
         }
     }
 
-    fn is_silence(kind: ErrorKind) -> bool {
+    fn is_timeout(kind: ErrorKind) -> bool {
         matches!(
             kind,
             ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
@@ -191,28 +192,28 @@ mod on_pseudo_terminal {
 
     fn print(
         emulator: &Emulator,
-        place: Option<Pose>,
+        map_pose: Option<Pose>,
         time_s: f64,
         json: bool,
     ) -> anyhow::Result<()> {
-        let (orders, twist) = (emulator.command_stats(), emulator.twist());
-        let distance_m = emulator.travelled_m();
+        let (stats, twist) = (emulator.command_stats(), emulator.twist());
+        let travelled_m = emulator.travelled_m();
         if json {
             return output::json(&json!({
                 "time_s": time_s,
-                "frames": orders.commands,
-                "final_zero_commands": orders.final_zero_commands,
-                "watchdog_stops": orders.watchdog_stops,
-                "distance_m": distance_m,
+                "commands": stats.commands,
+                "final_zero_commands": stats.final_zero_commands,
+                "watchdog_stops": stats.watchdog_stops,
+                "travelled_m": travelled_m,
                 "pose": emulator.pose(),
-                "place": place,
+                "map_pose": map_pose,
                 "linear": twist.linear,
                 "angular": twist.angular,
             }));
         }
         output::line(format!(
-            "{time_s:.1} s, {} commands, the last {} to stand; {} stops by the watchdog; {distance_m:.2} m",
-            orders.commands, orders.final_zero_commands, orders.watchdog_stops,
+            "{time_s:.1} s, {} commands, the last {} zero; {} watchdog stops; {travelled_m:.2} m",
+            stats.commands, stats.final_zero_commands, stats.watchdog_stops,
         ));
         Ok(())
     }

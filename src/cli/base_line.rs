@@ -1,4 +1,4 @@
-//! A base on a port, and the supervisor that has it.
+//! A base on a port, and its supervisor.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,64 +10,64 @@ use anyhow::{Context, bail};
 use inbye::base::{BaseConfig, BaseSupervisor, OpenBase, Protocol};
 
 use super::base_arguments::LineArguments;
-use super::settings_file;
+use super::config;
 
-/// How long a base may take to answer, seconds.
-const ANSWER_WITHIN_S: f64 = 3.0;
+/// Time limit for the base's first report, seconds.
+const ANSWER_TIMEOUT_S: f64 = 3.0;
 
-/// Time between two looks at a supervisor.
-pub const LOOK: Duration = Duration::from_millis(20);
+/// Time between polls of a supervisor.
+pub const POLL_PERIOD: Duration = Duration::from_millis(20);
 
-/// Which base, on which port.
+/// Port, protocol and settings of a base.
 #[derive(Clone, Debug)]
 pub struct BaseLine {
     /// Name of the port.
     pub port: String,
-    /// What the base speaks.
+    /// Protocol of the base.
     pub protocol: Protocol,
-    /// What it is, and how it is kept.
+    /// Settings of the base and its supervisor.
     pub settings: BaseConfig,
 }
 
 impl BaseLine {
-    /// As typed.
-    pub fn of(arguments: &LineArguments) -> anyhow::Result<Self> {
+    /// Creates the description from the arguments.
+    pub fn from_arguments(arguments: &LineArguments) -> anyhow::Result<Self> {
         let kind = &arguments.kind;
         Self::new(&arguments.port, kind.protocol, kind.base_config.as_deref())
     }
 
-    /// A base on a port that speaks a protocol, with its settings.
+    /// Creates the description and loads the settings.
     pub fn new(port: &str, protocol: Protocol, file: Option<&Path>) -> anyhow::Result<Self> {
         Ok(Self {
             port: port.to_owned(),
             protocol,
-            settings: settings_file::read_base(file)?,
+            settings: config::load_base("--base-config", file)?,
         })
     }
 
-    /// Opens the port and keeps the base still until something is planned, or until the flag is set.
-    pub fn supervisor(&self, end: Arc<AtomicBool>) -> anyhow::Result<BaseSupervisor> {
+    /// Opens the port and holds the base still until a target is set. The supervisor ends when the flag is set.
+    pub fn supervisor(&self, shutdown: Arc<AtomicBool>) -> anyhow::Result<BaseSupervisor> {
         let BaseConfig {
             base, supervisor, ..
         } = self.settings;
-        BaseSupervisor::start(self.opener(), &base, supervisor, end).context("--port")
+        BaseSupervisor::start(self.opener(), &base, supervisor, shutdown).context("--port")
     }
 
-    /// Waits for the first report, or for the end of the supervisor.
+    /// Waits for the first report or the end of the supervisor.
     pub fn await_answer(&self, supervisor: &BaseSupervisor) -> anyhow::Result<()> {
         loop {
             let status = supervisor.status();
             if status.feedback.is_some() || !status.is_running {
                 return Ok(());
             }
-            if supervisor.now_s() > ANSWER_WITHIN_S {
+            if supervisor.now_s() > ANSWER_TIMEOUT_S {
                 bail!(
-                    "--port {}: no answer within {ANSWER_WITHIN_S} s: is the base switched on, and does it speak --protocol {}?",
+                    "--port {}: no answer within {ANSWER_TIMEOUT_S} s: is the base switched on, and is --protocol {} right?",
                     self.port,
                     self.protocol,
                 );
             }
-            thread::sleep(LOOK);
+            thread::sleep(POLL_PERIOD);
         }
     }
 
@@ -79,14 +79,14 @@ impl BaseLine {
             protocol,
             settings,
         } = self.clone();
-        // A round of commands must fit into its period.
-        let within = SerialSettings {
+        // A request must fit into the supervisor's period.
+        let timeouts = SerialSettings {
             request_timeout: Duration::from_millis(10),
             ..SerialSettings::default()
         };
         Box::new(move || {
             let session = protocol.session(settings.base)?;
-            Ok(Box::new(SerialBase::open(&port, session, within)?))
+            Ok(Box::new(SerialBase::open(&port, session, timeouts)?))
         })
     }
 

@@ -7,19 +7,19 @@ use serde_json::json;
 
 use super::base_arguments::MonitorArguments;
 use super::base_line::BaseLine;
-use super::{base_text, interrupt, output};
+use super::{base_text, output, process};
 
-/// Time from one line to the next.
-const EVERY: Duration = Duration::from_millis(100);
+/// Time between lines.
+const PERIOD: Duration = Duration::from_millis(100);
 
-/// Tells what a base reports. False when it was not heard at the end.
+/// Prints a base's reports. Returns false if the base is silent at the end.
 pub fn run(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool> {
-    let line = BaseLine::of(&arguments.line)?;
-    let supervisor = line.supervisor(interrupt::flag()?)?;
+    let line = BaseLine::from_arguments(&arguments.line)?;
+    let supervisor = line.supervisor(process::interrupt_flag()?)?;
     line.await_answer(&supervisor)?;
-    let began_s = supervisor.now_s();
+    let start_s = supervisor.now_s();
     loop {
-        let time_s = supervisor.now_s() - began_s;
+        let time_s = supervisor.now_s() - start_s;
         let status = supervisor.status();
         let over = arguments.for_s.is_some_and(|for_s| time_s >= for_s);
         if over || !status.is_running {
@@ -30,12 +30,12 @@ pub fn run(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool> {
             object["time_s"] = json!(time_s);
             output::json(&object)?;
         } else {
-            let said = match &status.feedback {
+            let text = match &status.feedback {
                 Some(feedback) => base_text::line(feedback),
-                None => base_text::condition(&status),
+                None => base_text::drive_status(&status),
             };
-            output::line(format!("{time_s:7.1} s  {said}"));
+            output::line(format!("{time_s:7.1} s  {text}"));
         }
-        thread::sleep(EVERY);
+        thread::sleep(PERIOD);
     }
 }

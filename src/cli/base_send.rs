@@ -7,21 +7,21 @@ use inbye::geometry::Twist;
 use serde_json::json;
 
 use super::base_arguments::SendArguments;
-use super::base_line::{BaseLine, LOOK};
-use super::{base_text, interrupt, output};
+use super::base_line::{BaseLine, POLL_PERIOD};
+use super::{base_text, output, process};
 
-/// Slower than this a base stands, m/s and rad/s.
-const STILL: f64 = 0.01;
+/// Speed below which a base stands, m/s and rad/s.
+const STANDSTILL: f64 = 0.01;
 
-/// Time beyond that of the ramp in which a base comes to a standstill, seconds.
+/// Time beyond the ramp for a base to come to a standstill, seconds.
 const SETTLING_S: f64 = 1.0;
 
-/// Tells a base a motion. False when it was stopped before the time was over.
+/// Commands a motion. Returns false if the base was stopped before the time was over.
 pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
-    let line = BaseLine::of(&arguments.line)?;
-    let supervisor = line.supervisor(interrupt::flag()?)?;
+    let line = BaseLine::from_arguments(&arguments.line)?;
+    let supervisor = line.supervisor(process::interrupt_flag()?)?;
     if arguments.release {
-        // Nothing has moved yet by this supervisor's will, so that only a base that moves by itself refuses.
+        // No motion was commanded yet, so this fails only for a base that moves by itself.
         supervisor.release()?;
     }
     line.await_answer(&supervisor)?;
@@ -30,20 +30,20 @@ pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
         "the base answers: {:.2} m/s and {:.2} rad/s for {} s",
         twist.linear, twist.angular, arguments.for_s
     ));
-    let began_s = supervisor.now_s();
-    plan_while(&supervisor, &twist, |supervisor, _| {
-        supervisor.now_s() - began_s < arguments.for_s
+    let start_s = supervisor.now_s();
+    drive_while(&supervisor, &twist, |supervisor, _| {
+        supervisor.now_s() - start_s < arguments.for_s
     });
-    let driven_s = supervisor.now_s() - began_s;
+    let driven_s = supervisor.now_s() - start_s;
     let tracks = line.settings.base.tracks;
     let latest_s = supervisor.now_s() + tracks.max_stopping_time_s() + SETTLING_S;
-    plan_while(&supervisor, &Twist::STOP, |supervisor, status| {
+    drive_while(&supervisor, &Twist::STOP, |supervisor, status| {
         supervisor.now_s() < latest_s && !is_still(status)
     });
     let status = supervisor.status();
     drop(supervisor);
     let interrupted = !status.is_running;
-    let stopped = base_text::stopped(&status);
+    let stopped = base_text::stop_cause(&status);
     let done = stopped.is_none() && !interrupted;
     if json {
         let mut object = base_text::status(&status);
@@ -54,13 +54,13 @@ pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
         output::json(&object)?;
         return Ok(done);
     }
-    let ending = match (&stopped, interrupted) {
+    let outcome = match (&stopped, interrupted) {
         (Some(why), _) => format!("stopped: {why}"),
         (None, true) => "stopped by a signal".to_owned(),
         (None, false) => "done".to_owned(),
     };
     output::line(format!(
-        "{ending}; {:.2} m in {driven_s:.1} s, {} commands",
+        "{outcome}; {:.2} m in {driven_s:.1} s, {} commands",
         status.travelled_m, status.counters.commands
     ));
     if let Some(feedback) = &status.feedback {
@@ -69,8 +69,8 @@ pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
     Ok(done)
 }
 
-/// Plans a motion as long as something holds, no stop is latched, and nobody asks for an end.
-fn plan_while(
+/// Commands a motion while a condition holds, no stop is latched and the supervisor runs.
+fn drive_while(
     supervisor: &BaseSupervisor,
     twist: &Twist,
     holds: impl Fn(&BaseSupervisor, &SupervisorStatus) -> bool,
@@ -80,15 +80,16 @@ fn plan_while(
         if status.stop_cause.is_some() || !status.is_running || !holds(supervisor, &status) {
             return;
         }
-        // A refusal is a stop that was latched just now, which the next look sees.
+        // A rejection means that a stop was just latched: the next poll sees it.
         let _ = supervisor.set_target(twist, supervisor.now_s());
-        thread::sleep(LOOK);
+        thread::sleep(POLL_PERIOD);
     }
 }
 
-/// Whether the base stands, and is told to.
+/// Whether the base stands and is commanded to.
 fn is_still(status: &SupervisorStatus) -> bool {
-    let stands = |twist: &Twist| twist.linear.abs() < STILL && twist.angular.abs() < STILL;
+    let stands =
+        |twist: &Twist| twist.linear.abs() < STANDSTILL && twist.angular.abs() < STANDSTILL;
     let reported = status.feedback.as_ref().map(|feedback| feedback.twist);
     stands(&status.sent) && reported.is_none_or(|twist| stands(&twist))
 }

@@ -1,14 +1,14 @@
-//! A kept base as people and scripts read it.
+//! Text and JSON of a base's state.
 
 use inbye::base::{DriveStatus, Feedback, SupervisorStatus};
 use serde_json::{Value, json};
 
-/// What a base reports, for scripts.
+/// A report of a base as JSON.
 pub fn feedback(feedback: &Feedback) -> Value {
     json!({
         "linear": feedback.twist.linear,
         "angular": feedback.twist.angular,
-        "ticks": feedback.encoder_counts,
+        "encoder_counts": feedback.encoder_counts,
         "yaw_rate": feedback.yaw_rate,
         "battery_v": feedback.battery_v,
         "emergency_stop": feedback.emergency_stop,
@@ -17,21 +17,21 @@ pub fn feedback(feedback: &Feedback) -> Value {
     })
 }
 
-/// How a base is kept, for scripts.
+/// The supervisor's status as JSON.
 pub fn status(status: &SupervisorStatus) -> Value {
     json!({
-        "condition": condition(status),
-        "stopped": stopped(status),
+        "drive_status": drive_status(status),
+        "stop_cause": stop_cause(status),
         "feedback": status.feedback.as_ref().map(feedback),
         "pose": status.pose,
         "travelled_m": status.travelled_m,
         "counters": status.counters,
-        "line_failure": status.last_failure.as_ref().map(ToString::to_string),
+        "last_failure": status.last_failure.as_ref().map(ToString::to_string),
     })
 }
 
-/// Why the base does not do what was planned, if so: a stop that is latched, a line that is lost, or silence.
-pub fn stopped(status: &SupervisorStatus) -> Option<String> {
+/// Why the base does not follow its target, if so: a latched stop, a lost connection, or silence.
+pub fn stop_cause(status: &SupervisorStatus) -> Option<String> {
     match (&status.stop_cause, &status.drive_status) {
         (Some(reason), _) => Some(reason.to_string()),
         (None, DriveStatus::Disconnected(why)) => Some(why.to_string()),
@@ -42,35 +42,35 @@ pub fn stopped(status: &SupervisorStatus) -> Option<String> {
     }
 }
 
-/// What the base is told, and why.
-pub fn condition(status: &SupervisorStatus) -> String {
-    // What was told last may be older than the stop.
+/// What the base is commanded to do, and why.
+pub fn drive_status(status: &SupervisorStatus) -> String {
+    // The status may be older than the stop.
     if let Some(reason) = &status.stop_cause {
         return format!("stopped: {reason}");
     }
     match &status.drive_status {
-        DriveStatus::NoTarget => "told to stand".to_owned(),
+        DriveStatus::NoTarget => "stands".to_owned(),
         DriveStatus::Driving => format!(
-            "told {:.2} m/s, {:.2} rad/s",
+            "drives {:.2} m/s, {:.2} rad/s",
             status.sent.linear, status.sent.angular
         ),
         DriveStatus::TargetExpired { age_s } => {
-            format!("told to stand: the plan is {age_s:.2} s old")
+            format!("stands: the target is {age_s:.2} s old")
         }
-        DriveStatus::AwaitingFeedback => "told to stand: it has not answered yet".to_owned(),
+        DriveStatus::AwaitingFeedback => "stands: it has not answered yet".to_owned(),
         DriveStatus::Disconnected(why) => why.to_string(),
         DriveStatus::Stopped(reason) => format!("stopped: {reason}"),
     }
 }
 
-/// What a base reports, in a line.
+/// A report of a base as a line of text.
 pub fn line(feedback: &Feedback) -> String {
     let mut parts = vec![format!(
         "{:6.3} m/s  {:6.3} rad/s",
         feedback.twist.linear, feedback.twist.angular
     )];
-    if let Some(ticks) = feedback.encoder_counts {
-        parts.push(format!("ticks {} {}", ticks.left, ticks.right));
+    if let Some(counts) = feedback.encoder_counts {
+        parts.push(format!("encoders {} {}", counts.left, counts.right));
     }
     if let Some(rate) = feedback.yaw_rate {
         parts.push(format!("gyro {rate:6.3} rad/s"));

@@ -9,8 +9,8 @@ use inbye::report::{BenchReport, bench_files, density_svg};
 use serde_json::json;
 
 use super::arguments::DensityArguments;
-use super::clock::wall_clock;
 use super::output_file::Output;
+use super::process::wall_clock;
 use super::{closed_loop, density_words, engines, output, record_file, report_file};
 
 const TITLE: &str = "inbye: sampling density";
@@ -41,7 +41,7 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
     )?;
     let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
     if let Some(folder) = &arguments.report {
-        report_file::make_folder(folder)?;
+        report_file::create_folder(folder)?;
     }
     let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);
     let mut all = with_every_thread_count(engines::all()?, engines::cores())?;

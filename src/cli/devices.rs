@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::{engines, output};
 
-/// Lists adapters and what the CPU offers.
+/// Lists GPU adapters and CPU features.
 pub fn run(json: bool) -> anyhow::Result<bool> {
     let adapters = adapters();
     let features = cpu_features();

@@ -17,14 +17,12 @@ use inbye::sim::{MovingObstacles, simulate_mission};
 use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
-use super::clock::wall_clock;
+use super::drive_log::DriveLog;
+use super::process::wall_clock;
 use super::recording::{Ending, Recording};
-use super::story::Story;
-use super::{
-    engines, hardship_words, map_file, output, plan, report_file, unknown_words, wired_drive,
-};
+use super::{engines, incident_text, map_file, output, plan, report_file, wired_drive};
 
-/// Drives to a goal. False when it is not reached, something was touched, or the recording asked for is not whole.
+/// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let (map, mut config) = map_file::read(&arguments.map)?;
     if let Some(deadline_ms) = arguments.deadline {
@@ -33,7 +31,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if arguments.wired.lidar.is_some() {
         anyhow::ensure!(
             matches!(arguments.obstacles, Obstacles::Count(0)),
-            "--obstacles are simulated, and --lidar sees what is there: leave one of them out"
+            "--obstacles are simulated, but --lidar measures real ones: leave one of them out"
         );
         config.pose_source = PoseSource::Scans;
     }
@@ -43,14 +41,14 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         Ok(moving_obstacles) => moving_obstacles,
         Err(error) => return no_path_or(error, arguments, &map, &config, json),
     };
-    // Before the drive: an hour of it must not be lost for a wrong name.
+    // Created before the drive: a wrong name must not cost an hour of driving.
     let record_file = arguments
         .record
         .as_deref()
         .map(output::create_record)
         .transpose()?;
     if let Some(folder) = &arguments.report {
-        report_file::make_folder(folder)?;
+        report_file::create_folder(folder)?;
     }
     let stop = |place: &Place| Goal {
         position: place.position,
@@ -66,7 +64,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
-    // Frames cost time in each tick: they are taken where somebody will look at them.
+    // Frames cost time in every tick, so they are recorded for a report only.
     let mut reel = arguments.report.as_ref().map(|_| Reel::default());
     let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
         let is_real_time = wired.is_some();
@@ -81,19 +79,19 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         reel.as_mut(),
         recording.as_mut(),
     );
-    // Before anything is written: the base is stopped by now.
+    // The base stops before anything is written.
     let base = wired.map(wired_drive::Wired::end);
     let result = match driven {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
     };
     if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
-        return Err(anyhow!(error.clone())).with_context(|| settings_of(arguments));
+        return Err(anyhow!(error.clone())).with_context(|| settings_source(arguments));
     }
     let recording = recording.map(|recording| recording.end(&result));
     if let Some((folder, reel)) = arguments.report.as_ref().zip(reel.as_ref()) {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page = report_file::of_drive(
+        let page = report_file::drive_page(
             &mission,
             &config,
             &result,
@@ -106,7 +104,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     }
     if json {
         let mut object = object(&result);
-        object["unknown"] = unknown_words::object(&mission.map, config.unknown);
+        object["unknown"] = map_file::unknown_cells_json(&mission.map, config.unknown);
         object["recording"] = json!(recording.as_ref().map(Ending::object));
         if let Some(base) = &base {
             object["base"] = base.object();
@@ -114,8 +112,8 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         output::json(&object)?;
     } else {
         print(&result);
-        if let Some(fact) = unknown_words::fact(&mission.map, config.unknown) {
-            output::line(format!("unknown      {fact}"));
+        if let Some(text) = map_file::unknown_cells_text(&mission.map, config.unknown) {
+            output::line(format!("unknown      {text}"));
         }
         for line in base.iter().flat_map(wired_drive::Ending::lines) {
             output::line(line);
@@ -128,8 +126,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     Ok(result.reached && !result.collided && is_recorded)
 }
 
-/// Runs a mission by the wall clock, with a bar that shows the way covered, with a base on a line and into a recording where
-/// there is one.
+/// Runs a mission with the wall clock and a progress bar: on a real base if one is connected, else simulated.
 pub fn simulate(
     mission: &Mission,
     config: &Config,
@@ -147,17 +144,17 @@ pub fn simulate(
     }
     let bar = output::progress(whole_cm(far_m), what);
     let mut nearest_m = far_m;
-    let mut story = output::tells_details().then(Story::default);
-    let mut on_tick = |moment: &TickEvent<'_>| {
+    let mut log = output::is_verbose().then(DriveLog::default);
+    let mut on_tick = |tick: &TickEvent<'_>| {
         if let Some(reel) = &mut reel {
-            reel.take(moment);
+            reel.take(tick);
         }
-        if let Some(story) = &mut story {
-            story.tell(moment);
+        if let Some(log) = &mut log {
+            log.update(tick);
         }
-        nearest_m = nearest_m.min((goal - moment.row.pose.position()).norm());
+        nearest_m = nearest_m.min((goal - tick.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
-        let warning = recording.as_mut().and_then(|it| it.record(moment));
+        let warning = recording.as_mut().and_then(|it| it.record(tick));
         if let Some(warning) = warning {
             bar.suspend(|| output::warn(warning));
         }
@@ -175,7 +172,7 @@ pub fn simulate(
     result
 }
 
-/// No path is an answer; everything else about ends and settings is unusable input.
+/// Prints a missing path, which is an answer; every other planning error is unusable input.
 fn no_path_or(
     error: MissionError,
     arguments: &DriveArguments,
@@ -185,11 +182,11 @@ fn no_path_or(
 ) -> anyhow::Result<bool> {
     match error {
         MissionError::Fault(Fault::Plan(error @ PlanError::NoValidPath { .. })) => {
-            let mut object = plan::refusal(&error);
+            let mut object = plan::no_path_json(&error);
             object["reached"] = json!(false);
             object["collided"] = json!(false);
             object["fault"] = json!(error.to_string());
-            plan::refuse(&error.to_string(), json.then_some(object))?;
+            plan::print_no_path(&error.to_string(), json.then_some(object))?;
             Ok(false)
         }
         MissionError::Fault(Fault::Plan(error)) => {
@@ -200,8 +197,8 @@ fn no_path_or(
     }
 }
 
-/// Where a setting that turned out wrong under way comes from.
-fn settings_of(arguments: &DriveArguments) -> String {
+/// The source of a setting that proved invalid during the drive.
+fn settings_source(arguments: &DriveArguments) -> String {
     let map = arguments.map.map.display();
     match &arguments.map.config {
         Some(file) => format!("{} with {map}", file.display()),
@@ -209,7 +206,7 @@ fn settings_of(arguments: &DriveArguments) -> String {
     }
 }
 
-/// People from a file, or so many of them spread along the robot's way.
+/// Moving obstacles from a file, or a number of pedestrians along the robot's route.
 fn moving_obstacles(
     arguments: &DriveArguments,
     map: &OccupancyGrid,
@@ -226,17 +223,17 @@ fn moving_obstacles(
     MovingObstacles::on_route(count, arguments.seed, map, config, ends)
 }
 
-/// Percentiles of the decisions' times.
+/// Collects the decision times.
 pub fn latencies(result: &MissionResult) -> Latencies {
     let mut latencies = Latencies::default();
     for &seconds in &result.decision_s {
-        // The wall clock never runs backwards, so every difference is a time.
+        // The wall clock never runs backwards, so every time is valid.
         let _ = latencies.record(seconds);
     }
     latencies
 }
 
-/// The result as scripts read it.
+/// The result as a JSON object.
 pub fn object(result: &MissionResult) -> Value {
     let (x_m, y_m) = result.final_error_m;
     let mut object = json!({
@@ -254,7 +251,7 @@ pub fn object(result: &MissionResult) -> Value {
         "fault": result.fault.as_ref().map(ToString::to_string),
         "trace_digest": result.trace.digest(),
     });
-    for (name, value) in hardship_words::fields(result) {
+    for (name, value) in incident_text::fields(result) {
         object[name] = value;
     }
     object
@@ -266,13 +263,13 @@ fn stop_error(error: &StopError) -> Value {
 
 /// The result in one line.
 pub fn one_line(result: &MissionResult) -> String {
-    let ending = match (result.reached, result.collided) {
-        (_, true) => "touched an obstacle",
+    let outcome = match (result.reached, result.collided) {
+        (_, true) => "hit an obstacle",
         (true, false) => "reached the goal",
         (false, false) => "did not reach the goal",
     };
     format!(
-        "{ending}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
+        "{outcome}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
         result.travelled_m,
         result.time_s,
         result.trace.rows.len(),
@@ -288,24 +285,29 @@ fn print(result: &MissionResult) {
     }
     for (number, error) in result.stop_errors.iter().enumerate() {
         let StopError { x_m, y_m, yaw_rad } = *error;
-        output::line(miss(&format!("stop {}", number + 1), x_m, y_m, yaw_rad));
+        output::line(error_line(
+            &format!("stop {}", number + 1),
+            x_m,
+            y_m,
+            yaw_rad,
+        ));
     }
     let (x_m, y_m) = result.final_error_m;
-    output::line(miss("final error", x_m, y_m, result.final_yaw_error));
+    output::line(error_line("final error", x_m, y_m, result.final_yaw_error));
     if let Some(summary) = latencies(result).summary() {
         output::line(format!(
             "decision     p50 {:.2} ms, p99 {:.2} ms, slowest {:.2} ms on {}",
             summary.p50_ms, summary.p99_ms, summary.max_ms, result.engine,
         ));
     }
-    for (name, fact) in hardship_words::facts(result) {
+    for (name, fact) in incident_text::facts(result) {
         output::line(format!("{name:<12} {fact}"));
     }
     output::line(format!("trace        {}", result.trace.digest()));
 }
 
-/// How far from where it should the robot stands.
-fn miss(what: &str, x_m: f64, y_m: f64, yaw_rad: Option<f64>) -> String {
+/// The line of a position error.
+fn error_line(name: &str, x_m: f64, y_m: f64, yaw_rad: Option<f64>) -> String {
     let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));
-    format!("{what:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
+    format!("{name:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
 }

@@ -42,7 +42,7 @@ pub fn run(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<bool> {
             json,
         );
     }
-    of.make_folder()?;
+    of.create_folder()?;
     let rows = of.campaign(&tasks, &config)?;
     of.write_report(BenchReport {
         title: "inbye: DynaBARN",

@@ -10,12 +10,12 @@ use inbye::local::{
 
 use super::output;
 
-/// Cores that the system lets this program use.
+/// Number of cores available to this process.
 pub fn cores() -> usize {
     available_parallelism().map_or(1, usize::from)
 }
 
-/// What this machine is, for records: processor, cores, system.
+/// Describes this machine for records: processor, cores, system.
 pub fn machine() -> String {
     use std::env::consts::{ARCH, OS};
     let model = std::fs::read_to_string("/proc/cpuinfo")
@@ -28,44 +28,44 @@ pub fn machine() -> String {
     format!("{model}, {} cores, {ARCH}, {OS}", cores())
 }
 
-/// Opens the engine asked for and says on standard error which and why.
-pub fn choose(
-    preference: &EngineChoice,
-    threads: Option<usize>,
-) -> anyhow::Result<Box<dyn Engine>> {
-    let began = Instant::now();
-    let opened = open_engine(preference, threads.unwrap_or_else(cores))?;
-    Ok(told(opened, began))
+/// Opens the chosen engine and prints which one and why to standard error.
+pub fn choose(choice: &EngineChoice, threads: Option<usize>) -> anyhow::Result<Box<dyn Engine>> {
+    let started = Instant::now();
+    let opened = open_engine(choice, threads.unwrap_or_else(cores))?;
+    Ok(announce(opened, started))
 }
 
-/// Opens the engine to drive with, a GPU only with the CPU standing by, and says on standard error which and why.
+/// Opens the chosen engine for a drive, a GPU only with the CPU as fallback, and prints which one and why to standard error.
 pub fn choose_to_drive(
-    preference: &EngineChoice,
+    choice: &EngineChoice,
     threads: Option<usize>,
     gpu_required: bool,
 ) -> anyhow::Result<Box<dyn Engine>> {
     let threads = threads.unwrap_or_else(cores);
-    let began = Instant::now();
-    let opened = open_with_fallback(preference, threads, gpu_required)?;
-    Ok(told(opened, began))
+    let started = Instant::now();
+    let opened = open_with_fallback(choice, threads, gpu_required)?;
+    Ok(announce(opened, started))
 }
 
-/// Says which engine was taken and why, and what opening it took.
-fn told(SelectedEngine { engine, reason }: SelectedEngine, began: Instant) -> Box<dyn Engine> {
+/// Prints the engine, the reason and the time it took to open.
+fn announce(
+    SelectedEngine { engine, reason }: SelectedEngine,
+    started: Instant,
+) -> Box<dyn Engine> {
     output::note(format!("engine: {reason}"));
-    let ms = began.elapsed().as_secs_f64() * 1e3;
+    let ms = started.elapsed().as_secs_f64() * 1e3;
     output::detail(format!("{} ready after {ms:.0} ms", engine.name()));
     engine
 }
 
-/// Every engine. An adapter that cannot be opened is told and left out.
+/// Opens every engine. An adapter that cannot be opened is skipped with a note.
 pub fn all() -> anyhow::Result<Vec<Box<dyn Engine>>> {
-    let tell = |error| output::note(format!("left out: {error}"));
-    Ok(open_all_engines(cores(), tell)?)
+    let skip = |error| output::note(format!("skipped: {error}"));
+    Ok(open_all_engines(cores(), skip)?)
 }
 
-/// Every way to evaluate here, CPU instruction sets apart.
+/// Opens every engine and CPU instruction set.
 pub fn to_compare() -> anyhow::Result<Vec<Box<dyn Engine>>> {
-    let tell = |error| output::note(format!("left out: {error}"));
-    Ok(open_all_variants(cores(), tell)?)
+    let skip = |error| output::note(format!("skipped: {error}"));
+    Ok(open_all_variants(cores(), skip)?)
 }

@@ -8,16 +8,16 @@ use serde_json::json;
 use super::arguments::EvaluateArguments;
 use super::{engines, map_file, output, problem_file};
 
-/// Takes one decision. False when no sample is admissible.
+/// Takes one decision. Returns false if no sample is admissible.
 pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     let problem = problem_file::read(&arguments.problem, map_file::load)?;
-    let prepared = QuantizedProblem::new(&problem)
+    let quantized = QuantizedProblem::new(&problem)
         .with_context(|| format!("{}", arguments.problem.display()))?;
     let mut engine = engines::choose(&arguments.engine, None)?;
-    let evaluation = engine.evaluate(&prepared, Detail::Samples)?;
+    let evaluation = engine.evaluate(&quantized, Detail::Samples)?;
     let mut digest = EvaluationDigest::default();
     digest.add(&evaluation);
-    let explainer = Explainer::new(&problem, &prepared, &evaluation);
+    let explainer = Explainer::new(&problem, &quantized, &evaluation);
     let winner = explainer.winner(&evaluation);
     let counts = &evaluation.counts;
     let (sums, digest) = (explainer.sums(), digest.hex());

@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context, bail, ensure};
 use inbye::ros::nav2::{Import, import};
 
-use super::config_arguments::ImportArguments;
+use super::config_command::ImportArguments;
 use super::output;
 use super::output_file::Output;
 

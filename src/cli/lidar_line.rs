@@ -7,7 +7,7 @@ use inbye::base::ld19::{LidarReader, LidarSettings, LidarStatus, OpenLidar};
 use inbye::map::TimedScan;
 use serde_json::{Value, json};
 
-use super::base_line::LOOK;
+use super::base_line::POLL_PERIOD;
 
 /// How long a lidar may take to its first whole turn, seconds: its motor has to run up.
 const TURNS_WITHIN_S: f64 = 5.0;
@@ -39,7 +39,7 @@ impl LidarLine {
                 let why = status.fault.map_or_else(String::new, |why| why.to_string());
                 bail!("--lidar {port}: no turn within {TURNS_WITHIN_S} s: {why}");
             }
-            thread::sleep(LOOK);
+            thread::sleep(POLL_PERIOD);
         }
         Ok(Self {
             port: port.to_owned(),

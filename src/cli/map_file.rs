@@ -1,28 +1,31 @@
-//! The map named on the command line, with the settings that go with it.
+//! Loads the map of the command line with its settings.
 
 use std::path::Path;
 
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, load_with_warnings};
+use inbye::map::{
+    GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, load_with_warnings,
+};
 use inbye::runtime::Config;
+use serde_json::{Value, json};
 
 use super::arguments::MapArguments;
-use super::{output, settings_file, unknown_words};
+use super::{config, output};
 
-/// Reads map and configuration.
+/// Loads map and configuration.
 pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)> {
-    let mut config = settings_file::read(arguments.config.as_deref())?;
+    let mut config = config::load("--config", arguments.config.as_deref())?;
     if let Some(unknown) = arguments.unknown {
         config.unknown = unknown;
     }
     let map = load(&arguments.map, arguments.resolution)?;
-    if output::tells_details() {
-        tell(&arguments.map, &map, config.unknown);
+    if output::is_verbose() {
+        print_details(&arguments.map, &map, config.unknown);
     }
     Ok((map, config))
 }
 
-fn tell(file: &Path, map: &OccupancyGrid, policy: UnknownPolicy) {
-    let unknown = unknown_words::fact(map, policy);
+fn print_details(file: &Path, map: &OccupancyGrid, policy: UnknownPolicy) {
+    let unknown = unknown_cells_text(map, policy);
     let GridFrame {
         width,
         height,
@@ -32,14 +35,35 @@ fn tell(file: &Path, map: &OccupancyGrid, policy: UnknownPolicy) {
     output::detail(format!(
         "map: {}: {width} x {height} cells of {resolution_m} m; {}",
         file.display(),
-        unknown.map_or_else(|| "all known".to_owned(), |fact| format!("unknown: {fact}")),
+        unknown.map_or_else(|| "all known".to_owned(), |text| format!("unknown: {text}")),
     ));
 }
 
-/// Reads a map of any kind; `resolution_m` is that of one that does not state its own. What may not be meant in it is told on
-/// standard error.
+/// Loads a map of any format; `resolution_m` applies to a format without its own. Warnings go to standard error.
 pub fn load(file: &Path, resolution_m: f64) -> anyhow::Result<OccupancyGrid> {
     let options = LoadOptions { resolution_m };
-    let mut note = |note| output::note(format!("note: {}: {note}", file.display()));
-    Ok(load_with_warnings(file, &options, &mut note)?)
+    let mut warn = |warning| output::note(format!("note: {}: {warning}", file.display()));
+    Ok(load_with_warnings(file, &options, &mut warn)?)
+}
+
+/// The number of unknown cells and how they count, as JSON.
+pub fn unknown_cells_json(map: &OccupancyGrid, policy: UnknownPolicy) -> Value {
+    json!({ "cells": count_unknown(map), "counted_as": policy })
+}
+
+/// The number of unknown cells and how they count, as text; none for a map without such cells.
+pub fn unknown_cells_text(map: &OccupancyGrid, policy: UnknownPolicy) -> Option<String> {
+    let counted = match policy {
+        UnknownPolicy::Blocked => "blocked (--unknown free counts them as free)",
+        UnknownPolicy::Free => "free",
+    };
+    match count_unknown(map) {
+        0 => None,
+        cells => Some(format!("{cells} cells, counted as {counted}")),
+    }
+}
+
+fn count_unknown(map: &OccupancyGrid) -> usize {
+    let unknown = map.cells().iter().filter(|cell| **cell == UNKNOWN);
+    unknown.count()
 }

@@ -15,8 +15,8 @@ use inbye::runtime::{Config, Observer};
 
 use super::arguments::{number, whole};
 use super::campaign::Campaign;
-use super::clock::wall_clock;
-use super::{map_file, output, settings_file};
+use super::process::wall_clock;
+use super::{config, map_file, output};
 
 /// Which missions.
 #[derive(Debug, Args)]
@@ -59,7 +59,7 @@ impl MissionsArguments {
             unmapped_share,
             ..Rules::default()
         };
-        let config = settings_file::read(self.config.as_deref())?;
+        let config = config::load("--config", self.config.as_deref())?;
         let (mut roomy, mut narrow) = (Vec::new(), Vec::new());
         for site in sites(&self.maps, &config)? {
             match site.draw(self.seed, &rules, &config) {

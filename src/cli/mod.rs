@@ -1,4 +1,4 @@
-//! The command line: the only room that prints, reads clocks and opens files to write.
+//! The command line: the only module of the program that prints and opens files to write.
 
 mod ablation;
 mod arguments;
@@ -12,34 +12,29 @@ mod base_send;
 mod base_text;
 mod bench;
 mod campaign;
-mod changes;
-mod clock;
 mod closed_loop;
-mod completions;
 mod config;
-mod config_arguments;
 mod config_command;
+mod curvature_check;
+mod demo;
 mod density_words;
 mod devices;
 mod draw;
 mod drive;
+mod drive_log;
 mod dynabarn;
 mod dynabarn_words;
 mod engines;
 mod evaluate;
-mod followed;
-mod hardship_words;
 mod import_nav2;
-mod interrupt;
-mod known_words;
+mod incident_text;
 mod lidar_line;
 mod localization;
-mod main_job;
-mod man;
 mod map_file;
 mod missions;
 mod movingai;
 mod movingai_words;
+mod multi_leg_plan;
 mod node;
 mod one_run;
 pub mod output;
@@ -47,26 +42,26 @@ mod output_file;
 mod paper;
 mod paper_drive_words;
 mod paper_words;
-mod plain_words;
 mod plan;
 mod plan_drawing;
-mod plan_words;
+mod plan_text;
 mod playground;
 mod problem_file;
+mod process;
 mod record_file;
 mod recording;
 mod replay;
 mod report_file;
-mod settings_file;
+mod serde_messages;
+mod shell_integration;
 mod soak;
 mod soak_words;
-mod story;
 mod sweep;
 mod sweep_crew;
 mod sweep_folder;
 mod sweep_merge;
-mod tour;
-mod unknown_words;
+mod toml_merge;
+mod value_parsers;
 mod verbosity;
 mod verify;
 mod wired_drive;
@@ -76,18 +71,21 @@ pub use arguments::Arguments;
 use arguments::{BenchCommand, Command};
 use base_arguments::BaseCommand;
 
-/// Runs a command. True: done; false: it ran and the answer is no.
+/// The error of commands whose output is no result.
+const NO_JSON: &str = "--json: this command has no JSON output: leave the flag out";
+
+/// Runs a command. Returns true if it is done, false if it ran and the answer is no.
 ///
 /// # Errors
-/// When the input cannot be used.
+/// The input is unusable.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let json = arguments.json;
     anyhow::ensure!(
         arguments.command.is_none() || arguments.report.is_none(),
-        "--report before a command: it is the main job's: give it after the command, where that command writes a report"
+        "--report before a command belongs to the demo: write it after a command that has a report"
     );
     match &arguments.command {
-        None => main_job::run(arguments),
+        None => demo::run(arguments),
         Some(Command::Plan(command)) => plan::run(command, json),
         Some(Command::Drive(command)) => drive::run(command, json),
         Some(Command::Replay(command)) => replay::run(command, json),
@@ -97,8 +95,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Some(Command::Config(command)) => config_command::run(command, json),
         Some(Command::Node(command)) => node::run(command, json),
         Some(Command::Playground(command)) => playground::run(command, json),
-        Some(Command::Completions(command)) => completions::run(command, json),
-        Some(Command::Man(command)) => man::run(command, json),
+        Some(Command::Completions(command)) => {
+            anyhow::ensure!(!json, NO_JSON);
+            shell_integration::completions(command)
+        }
+        Some(Command::Man(command)) => {
+            anyhow::ensure!(!json, NO_JSON);
+            shell_integration::man(command)
+        }
         Some(Command::Sweep(command)) => sweep::run(command, json),
         Some(Command::Base(base)) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),

@@ -9,8 +9,8 @@ use inbye::bench::movingai::{
 use serde_json::json;
 
 use super::arguments::MovingAiArguments;
-use super::clock::wall_clock;
 use super::output_file::Output;
+use super::process::wall_clock;
 use super::record_file::{self, MapAlgorithm};
 use super::{movingai_words, output};
 

@@ -6,7 +6,7 @@ use clap::Args;
 use inbye::local::EngineChoice;
 
 use super::arguments::{duration, whole};
-use super::known_words;
+use super::value_parsers;
 
 /// `inbye node`.
 #[derive(Debug, Args)]
@@ -34,7 +34,7 @@ pub struct NodeArguments {
     #[arg(long, value_name = "NS", default_value = "", hide_default_value = true)]
     pub namespace: String,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
+    #[arg(long, default_value = "auto", value_parser = value_parsers::engine())]
     pub engine: EngineChoice,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
@@ -76,8 +76,8 @@ mod dds {
     use inbye::ros::node::{NodeCore, NodeSettings, Outgoing};
     use serde_json::json;
 
-    use super::super::clock::wall_clock;
-    use super::super::{engines, interrupt, output, settings_file};
+    use super::super::process::wall_clock;
+    use super::super::{config, engines, output, process};
     use super::NodeArguments;
 
     /// Interval at which the node takes messages.
@@ -90,7 +90,7 @@ mod dds {
 
     /// Runs the node until Ctrl-C.
     pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
-        let config = settings_file::read(arguments.config.as_deref())?;
+        let config = config::load("--config", arguments.config.as_deref())?;
         let settings = DdsSettings {
             namespace: arguments.namespace.clone(),
             domain: domain()?,
@@ -98,7 +98,7 @@ mod dds {
             stamped: arguments.stamped,
         };
         let engine = engines::choose_to_drive(&arguments.engine, arguments.threads, false)?;
-        let stop = interrupt::flag()?;
+        let stop = process::interrupt_flag()?;
         let mut dds = DdsNode::open(&settings)?;
         let mut core = NodeCore::new(
             NodeSettings {

@@ -1,4 +1,4 @@
-//! One run of a campaign, to be looked at: which, drawn, and told tick by tick.
+//! One run of a campaign for inspection: drawn, and recorded tick by tick.
 
 use std::fs::File;
 use std::path::Path;
@@ -14,12 +14,12 @@ use super::drive::one_line;
 use super::output_file::Output;
 use super::{output, recording};
 
-/// Which run.
+/// Selects a run.
 #[derive(Clone, Copy, Debug)]
 pub struct OneRun {
     /// The world's number.
     pub world: u32,
-    /// Seed of its noise.
+    /// Seed of the noise.
     pub seed: u64,
 }
 
@@ -37,14 +37,14 @@ impl FromStr for OneRun {
     }
 }
 
-/// The files that it is written to, each where asked for.
+/// The requested output files of a run.
 pub struct Files<'a> {
     svg: Option<Output<'a>>,
     ticks: Option<File>,
 }
 
 impl<'a> Files<'a> {
-    /// Opens them before the run, so that none is made in vain.
+    /// Creates the files before the run, so that a wrong name fails early.
     pub fn create(svg: Option<&'a Path>, ticks: Option<&Path>) -> anyhow::Result<Self> {
         Ok(Self {
             svg: Output::create("--svg", svg, &["svg"])?,
@@ -52,7 +52,7 @@ impl<'a> Files<'a> {
         })
     }
 
-    /// Draws the run on what truly stands there, and writes its ticks.
+    /// Draws the run on the true map and writes its ticks.
     pub fn write(
         self,
         title: &str,

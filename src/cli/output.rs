@@ -1,5 +1,5 @@
-//! Printing: results on standard output, everything else on standard error, coloured where that is a terminal. A reader
-//! that has closed its end, as `head` does, is no error: the rest is dropped.
+//! Printing: results to standard output, everything else to standard error, in colour on a terminal. A closed pipe, as after
+//! `head`, is no error: the rest is dropped.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Write};
@@ -13,8 +13,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use log::LevelFilter;
 use serde::Serialize;
 
-/// What went wrong, on a terminal that shows colours.
-const WRONG: Style = AnsiColor::Red.on_default().bold();
+/// Style of the word `error`.
+const ERROR: Style = AnsiColor::Red.on_default().bold();
 
 /// Prints a result as one JSON object.
 pub fn json(result: &impl Serialize) -> anyhow::Result<()> {
@@ -29,54 +29,53 @@ pub fn line(text: impl AsRef<str>) {
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
     {
-        wrong(&format!("standard output: {error}"));
+        print_error_text(&format!("standard output: {error}"));
         exit(2);
     }
 }
 
-/// Tells the user something that is no part of the result; `--quiet` leaves it out.
+/// Prints a note that is no part of the result; `--quiet` hides it.
 pub fn note(text: impl AsRef<str>) {
     log::info!("{}", text.as_ref());
 }
 
-/// Tells the user of something that may not be what they want, `--quiet` or not.
+/// Prints a warning, also with `--quiet`.
 pub fn warn(text: impl AsRef<str>) {
     log::warn!("{}", text.as_ref());
 }
 
-/// Whether `--verbose` asks for more than is told anyway: what that takes need not be found out otherwise.
-pub fn tells_details() -> bool {
+/// Whether `--verbose` was given, so that details are worth computing.
+pub fn is_verbose() -> bool {
     log::log_enabled!(log::Level::Debug)
 }
 
-/// Tells what only `--verbose` asks for.
+/// Prints a detail with `--verbose`.
 pub fn detail(text: impl AsRef<str>) {
     log::debug!("{}", text.as_ref());
 }
 
-/// Tells why the program ends.
-fn wrong(text: &str) {
-    // Where standard error is closed there is nobody left to tell.
-    let _ = writeln!(anstream::stderr(), "{WRONG}error:{WRONG:#} {text}");
+fn print_error_text(text: &str) {
+    // A closed standard error leaves no place to report to.
+    let _ = writeln!(anstream::stderr(), "{ERROR}error:{ERROR:#} {text}");
 }
 
 /// Prints an error and its causes on one line.
-pub fn complain(error: &anyhow::Error) {
+pub fn print_error(error: &anyhow::Error) {
     let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-    wrong(&in_one_line(&causes.join(": ")));
+    print_error_text(&in_one_line(&causes.join(": ")));
 }
 
-/// Prints what is wrong with the command line on one line.
-pub fn complain_of_arguments(misuse: &clap::Error) {
-    let text = misuse.render().to_string();
+/// Prints an error of the command line on one line.
+pub fn print_usage_error(error: &clap::Error) {
+    let text = error.render().to_string();
     let paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
     let starts = |with: &str| {
         paragraphs
             .iter()
             .find(|paragraph| paragraph.starts_with(with))
     };
-    // A command without its subcommand gets its whole help from clap, and no error.
-    let said = match (starts("error:"), starts("Usage:")) {
+    // For a missing subcommand clap renders the whole help instead of an error.
+    let message = match (starts("error:"), starts("Usage:")) {
         (None, Some(usage)) => format!("a command is missing: {usage}"),
         _ => paragraphs
             .iter()
@@ -86,15 +85,15 @@ pub fn complain_of_arguments(misuse: &clap::Error) {
             .collect::<Vec<_>>()
             .join("; "),
     };
-    let said = said.strip_prefix("error: ").unwrap_or(&said);
-    wrong(&format!("{said}; see --help"));
+    let message = message.strip_prefix("error: ").unwrap_or(&message);
+    print_error_text(&format!("{message}; see --help"));
 }
 
 fn in_one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The file of `--record`, emptied.
+/// Creates the file of `--record`.
 pub fn create_record(file: &Path) -> anyhow::Result<File> {
     File::create(file).with_context(|| {
         let name = file.display();
@@ -102,8 +101,8 @@ pub fn create_record(file: &Path) -> anyhow::Result<File> {
     })
 }
 
-/// A progress bar on standard error; invisible where that is no terminal, with `--quiet`, and with `--verbose`, whose lines
-/// it would run into.
+/// Creates a progress bar on standard error; hidden without a terminal, with `--quiet`, and with `--verbose`, whose lines would
+/// mix with it.
 pub fn progress(steps: u64, what: &str) -> ProgressBar {
     let template = "{msg:24} [{bar:40}] {pos}/{len} {elapsed}";
     let style = ProgressStyle::with_template(template)

@@ -1,4 +1,4 @@
-//! Files that a flag names, opened before the work is done that fills them.
+//! Output files of flags, created before the work starts, so that a wrong name fails early.
 
 use std::fs::File;
 use std::io::Write;
@@ -6,28 +6,34 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 
-/// A file of a flag, emptied, to be written later.
+/// An output file of a flag.
 pub struct Output<'a> {
     flag: &'static str,
     name: &'a Path,
     file: File,
-    ending: &'static str,
+    extension: &'static str,
 }
 
 impl<'a> Output<'a> {
-    /// The file of a flag, none where the flag is not given. Its name must have one of these endings.
+    /// Creates the file of a flag; returns none without the flag. The name must have one of these extensions.
     pub fn create(
         flag: &'static str,
         name: Option<&'a Path>,
-        endings: &[&'static str],
+        extensions: &[&'static str],
     ) -> anyhow::Result<Option<Self>> {
         let Some(name) = name else {
             return Ok(None);
         };
-        let given = name.extension().and_then(|ending| ending.to_str());
-        let Some(&ending) = endings.iter().find(|ending| given == Some(**ending)) else {
-            let endings = endings.join(" or .");
-            bail!("{flag} {}: the name must end in .{endings}", name.display());
+        let given = name.extension().and_then(|extension| extension.to_str());
+        let known = extensions
+            .iter()
+            .find(|extension| given == Some(**extension));
+        let Some(&extension) = known else {
+            let extensions = extensions.join(" or .");
+            bail!(
+                "{flag} {}: the name must end in .{extensions}",
+                name.display()
+            );
         };
         let file = File::create(name).with_context(|| {
             let name = name.display();
@@ -37,16 +43,16 @@ impl<'a> Output<'a> {
             flag,
             name,
             file,
-            ending,
+            extension,
         }))
     }
 
-    /// The ending of its name.
-    pub const fn ending(&self) -> &'static str {
-        self.ending
+    /// The extension of its name.
+    pub const fn extension(&self) -> &'static str {
+        self.extension
     }
 
-    /// Writes it.
+    /// Writes the content.
     pub fn write(mut self, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
         self.file
             .write_all(content.as_ref())

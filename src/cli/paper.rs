@@ -15,7 +15,7 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::whole;
-use super::clock::wall_clock;
+use super::process::wall_clock;
 use super::{engines, map_file, output, paper_words, report_file};
 
 /// Ways through the mine, as many as Table 2 has.
@@ -54,7 +54,7 @@ pub struct PaperArguments {
 /// Repeats the paper's tables. False when a path or a drive is not what it should be.
 pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(folder) = &arguments.report {
-        report_file::make_folder(folder)?;
+        report_file::create_folder(folder)?;
     }
     let config = Config::default();
     let sites = Site::roadways(&config)?;

@@ -7,60 +7,60 @@ use inbye::runtime::Config;
 use serde_json::{Value, json};
 
 use super::arguments::{MapArguments, PlanArguments};
+use super::multi_leg_plan::LegFailure;
 use super::plan_drawing::Drawing;
-use super::tour::Refused;
-use super::{map_file, output, plan_words, tour, unknown_words};
+use super::{map_file, multi_leg_plan, output, plan_text};
 
-/// Finds a path. False when there is none.
+/// Finds a path. Returns false if there is none.
 pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     let (map, config) = map_file::read(&arguments.map)?;
     let drawing = Drawing::create(arguments)?;
     let obstacles = map.obstacles(config.unknown);
-    let tour = match tour::plan(arguments, &config, &obstacles) {
-        Ok(tour) => tour,
-        Err(refused) => {
-            drawing.of_refused(&refused, &map)?;
-            return no_path(&refused, arguments, &map, &config, json);
+    let plan = match multi_leg_plan::plan(arguments, &config, &obstacles) {
+        Ok(plan) => plan,
+        Err(failure) => {
+            drawing.draw_failure(&failure, &map)?;
+            return no_path(&failure, arguments, &map, &config, json);
         }
     };
-    drawing.of_tour(&tour, &map)?;
+    drawing.draw_plan(&plan, &map)?;
     if json {
-        let mut object = plan_words::object(&tour, &config);
-        object["unknown"] = unknown_words::object(&map, config.unknown);
+        let mut object = plan_text::object(&plan, &config);
+        object["unknown"] = map_file::unknown_cells_json(&map, config.unknown);
         output::json(&object)?;
     } else {
-        if let Some(fact) = unknown_words::fact(&map, config.unknown) {
-            output::line(format!("unknown   {fact}"));
+        if let Some(text) = map_file::unknown_cells_text(&map, config.unknown) {
+            output::line(format!("unknown   {text}"));
         }
-        plan_words::lines(&tour, &config)
+        plan_text::lines(&plan, &config)
             .iter()
             .for_each(output::line);
     }
     Ok(true)
 }
 
-/// No way is an answer; an end that cannot be is unusable input.
+/// Prints that there is no path, which is an answer; an invalid start or goal is unusable input.
 fn no_path(
-    refused: &Refused,
+    failure: &LegFailure,
     arguments: &PlanArguments,
     map: &OccupancyGrid,
     config: &Config,
     json: bool,
 ) -> anyhow::Result<bool> {
-    let reason = refused.reason();
-    if !matches!(refused.error, PlanError::NoValidPath { .. }) {
-        let error = &refused.error;
+    let reason = failure.reason();
+    if !matches!(failure.error, PlanError::NoValidPath { .. }) {
+        let error = &failure.error;
         return Err(unusable(error, &reason, &arguments.map, map, config));
     }
-    let mut object = refusal(&refused.error);
+    let mut object = no_path_json(&failure.error);
     object["reason"] = json!(reason);
-    object["stop"] = json!(refused.stop);
-    refuse(&reason, json.then_some(object))?;
+    object["stop"] = json!(failure.stop);
+    print_no_path(&reason, json.then_some(object))?;
     Ok(false)
 }
 
-/// That there is no path, and why, as scripts read it.
-pub fn refusal(error: &PlanError) -> Value {
+/// The JSON object for a missing path.
+pub fn no_path_json(error: &PlanError) -> Value {
     let (expanded, nearest) = match error {
         PlanError::NoValidPath {
             expanded, nearest, ..
@@ -74,12 +74,12 @@ pub fn refusal(error: &PlanError) -> Value {
         "expanded": expanded,
         "error": error.code(),
         "reason": error.to_string(),
-        "nearest_reachable": nearest.map(plan_words::pair),
+        "nearest_reachable": nearest.map(plan_text::pair),
     })
 }
 
-/// Says that there is no path: the answer, and why.
-pub fn refuse(reason: &str, object: Option<Value>) -> anyhow::Result<()> {
+/// Prints why there is no path, as an object or as text.
+pub fn print_no_path(reason: &str, object: Option<Value>) -> anyhow::Result<()> {
     if let Some(object) = object {
         return output::json(&object);
     }
@@ -87,7 +87,7 @@ pub fn refuse(reason: &str, object: Option<Value>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// An end that no path can have, in words, with the map that it is on.
+/// The error for an invalid start or goal, with the name of the map.
 pub fn unusable(
     error: &PlanError,
     reason: &str,
@@ -104,7 +104,7 @@ pub fn unusable(
     let unknown = config.unknown == UnknownPolicy::Blocked
         && place.is_some_and(|cell| map.cells()[map.frame().index(cell)] == UNKNOWN);
     let hint = if unknown {
-        "; the map does not know this ground: --unknown free counts such ground as free"
+        "; this cell is unknown in the map: --unknown free counts unknown cells as free"
     } else {
         ""
     };

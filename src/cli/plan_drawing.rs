@@ -1,4 +1,4 @@
-//! The pictures that `inbye plan` leaves behind, their files opened before the search.
+//! The pictures of `inbye plan`.
 
 use std::path::Path as FilePath;
 
@@ -8,14 +8,14 @@ use inbye::map::OccupancyGrid;
 use inbye::report::{PlanFigures, PlanOutcome, PlanView, plan_svg};
 
 use super::arguments::{Place, PlanArguments};
+use super::multi_leg_plan::{GOAL, Leg, LegFailure, MultiLegPlan, joined};
 use super::output_file::Output;
-use super::tour::{GOAL, Leg, Refused, Tour, joined};
 
-/// Width of the picture in pixels: two for each of its units, which is sharp on a screen and in a printed report.
+/// Width of the picture, pixels: two per unit, which is sharp on a screen and in print.
 const PNG_WIDTH: u32 = 1440;
 
 const WITHOUT_PNG: &str =
-    "--png: this program was built without its feature `png`: build it with that, or use --svg";
+    "--png: this program was built without its feature `png`: build it with `png`, or use --svg";
 
 /// The files of `--svg` and `--png`.
 pub struct Drawing<'a> {
@@ -25,7 +25,7 @@ pub struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// Opens the files that are asked for.
+    /// Creates the requested files, before the search.
     pub fn create(arguments: &'a PlanArguments) -> anyhow::Result<Self> {
         let can_png = cfg!(feature = "png") || arguments.png.is_none();
         anyhow::ensure!(can_png, WITHOUT_PNG);
@@ -37,34 +37,34 @@ impl<'a> Drawing<'a> {
     }
 
     /// Draws a plan.
-    pub fn of_tour(self, tour: &Tour, map: &OccupancyGrid) -> anyhow::Result<()> {
-        let pruned = tour.stage(|plan| &plan.pruned);
-        let smoothed = tour.stage(|plan| &plan.smoothed);
-        let sharp_turns = tour.curvature().sharp_turns;
+    pub fn draw_plan(self, plan: &MultiLegPlan, map: &OccupancyGrid) -> anyhow::Result<()> {
+        let pruned = plan.stage(|plan| &plan.pruned);
+        let smoothed = plan.stage(|plan| &plan.smoothed);
+        let sharp_turns = plan.curvature().sharp_turns;
         let figures = PlanFigures {
             length_m: smoothed.length_m(),
-            // A corner counts from a smaller angle on than a turn does.
+            // A sharp turn counts from a smaller angle than a turn does.
             turns: pruned.turns().max(sharp_turns),
             sharp_turns,
-            min_clearance_m: tour.clearance_m(),
+            min_clearance_m: plan.clearance_m(),
         };
-        self.write(map, &tour.legs, PlanOutcome::Found(figures))
+        self.write(map, &plan.legs, PlanOutcome::Found(figures))
     }
 
-    /// Draws how far a plan got.
-    pub fn of_refused(self, refused: &Refused, map: &OccupancyGrid) -> anyhow::Result<()> {
-        let nearest = match refused.error {
+    /// Draws the legs before a failure.
+    pub fn draw_failure(self, failure: &LegFailure, map: &OccupancyGrid) -> anyhow::Result<()> {
+        let nearest = match failure.error {
             PlanError::NoValidPath { nearest, .. } => nearest,
             _ => None,
         };
-        let to = refused.stop.as_deref().filter(|stop| *stop != GOAL);
+        let to = failure.stop.as_deref().filter(|stop| *stop != GOAL);
         let why = format!(
             "no path to {} ({})",
             to.unwrap_or("the goal"),
-            refused.error.code()
+            failure.error.code()
         );
         let outcome = PlanOutcome::NotFound { why: &why, nearest };
-        self.write(map, &refused.legs, outcome)
+        self.write(map, &failure.legs, outcome)
     }
 
     fn write(self, map: &OccupancyGrid, legs: &[Leg], outcome: PlanOutcome) -> anyhow::Result<()> {
@@ -112,7 +112,7 @@ fn pixels(_svg: &str, _width_px: u32) -> anyhow::Result<Vec<u8>> {
     anyhow::bail!(WITHOUT_PNG)
 }
 
-/// The map and the ends.
+/// The title: map, start and goal.
 fn title(arguments: &PlanArguments) -> String {
     let map = &arguments.map.map;
     let name = map.file_name().map_or(map.as_path(), FilePath::new);
@@ -127,7 +127,7 @@ fn title(arguments: &PlanArguments) -> String {
     )
 }
 
-/// The start with the yaw that was given, or else along the path.
+/// The start pose; without a given yaw it faces along the path.
 fn start(place: &Place, path: &[Point]) -> Pose {
     let along = match path {
         [first, second, ..] => bearing(first, second),

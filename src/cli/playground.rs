@@ -6,7 +6,7 @@ use clap::Args;
 use inbye::map::UnknownPolicy;
 
 use super::arguments::{length, whole};
-use super::known_words;
+use super::value_parsers;
 
 /// `inbye playground`.
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub struct PlaygroundArguments {
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
     pub resolution: f64,
     /// How unknown cells count [default: the configuration's, blocked].
-    #[arg(long, value_parser = known_words::unknown())]
+    #[arg(long, value_parser = value_parsers::unknown())]
     pub unknown: Option<UnknownPolicy>,
     /// Settings, TOML: the robot, and the initial sampling and weights.
     #[arg(long)]
@@ -62,7 +62,7 @@ mod server {
     use inbye::runtime::Config;
     use serde_json::json;
 
-    use super::super::{interrupt, map_file, output, problem_file, settings_file};
+    use super::super::{config, map_file, output, problem_file, process};
     use super::PlaygroundArguments;
 
     /// Interval at which the program looks for Ctrl-C.
@@ -70,13 +70,13 @@ mod server {
 
     /// Serves until Ctrl-C.
     pub fn run(arguments: &PlaygroundArguments, json: bool) -> anyhow::Result<bool> {
-        let mut config = settings_file::read(arguments.config.as_deref())?;
+        let mut config = config::load("--config", arguments.config.as_deref())?;
         if let Some(unknown) = arguments.unknown {
             config.unknown = unknown;
         }
         let scenes = scenes(arguments, &config)?;
         let names: Vec<String> = scenes.iter().map(|scene| scene.name().to_owned()).collect();
-        let end = interrupt::flag()?;
+        let end = process::interrupt_flag()?;
         let playground = Playground::start(arguments.port, scenes, parse).with_context(|| {
             let port = arguments.port;
             format!("--port {port}: cannot be served: choose another, or 0 for any free one")

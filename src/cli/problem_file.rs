@@ -1,4 +1,4 @@
-//! `problem.json`: one decision to take, as a file.
+//! Parses `problem.json`: the input of one decision.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
 
-use super::plain_words::plain_words;
+use super::serde_messages::plain_message;
 
 /// The text under `inbye evaluate --help`.
 pub const HELP: &str = concat!(
@@ -24,8 +24,8 @@ pub const HELP: &str = concat!(
      map, robot.pose and target are required; key_node is the target when left out, and every other key has a default. Poses are metres and radians, x forward, y left, yaw counter-clockwise."
 );
 
-/// How much of a line an error shows, up to the place where reading stopped, characters.
-const SHOWN: usize = 40;
+/// Longest quotation of a line in an error, up to the place of the error, characters.
+const MAX_QUOTE: usize = 40;
 
 #[derive(Debug, Deserialize)]
 #[serde(
@@ -59,7 +59,7 @@ struct ProblemFile {
     stopping: Stopping,
 }
 
-/// Where the ground of a problem is described.
+/// The map of a problem: rows of text or a file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MapSource {
@@ -70,7 +70,7 @@ pub struct MapSource {
 }
 
 impl MapSource {
-    /// The name that it gives; none where it describes the ground itself.
+    /// The file name; none if the map is given as rows.
     pub fn name(&self) -> Option<&str> {
         match self {
             Self {
@@ -92,14 +92,14 @@ struct RobotState {
     footprint: Option<Footprint>,
 }
 
-/// Reads a problem, with what loads a map that it names: a file and the resolution to take for one that states none.
+/// Reads a problem. `load` gets the file of a map and the resolution for formats without their own.
 pub fn read(
     file: &Path,
     load: impl Fn(&Path, f64) -> anyhow::Result<OccupancyGrid>,
 ) -> anyhow::Result<Problem> {
     let text = fs::read_to_string(file)
         .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
-    // Relative to the problem, as a map's image is relative to its YAML.
+    // The map is relative to the problem, like a map's image to its YAML file.
     let folder = file.parent().unwrap_or(Path::new(""));
     parse(&text, |map, resolution_m| {
         load(&folder.join(map), resolution_m)
@@ -107,7 +107,7 @@ pub fn read(
     .with_context(|| format!("{}", file.display()))
 }
 
-/// A problem from the text of its file, and what loads the map that it may name.
+/// Parses the text of a problem. `load` loads a map file.
 pub fn parse(
     text: &str,
     load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
@@ -138,15 +138,17 @@ fn one_line(error: &serde_json::Error, text: &str) -> String {
         .chars()
         .take(column)
         .collect();
-    let shown: String = read[read.len().saturating_sub(SHOWN)..].iter().collect();
-    let message = error.to_string();
-    let said = message
+    let quote: String = read[read.len().saturating_sub(MAX_QUOTE)..]
+        .iter()
+        .collect();
+    let text = error.to_string();
+    let message = text
         .rsplit_once(" at line ")
-        .map_or(&*message, |(said, _)| said);
-    let said = plain_words(said, |_| None);
+        .map_or(&*text, |(message, _)| message);
+    let message = plain_message(message, |_| None);
     format!(
-        "line {line}, column {column}, after `{}`: {said}",
-        shown.trim()
+        "line {line}, column {column}, after `{}`: {message}",
+        quote.trim()
     )
 }
 
@@ -174,7 +176,7 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
         None => inbye::runtime::RobotConfig::default().footprint,
     };
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
-    let situation = DecisionInput {
+    let input = DecisionInput {
         field,
         pose: Pose::from(file.robot.pose),
         twist,
@@ -185,7 +187,7 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
         footprint: &footprint,
         weights: settings.weights,
     };
-    Ok(situation.problem(&settings))
+    Ok(input.problem(&settings))
 }
 
 fn occupancy(

@@ -1,4 +1,4 @@
-//! The rows that `inbye bench` leaves behind in files.
+//! Writes rows of benchmarks into files.
 
 use inbye::bench::movingai::AlgorithmRow;
 use inbye::bench::{Columns, csv_text};
@@ -6,12 +6,12 @@ use serde::Serialize;
 
 use super::output_file::Output;
 
-/// An algorithm on the scenarios of a map.
+/// Results of an algorithm on the scenarios of a map.
 #[derive(Serialize)]
 pub struct MapAlgorithm {
     /// Name of the map.
     pub map: String,
-    /// What the algorithm did.
+    /// Results of the algorithm.
     #[serde(flatten)]
     pub row: AlgorithmRow,
 }
@@ -35,9 +35,9 @@ impl Columns for MapAlgorithm {
     ];
 }
 
-/// Writes rows, as JSON or CSV by the file's ending.
+/// Writes rows as JSON or CSV by the file's extension.
 pub fn write<R: Columns>(file: Output, rows: &[R]) -> anyhow::Result<()> {
-    let text = if file.ending() == "json" {
+    let text = if file.extension() == "json" {
         serde_json::to_string_pretty(rows)? + "\n"
     } else {
         csv_text(rows)

@@ -1,4 +1,4 @@
-//! The file of `drive --record`: ROS 2 messages as the drive goes on, or the ticks as lines of JSON after it.
+//! The file of `drive --record`: ROS 2 messages during the drive, or its ticks as lines of JSON afterwards.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::output;
 
-/// A drive on its way into a file.
+/// A recording in progress.
 pub struct Recording<'a> {
     name: &'a Path,
     kind: Kind,
@@ -19,18 +19,18 @@ pub struct Recording<'a> {
 enum Kind {
     Lines(File),
     Mcap(Box<Recorder>),
-    /// Could not begin.
+    /// The recording could not start.
     Stopped(String),
 }
 
-/// What became of it.
+/// A finished recording.
 pub struct Ending<'a> {
     name: &'a Path,
     recorded: RecordingReport,
 }
 
 impl<'a> Recording<'a> {
-    /// Begins a recording in an empty file: MCAP by the file's ending. A base in real time does not wait for the disk.
+    /// Starts a recording in an empty file: MCAP for the extension `.mcap`. A drive in real time does not wait for the disk.
     pub fn begin(
         (file, name): (File, &'a Path),
         mission: &Mission,
@@ -38,7 +38,7 @@ impl<'a> Recording<'a> {
         engine: String,
         is_real_time: bool,
     ) -> Self {
-        if name.extension().is_none_or(|ending| ending != "mcap") {
+        if name.extension().is_none_or(|extension| extension != "mcap") {
             let kind = Kind::Lines(file);
             return Self { name, kind };
         }
@@ -55,7 +55,7 @@ impl<'a> Recording<'a> {
         Self { name, kind }
     }
 
-    /// What to tell the user before the drive, if it could not begin.
+    /// The warning before the drive, if the recording could not start.
     pub fn warning(&self) -> Option<String> {
         match &self.kind {
             Kind::Stopped(why) => Some(warning(self.name, why)),
@@ -63,20 +63,20 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Records a tick; what to tell the user where that ended the recording.
-    pub fn record(&mut self, moment: &TickEvent<'_>) -> Option<String> {
+    /// Records a tick. Returns a warning if the recording stopped.
+    pub fn record(&mut self, tick: &TickEvent<'_>) -> Option<String> {
         let Kind::Mcap(recorder) = &mut self.kind else {
             return None;
         };
-        if recorder.record(moment) {
+        if recorder.record(tick) {
             return None;
         }
         Some(warning(self.name, recorder.stopped()?))
     }
 
-    /// Ends it with the drive. The user is told here where it stopped only now.
+    /// Finishes the recording after the drive, and warns if it stopped only now.
     pub fn end(self, result: &MissionResult) -> Ending<'a> {
-        let is_told = match &self.kind {
+        let has_warned = match &self.kind {
             Kind::Mcap(recorder) => recorder.stopped().is_some(),
             Kind::Lines(_) => false,
             Kind::Stopped(_) => true,
@@ -89,7 +89,7 @@ impl<'a> Recording<'a> {
                 ..RecordingReport::default()
             },
         };
-        if let Some(why) = recorded.stopped.as_ref().filter(|_| !is_told) {
+        if let Some(why) = recorded.stopped.as_ref().filter(|_| !has_warned) {
             output::warn(warning(self.name, why));
         }
         Ending {
@@ -112,7 +112,7 @@ impl Ending<'_> {
         self.recorded.stopped.is_none()
     }
 
-    /// As scripts read it.
+    /// The JSON object.
     pub fn object(&self) -> Value {
         let RecordingReport {
             messages,
@@ -122,7 +122,7 @@ impl Ending<'_> {
         json!({ "file": self.name, "messages": messages, "bytes": bytes, "stopped": stopped })
     }
 
-    /// As people read it.
+    /// The line of text.
     pub fn line(&self) -> String {
         let RecordingReport {
             messages,
@@ -138,7 +138,7 @@ impl Ending<'_> {
     }
 }
 
-/// Every tick as a line of JSON.
+/// Writes every tick as a line of JSON.
 pub fn lines(file: File, result: &MissionResult) -> RecordingReport {
     let mut recorded = RecordingReport::default();
     let mut out = BufWriter::new(file);

@@ -10,17 +10,17 @@ use inbye::local::EngineChoice;
 use inbye::recording::{Difference, FieldValue, Reader, RecordingError, Replay, replay};
 use serde_json::{Value, json};
 
-use super::{arguments, engines, known_words, output};
+use super::{arguments, engines, output, value_parsers};
 
 /// `inbye replay`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n  \
     inbye replay run.mcap --engine cpu --json\n\n\
-    The navigator is made from the configuration, journey and map in the file, sees what was observed, and every number \
-    that it decides is compared with the recorded one. What decisions took and when plans came is repeated too, so a drive \
-    with a deadline or on a real base (--port) replays as well.\n\
-    `complete` is false for a file that was cut or whose recording stopped: it is replayed as far as it goes.\n\
+    The navigator is created from the configuration, waypoints and map in the file and gets the recorded observations; every \
+    number that it decides is compared with the recorded one. Decision times and the arrival of plans are repeated too, so a \
+    drive with a deadline or on a real base (--port) replays as well.\n\
+    `complete` is false for a file that was truncated or whose recording stopped: it is replayed up to its end.\n\
     Exit status: 0 all bits agree; 1 they differ; 2 the file cannot be used."
 )]
 pub struct ReplayArguments {
@@ -28,14 +28,14 @@ pub struct ReplayArguments {
     #[arg(value_name = "FILE.mcap")]
     pub file: PathBuf,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto", value_parser = known_words::engine())]
+    #[arg(long, default_value = "auto", value_parser = value_parsers::engine())]
     pub engine: EngineChoice,
     /// CPU threads [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = arguments::whole::<usize>(1, 1024))]
     pub threads: Option<usize>,
 }
 
-/// Decides again. False where a bit differs.
+/// Repeats the decisions of a recording. Returns false if a bit differs.
 pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
     let name = || format!("{}", arguments.file.display());
     let file = File::open(&arguments.file)
@@ -98,7 +98,7 @@ fn hex(number: &FieldValue) -> String {
 fn print(replay: &Replay, recorded_engine: &str) {
     let ticks = replay.ticks;
     match &replay.first_difference {
-        None => output::line(format!("the same bits in all of {ticks} ticks")),
+        None => output::line(format!("the same bits in all {ticks} ticks")),
         Some(difference) => {
             let Difference {
                 tick,
@@ -109,8 +109,8 @@ fn print(replay: &Replay, recorded_engine: &str) {
             } = difference;
             output::line(format!(
                 "DIFFERS first at tick {tick} of {ticks}, at {time_s:.3} s: {field} was {}, is {}",
-                told(recorded),
-                told(replayed),
+                with_hex(recorded),
+                with_hex(replayed),
             ));
         }
     }
@@ -118,13 +118,13 @@ fn print(replay: &Replay, recorded_engine: &str) {
     output::line(format!("replayed on  {}", replay.engine));
     if !replay.is_complete {
         output::line(format!(
-            "the recording is cut: it ends with tick {}, before the drive did",
+            "the recording is truncated: it ends with tick {}, before the end of the drive",
             ticks - 1
         ));
     }
 }
 
-fn told(number: &FieldValue) -> String {
+fn with_hex(number: &FieldValue) -> String {
     match number {
         FieldValue::Real(value) => format!("{value} ({})", hex(number)),
         FieldValue::Count(value) => format!("{value} ({})", hex(number)),

@@ -1,4 +1,4 @@
-//! The report page of a run, and the folder it goes into.
+//! Writes report pages and their folder.
 
 use std::fs;
 use std::path::Path;
@@ -8,9 +8,9 @@ use inbye::geometry::Pose;
 use inbye::report::{MissionView, Outcome, Reel, Report, ReportFile, html};
 use inbye::runtime::{Config, Mission, MissionResult};
 
-use super::{hardship_words, output};
+use super::{incident_text, output};
 
-/// What a mission's page needs beyond the mission: owned here, borrowed by [`MissionView`].
+/// Data of a mission's page that [`MissionView`] borrows.
 pub struct MissionPage {
     title: String,
     command: String,
@@ -19,7 +19,7 @@ pub struct MissionPage {
 }
 
 impl MissionPage {
-    /// A page with a title, for a run that a command repeats.
+    /// Creates the page of a run; `command` repeats the run.
     pub fn new(title: &str, command: &str, result: &MissionResult) -> Self {
         let mut facts = vec![
             (
@@ -32,8 +32,8 @@ impl MissionPage {
         if let Some(fault) = &result.fault {
             facts.push(("Fault".to_owned(), fault.to_string()));
         }
-        let survived = hardship_words::facts(result).into_iter();
-        facts.extend(survived.map(|(name, fact)| (name.to_owned(), fact)));
+        let incidents = incident_text::facts(result).into_iter();
+        facts.extend(incidents.map(|(name, fact)| (name.to_owned(), fact)));
         Self {
             title: title.to_owned(),
             command: command.to_owned(),
@@ -87,11 +87,11 @@ impl MissionPage {
     }
 }
 
-/// What a drive without a base on a line is.
+/// Introduction of a simulated drive's page.
 pub const SIMULATED: &str = "One mission, simulated in a closed loop.";
 
-/// The page of one drive.
-pub fn of_drive(
+/// Returns the page of one drive.
+pub fn drive_page(
     mission: &Mission,
     config: &Config,
     result: &MissionResult,
@@ -109,26 +109,26 @@ pub fn of_drive(
     })
 }
 
-/// Makes the folder of a report where it is missing.
-pub fn make_folder(folder: &Path) -> anyhow::Result<()> {
+/// Creates the folder of a report.
+pub fn create_folder(folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| {
         let name = folder.display();
         format!("--report {name}: cannot be a folder: choose another name")
     })
 }
 
-/// Writes a page as `index.html` into a folder, which is made where it is missing.
+/// Writes a page as `index.html` into a folder, which is created if missing.
 pub fn write(folder: &Path, page: &str) -> anyhow::Result<()> {
-    make_folder(folder)?;
+    create_folder(folder)?;
     let file = folder.join("index.html");
     fs::write(&file, page).with_context(|| format!("--report {}", folder.display()))?;
     output::note(format!("report: {}", file.display()));
     Ok(())
 }
 
-/// Writes the files of a report into a folder, which is made where it is missing, and names the first, its page.
+/// Writes the files of a report into a folder, which is created if missing, and prints the name of the first, its page.
 pub fn write_files(folder: &Path, files: &[ReportFile]) -> anyhow::Result<()> {
-    make_folder(folder)?;
+    create_folder(folder)?;
     for file in files {
         fs::write(folder.join(&file.name), &file.text)
             .with_context(|| format!("--report {}", folder.display()))?;
@@ -139,7 +139,7 @@ pub fn write_files(folder: &Path, files: &[ReportFile]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What was typed, with the program's name alone in front.
+/// The command line, with the program's name without its folder.
 pub fn command_line() -> String {
     let words = std::env::args().skip(1);
     let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();

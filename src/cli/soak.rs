@@ -16,9 +16,9 @@ use inbye::runtime::Observer;
 use serde_json::{Value, json};
 
 use super::arguments::{number, whole};
-use super::clock::wall_clock;
 use super::missions::{Cell, Driving, MissionsArguments, cells, one_core};
-use super::{engines, known_words, output, report_file, soak_words};
+use super::process::wall_clock;
+use super::{engines, output, report_file, soak_words, value_parsers};
 
 const INTRO: &str = "Random missions, simulated in a closed loop; all of a mission is drawn from its map and seed: ends on free ground, \
     and who walks there.";
@@ -47,7 +47,7 @@ pub struct SoakArguments {
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
-    #[arg(long, default_value = "cpu", value_parser = known_words::engine())]
+    #[arg(long, default_value = "cpu", value_parser = value_parsers::engine())]
     pub engine: EngineChoice,
     /// Drive so many of the missions, evenly spread, again on every other engine, and compare their traces: on all GPU
     /// adapters, or where there is none on the CPU with other instructions.
@@ -82,7 +82,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         return replay(cell, &rules, folder, json);
     }
     if let Some(folder) = &arguments.report {
-        report_file::make_folder(folder)?;
+        report_file::create_folder(folder)?;
     }
     let engine = || Ok(open_engine(&arguments.engine, 1)?.engine);
     let first = engine()?.name();
@@ -192,7 +192,7 @@ fn object(
 
 /// Drives one mission again, for people to look at.
 fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Result<bool> {
-    report_file::make_folder(folder)?;
+    report_file::create_folder(folder)?;
     let (site, setup): (&MissionSite, &Setup) = (cell.site, cell.setup);
     let mut reel = Reel::default();
     let mut observer = Observer {
@@ -204,7 +204,7 @@ fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Resu
         let title = format!("{}, seed {}", site.name, cell.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let (mission, config) = (&drawn.mission, &setup.config);
-        let page = report_file::of_drive(
+        let page = report_file::drive_page(
             mission,
             config,
             result,

@@ -12,7 +12,7 @@ use super::arguments::whole;
 use super::sweep_crew::{Crew, Done, run_alone};
 use super::sweep_folder::Folder;
 use super::sweep_merge::MergeArguments;
-use super::{config, engines, output, sweep_merge};
+use super::{engines, output, sweep_merge, toml_merge};
 
 /// Folder of the results, where none is named.
 const FOLDER: &str = "inbye-sweep";
@@ -148,13 +148,13 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
     let text = fs::read_to_string(file)
         .with_context(|| format!("{}: cannot be read as text", file.display()))?;
-    let plan = config::parse(&text, &SweepPlan::default(), |plan: &SweepPlan| {
+    let plan = toml_merge::parse(&text, &SweepPlan::default(), |plan: &SweepPlan| {
         Ok(plan.validate()?)
     });
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let change = |ours: &_, changes: &toml::Table| {
-        let changed = config::parse(
+        let changed = toml_merge::parse(
             &changes.to_string(),
             ours,
             |config: &inbye::runtime::Config| Ok(config.validate()?),

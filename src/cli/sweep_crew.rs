@@ -8,8 +8,8 @@ use inbye::experiment::campaign::run_cells;
 use inbye::experiment::sweep::{Cell, CellFile, CellResult, open_engine, run_cell};
 use indicatif::ProgressBar;
 
-use super::clock::wall_clock;
 use super::output;
+use super::process::wall_clock;
 use super::sweep_folder::{Folder, LOCKS};
 
 /// The file that says who has the machine, in the system's folder for temporary files.

@@ -85,7 +85,7 @@ fn read(folders: &[PathBuf]) -> anyhow::Result<(Manifest, Merged)> {
 }
 
 fn write(folder: &Path, manifest: &Manifest, merged: &Merged) -> anyhow::Result<()> {
-    report_file::make_folder(folder)?;
+    report_file::create_folder(folder)?;
     table(folder, "sweep", &merged.rows)?;
     if !merged.latencies.is_empty() {
         table(folder, "latency", &merged.latencies)?;

@@ -1,4 +1,4 @@
-//! How much is told beside the result: `--quiet` and `--verbose`.
+//! Logging to standard error: `--quiet` and `--verbose`.
 
 use std::io::{self, Write};
 
@@ -7,27 +7,27 @@ use env_logger::Builder;
 use env_logger::fmt::Formatter;
 use log::{Level, LevelFilter, Record};
 
-use super::arguments::EVERYWHERE;
+use super::arguments::GLOBAL_OPTIONS;
 
-/// What is said by ourselves, and not by a library.
-const OURS: &str = env!("CARGO_CRATE_NAME");
+/// Log target of this program, as opposed to libraries.
+const PROGRAM: &str = env!("CARGO_CRATE_NAME");
 
-/// How much is told on standard error.
+/// Amount of messages on standard error.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Verbosity {
-    /// Tell warnings and errors only: no notes, no progress.
-    #[arg(long, short, global = true, help_heading = EVERYWHERE, conflicts_with = "verbose")]
+    /// Print warnings and errors only: no notes, no progress.
+    #[arg(long, short, global = true, help_heading = GLOBAL_OPTIONS, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Tell more: map, settings that are not at their default, modes and plans of a drive. Twice: what the libraries say,
-    /// that of the graphics drivers too.
-    #[arg(long, short, global = true, help_heading = EVERYWHERE, action = ArgAction::Count)]
+    /// Print more: map, settings that differ from their defaults, modes and plans of a drive. Twice: also messages of the
+    /// libraries and graphics drivers.
+    #[arg(long, short, global = true, help_heading = GLOBAL_OPTIONS, action = ArgAction::Count)]
     pub verbose: u8,
 }
 
 impl Verbosity {
-    /// Has everything told from here on. Nothing is told before.
-    pub fn begin(self) {
-        let (ours, libraries) = match (self.quiet, self.verbose) {
+    /// Installs the logger. Earlier messages are lost.
+    pub fn init_logging(self) {
+        let (program, libraries) = match (self.quiet, self.verbose) {
             (true, _) => (LevelFilter::Warn, LevelFilter::Off),
             (false, 0) => (LevelFilter::Info, LevelFilter::Off),
             (false, 1) => (LevelFilter::Debug, LevelFilter::Off),
@@ -35,26 +35,26 @@ impl Verbosity {
         };
         Builder::new()
             .filter_level(libraries)
-            .filter_module(OURS, ours)
+            .filter_module(PROGRAM, program)
             .format(write)
             .init();
     }
 }
 
-/// A line as it stands: what we say as a sentence, a warning named so, a library's word with the library's name.
+/// Formats a message of this program as plain text, a warning with its level, and a library's message with level and target.
 fn write(out: &mut Formatter, record: &Record) -> io::Result<()> {
-    let (level, said) = (record.level(), record.args());
+    let (level, message) = (record.level(), record.args());
     let style = out.default_level_style(level);
     let target = record.target();
-    let is_ours = target
-        .strip_prefix(OURS)
+    let is_own = target
+        .strip_prefix(PROGRAM)
         .is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
-    match (is_ours, level) {
-        (true, Level::Warn) => writeln!(out, "{style}warning:{style:#} {said}"),
-        (true, _) => writeln!(out, "{said}"),
+    match (is_own, level) {
+        (true, Level::Warn) => writeln!(out, "{style}warning:{style:#} {message}"),
+        (true, _) => writeln!(out, "{message}"),
         (false, _) => {
             let level = level.as_str().to_lowercase();
-            writeln!(out, "{style}{level}:{style:#} {target}: {said}")
+            writeln!(out, "{style}{level}:{style:#} {target}: {message}")
         }
     }
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::arguments::VerifyArguments;
 use super::{engines, output};
 
-/// Compares all engines on random problems.
+/// Compares all engines on random problems. Returns false if a bit differs.
 pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
     let mut all = engines::to_compare()?;
     let bar = output::progress(arguments.cases, "verifying");

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::base_line::BaseLine;
 use super::lidar_line::{LidarEnding, LidarLine};
-use super::{base_text, interrupt, known_words, report_file};
+use super::{base_text, process, report_file, value_parsers};
 
 /// How long a mission waits for a base that does not answer, seconds.
 const ANSWER_WITHIN_S: f64 = 10.0;
@@ -28,7 +28,7 @@ pub struct WiredArguments {
     #[arg(long, value_name = "P", requires = "port")]
     pub lidar: Option<String>,
     /// Protocol of that base [default: native].
-    #[arg(long, value_name = "P", requires = "port", value_parser = known_words::protocol())]
+    #[arg(long, value_name = "P", requires = "port", value_parser = value_parsers::protocol())]
     pub protocol: Option<Protocol>,
     /// That base's settings, TOML with the tables [base], [supervisor] and [lidar].
     #[arg(long, value_name = "FILE.toml", requires = "port")]
@@ -80,7 +80,7 @@ pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option
     };
     let file = arguments.base_config.as_deref();
     let line = BaseLine::new(port, arguments.protocol.unwrap_or_default(), file)?;
-    let supervisor = line.supervisor(interrupt::flag()?)?;
+    let supervisor = line.supervisor(process::interrupt_flag()?)?;
     line.await_answer(&supervisor)?;
     let lidar = arguments.lidar.as_deref();
     let lidar = lidar.map(|port| LidarLine::connect(port, line.settings.lidar));
@@ -148,7 +148,7 @@ impl Robot for Wired {
             let faults = status.feedback.as_ref()?.faults;
             (!faults.is_empty()).then(|| format!("the base reports: {faults}"))
         };
-        base_text::stopped(&status).or_else(reported)
+        base_text::stop_cause(&status).or_else(reported)
     }
 
     fn sweep(&mut self, time_s: f64) -> Option<TimedScan> {
@@ -201,7 +201,7 @@ impl Ending {
         if let Some(why) = &self.status.last_failure {
             lines.push(format!("line failed  {why}"));
         }
-        if let Some(why) = base_text::stopped(&self.status) {
+        if let Some(why) = base_text::stop_cause(&self.status) {
             lines.push(format!("stopped      {why}"));
         } else if !self.status.is_running {
             lines.push("stopped      by a signal".to_owned());

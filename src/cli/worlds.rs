@@ -11,8 +11,8 @@ use inbye::runtime::Config;
 
 use super::arguments::whole;
 use super::campaign::Campaign;
-use super::clock::wall_clock;
 use super::one_run::{Files, OneRun};
+use super::process::wall_clock;
 use super::{engines, output, report_file};
 
 /// Which worlds are driven how often, and what is kept of it.
@@ -90,10 +90,10 @@ impl WorldsArguments {
     }
 
     /// Makes the folder of the report, so that a bad name is told before anything is driven.
-    pub fn make_folder(&self) -> anyhow::Result<()> {
+    pub fn create_folder(&self) -> anyhow::Result<()> {
         self.report
             .as_deref()
-            .map_or(Ok(()), report_file::make_folder)
+            .map_or(Ok(()), report_file::create_folder)
     }
 
     /// Writes the report, where one is asked for: these rows, and where and how they came about.

@@ -1,20 +1,20 @@
-//! Help, and the examples in it.
+//! Help texts and their examples.
 
 use super::program::Workplace;
 
 /// An emulated base needs a pseudo-terminal.
 const HAS_TERMINALS: bool = cfg!(all(unix, feature = "serial"));
 
-/// Every command that the help of another lists, the program itself first.
+/// All commands that a help text lists, the program itself first.
 pub fn commands(place: &Workplace) -> Vec<String> {
     let mut known = vec![String::new()];
-    let mut looked_at = 0;
-    while looked_at < known.len() {
-        let above = known[looked_at].clone();
-        let help = place.run(&format!("{above} --help")).stdout;
+    let mut index = 0;
+    while index < known.len() {
+        let parent = known[index].clone();
+        let help = place.run(&format!("{parent} --help")).stdout;
         let listed = help.split_once("Commands:\n").map_or("", |(_, list)| list);
         for line in listed.lines().take_while(|line| !line.is_empty()) {
-            // What goes on from the line before stands further to the right.
+            // A continuation of the previous line is indented further.
             let Some(rest) = line
                 .strip_prefix("  ")
                 .filter(|rest| !rest.starts_with(' '))
@@ -26,15 +26,15 @@ pub fn commands(place: &Workplace) -> Vec<String> {
                 .next()
                 .expect("a command has a name");
             if name != "help" {
-                known.push(format!("{above} {name}").trim_start().to_owned());
+                known.push(format!("{parent} {name}").trim_start().to_owned());
             }
         }
-        looked_at += 1;
+        index += 1;
     }
     known
 }
 
-/// The examples in a command's help: commands without the program's name.
+/// The examples of a command's help, without the program's name.
 fn examples(place: &Workplace, command: &str) -> Vec<String> {
     let run = place.run(&format!("{command} --help"));
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
@@ -50,7 +50,7 @@ fn examples(place: &Workplace, command: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_example_works() {
+fn help_examples_run() {
     let place = Workplace::new();
     let help = place.run("evaluate --help").stdout;
     let (_, after) = help
@@ -80,17 +80,17 @@ fn every_example_works() {
     for command in &commands {
         let examples = examples(&place, command);
         assert!(!examples.is_empty(), "{command}");
-        // The main job takes its time, and has a test of its own.
+        // The demo takes long and has its own test.
         for example in examples
             .iter()
-            .filter(|example| !example.contains("main job"))
+            .filter(|example| !example.contains("run the demo"))
             .filter(|example| HAS_TERMINALS || !example.contains("base emulate"))
-            // It would talk to the whole network, to whatever is on the first serial port, or serve until it is ended.
+            // These would use the network or a serial port, or serve until they are stopped.
             .filter(|example| !example.starts_with("node") && !example.contains("--port"))
         {
             let run = place.run(example);
             assert_eq!(run.status, 0, "{example}: {run:?}");
-            // What could not be taken over is listed.
+            // The import lists parameters without an equivalent.
             let lists = example.contains("import-nav2") && !example.contains("--json");
             if !lists {
                 let notes = usize::from(example.contains("--report"));
@@ -99,12 +99,12 @@ fn every_example_works() {
             tried += 1;
         }
     }
-    // Not so many: the main job, node, playground, base send and base monitor.
+    // Not tried: the demo, node, playground, base send and base monitor.
     assert!(tried >= commands.len() - 5 - 2 * usize::from(!HAS_TERMINALS));
 }
 
 #[test]
-fn help_and_version_are_results() {
+fn help_and_version_go_to_standard_output() {
     let place = Workplace::new();
     for arguments in ["--help", "--version", "plan -h", "help drive"] {
         let run = place.run(arguments);

@@ -1,29 +1,29 @@
-//! Whether the base can follow a path: its bends against eq. 12 of the paper and the limit of the turn rate.
+//! Checks whether a base can follow a path: its curvature against eq. 12 of the paper and the limit of the turn rate.
 
 use inbye::global::Curvature;
 use inbye::runtime::RobotConfig;
 use serde_json::{Value, json};
 
-/// A path's bends beside what a base can do.
-pub struct Followed {
+/// A path's curvature compared with a base's limits.
+pub struct CurvatureCheck {
     max_per_m: f64,
     sharp_turns: usize,
-    /// Top speed, m/s.
-    top: f64,
-    /// What can be followed at that speed, 1/m; infinite for a base that does not drive forward.
+    /// Highest speed, m/s.
+    max_speed: f64,
+    /// Highest curvature at that speed, 1/m; infinite for a base that does not drive forward.
     limit_per_m: f64,
     within_limit_share: f64,
     slowest: f64,
 }
 
-impl Followed {
-    /// How a base follows a path.
+impl CurvatureCheck {
+    /// Compares a path's curvature with a robot's limits.
     pub fn new(curvature: &Curvature, robot: &RobotConfig) -> Self {
         let (drive, limits) = (robot.drive(), &robot.limits);
-        let (top, turn_rate) = (limits.max_vel_x, limits.max_vel_theta);
+        let (max_speed, turn_rate) = (limits.max_vel_x, limits.max_vel_theta);
         let top_track = drive.top_track_speed(limits);
-        let limit_per_m = if top > 0.0 {
-            drive.max_curvature(top, top_track, turn_rate)
+        let limit_per_m = if max_speed > 0.0 {
+            drive.max_curvature(max_speed, top_track, turn_rate)
         } else {
             f64::INFINITY
         };
@@ -31,21 +31,23 @@ impl Followed {
         let slowest = if curvature.sharp_turns > 0 {
             0.0
         } else if max_per_m > limit_per_m {
-            drive.max_speed(max_per_m, top_track, turn_rate).min(top)
+            drive
+                .max_speed(max_per_m, top_track, turn_rate)
+                .min(max_speed)
         } else {
-            top
+            max_speed
         };
         Self {
             max_per_m,
             sharp_turns: curvature.sharp_turns,
-            top,
+            max_speed,
             limit_per_m,
             within_limit_share: curvature.fraction_within(limit_per_m),
             slowest,
         }
     }
 
-    /// As scripts read it.
+    /// The JSON object.
     pub fn object(&self) -> Value {
         json!({
             "max_per_m": self.max_per_m,
@@ -57,7 +59,7 @@ impl Followed {
         })
     }
 
-    /// As people read it.
+    /// The line of text.
     pub fn line(&self) -> String {
         let bends = match self.min_radius_m() {
             Some(radius_m) => format!(
@@ -72,12 +74,12 @@ impl Followed {
             sharp => format!("{sharp} sharp turns, in place"),
         };
         let followed = if self.within_limit_share == 1.0 {
-            format!("all followed at {:.2} m/s", self.top)
+            format!("all followed at {:.2} m/s", self.max_speed)
         } else {
             let share = format!(
                 "{:.1} % followed at {:.2} m/s",
                 self.within_limit_share * 100.0,
-                self.top
+                self.max_speed
             );
             if self.slowest > 0.0 {
                 format!("{share}, all at {:.2} m/s", self.slowest)
@@ -88,7 +90,7 @@ impl Followed {
         format!("curvature {bends}; {turns}; {followed}")
     }
 
-    /// Radius of the tightest bend, metres; none where the path is straight.
+    /// Radius of the tightest bend, metres; none for a straight path.
     fn min_radius_m(&self) -> Option<f64> {
         (self.max_per_m > 0.0).then(|| self.max_per_m.recip())
     }

@@ -1,13 +1,13 @@
-//! `inbye man`.
+//! `inbye man` and `inbye completions`.
 
 use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::{Args, Command, CommandFactory};
+use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
-use serde_json::json;
 
 use super::arguments::Arguments;
 use super::output;
@@ -15,65 +15,51 @@ use super::output;
 /// `inbye man`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye man\n  inbye man --output man1\n\n\
-    `inbye man | man -l -` shows the page; with --output every command has one of its own, as inbye-bench-density.1, to be \
-    put into a folder man1 that `manpath` tells.\n\
-    JSON fields: `page` (roff), or with --output `files`.")]
+    `inbye man | man -l -` shows the page. With --output each command has its own page, such as inbye-bench-density.1: install \
+    them in a folder man1 of `manpath`.")]
 pub struct ManArguments {
     /// Write the pages of all commands into this folder.
     #[arg(long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 }
 
-/// Prints the program's page, or writes one for each command.
-pub fn run(arguments: &ManArguments, json: bool) -> anyhow::Result<bool> {
+/// Prints the program's manual page, or writes one for each command.
+pub fn man(arguments: &ManArguments) -> anyhow::Result<bool> {
     let mut program = without_help(Arguments::command());
-    // Gives each command its whole name, and the flags that all have.
+    // Sets each command's full name and its global flags.
     program.build();
     let Some(folder) = &arguments.output else {
-        let page = page(&program)?;
-        if json {
-            output::json(&json!({ "page": page }))?;
-        } else {
-            output::line(page.trim_end());
-        }
+        output::line(page(&program)?.trim_end());
         return Ok(true);
     };
     let mut pages = Vec::new();
-    gather(&program, &mut pages)?;
-    let named = || format!("--output {}", folder.display());
-    fs::create_dir_all(folder).with_context(named)?;
-    let mut files = Vec::new();
+    collect_pages(&program, &mut pages)?;
+    let place = || format!("--output {}", folder.display());
+    fs::create_dir_all(folder).with_context(place)?;
     for (name, page) in pages {
         let file = folder.join(name);
-        fs::write(&file, page).with_context(named)?;
-        files.push(file);
-    }
-    if json {
-        output::json(&json!({ "files": files }))?;
-    } else {
-        files
-            .iter()
-            .for_each(|file| output::line(file.display().to_string()));
+        fs::write(&file, page).with_context(place)?;
+        output::line(file.display().to_string());
     }
     Ok(true)
 }
 
-/// Without the command `help`, whose page would say nothing.
+/// Removes the command `help`, whose page would be empty.
 fn without_help(command: Command) -> Command {
     command
         .disable_help_subcommand(true)
         .mut_subcommands(without_help)
 }
 
-/// The pages of a command and of all below it, with their names.
-fn gather(command: &Command, pages: &mut Vec<(String, String)>) -> anyhow::Result<()> {
+/// Collects the pages of a command and its subcommands, with their file names.
+fn collect_pages(command: &Command, pages: &mut Vec<(String, String)>) -> anyhow::Result<()> {
     pages.push((format!("{}.1", name(command)), page(command)?));
     command
         .get_subcommands()
-        .try_for_each(|below| gather(below, pages))
+        .try_for_each(|subcommand| collect_pages(subcommand, pages))
 }
 
-/// A command's whole name, with hyphens.
+/// A command's full name, with hyphens.
 fn name(command: &Command) -> &str {
     command.get_display_name().unwrap_or(command.get_name())
 }
@@ -92,10 +78,10 @@ fn page(command: &Command) -> anyhow::Result<String> {
         man.render_subcommands_section(&mut page)?;
     }
     after_help(command).to_writer(&mut page)?;
-    String::from_utf8(page).context("the manual page is no text")
+    String::from_utf8(page).context("the manual page is not UTF-8")
 }
 
-/// What stands after the help: a heading and its examples as they stand, as [`Man`] would not leave them, then sentences.
+/// Renders the text after the help: examples verbatim under their heading, which [`Man`] would reflow, then paragraphs.
 fn after_help(command: &Command) -> Roff {
     let mut roff = Roff::new();
     let text = command.get_after_help().map(ToString::to_string);
@@ -108,12 +94,37 @@ fn after_help(command: &Command) -> Roff {
                 roff.control("fi", []);
             }
             None => {
-                for sentences in part.lines() {
+                for paragraph in part.lines() {
                     roff.control("PP", []);
-                    roff.text([roman(sentences)]);
+                    roff.text([roman(paragraph)]);
                 }
             }
         }
     }
     roff
+}
+
+/// `inbye completions`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye completions bash\n\n\
+    To load them in every new shell, write them where it looks: for bash \
+    ~/.local/share/bash-completion/completions/inbye, for zsh a file _inbye in a folder of $fpath, for fish \
+    ~/.config/fish/completions/inbye.fish.")]
+pub struct CompletionsArguments {
+    /// The shell.
+    pub shell: Shell,
+}
+
+/// Prints the script that completes commands, flags and keywords.
+pub fn completions(arguments: &CompletionsArguments) -> anyhow::Result<bool> {
+    let mut script = Vec::new();
+    clap_complete::generate(
+        arguments.shell,
+        &mut Arguments::command(),
+        "inbye",
+        &mut script,
+    );
+    let script = String::from_utf8(script).context("the completions are not UTF-8")?;
+    output::line(script.trim_end());
+    Ok(true)
 }

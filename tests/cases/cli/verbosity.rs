@@ -1,4 +1,4 @@
-//! What is told beside the result, and how it looks on a terminal.
+//! Messages on standard error: `--quiet`, `--verbose` and colours.
 
 use std::process::Command;
 
@@ -7,7 +7,7 @@ use super::program::Workplace;
 const DRIVE: &str = "drive --map mine.yaml --start 10,5 --goal 16,5 --seed 3";
 
 #[test]
-fn quiet_leaves_only_warnings_and_verbose_tells_the_drive() {
+fn quiet_prints_warnings_only_and_verbose_prints_drive_log() {
     let place = Workplace::new();
     let plain = place.run(DRIVE);
     assert!(plain.engine_note.is_some() && plain.errors.is_empty());
@@ -18,17 +18,17 @@ fn quiet_leaves_only_warnings_and_verbose_tells_the_drive() {
 
     place.write("mine.toml", "[local]\nvx_samples = 9\n");
     let verbose = place.run(&format!("{DRIVE} -v --config mine.toml"));
-    let tells = |what: &str| verbose.errors.iter().any(|line| line.contains(what));
-    for what in [
+    let prints = |text: &str| verbose.errors.iter().any(|line| line.contains(text));
+    for text in [
         "map: mine.yaml: 400 x 240 cells of 0.25 m; all known",
         "settings: mine.toml: local.vx_samples = 9, not 20",
         "0.0 s at 10.00, 5.00: a plan of 6.",
         "0.0 s at 10.00, 5.00: driving",
         "arrived",
     ] {
-        assert!(tells(what), "{what}: {verbose:?}");
+        assert!(prints(text), "{text}: {verbose:?}");
     }
-    // Nothing of it is part of the result.
+    // None of it is part of the result.
     let (_, object) = place.json(&format!("{DRIVE} --quiet"));
     assert_eq!(object["reached"].as_bool(), Some(true));
     assert!(
@@ -38,7 +38,7 @@ fn quiet_leaves_only_warnings_and_verbose_tells_the_drive() {
     );
 }
 
-/// The recording cannot be written: told also where nothing else is.
+/// A failed recording warns also with `--quiet`.
 #[cfg(target_os = "linux")]
 #[test]
 fn quiet_keeps_warnings_and_errors() {
@@ -51,13 +51,13 @@ fn quiet_keeps_warnings_and_errors() {
     assert!(refused.contains("none.yaml"));
 }
 
-/// Whether a text has an escape of a terminal in it.
+/// Whether a text has a terminal escape.
 fn is_coloured(text: &[u8]) -> bool {
     text.contains(&0x1b)
 }
 
 #[test]
-fn colours_are_for_terminals() {
+fn colours_appear_on_terminals_only() {
     let place = Workplace::new();
     let refused = ["plan", "--map", "none.yaml", "--start", "0,0"];
     let program = || {
@@ -85,7 +85,7 @@ fn colours_are_for_terminals() {
             .env("TERM", "xterm")
             .env("NO_COLOR", no_color)
             .output()
-            .expect("script is here");
+            .expect("script is installed");
         assert_eq!(output.status.code(), Some(2), "{output:?}");
         output.stdout
     };

@@ -1,15 +1,15 @@
-//! What `inbye plan` tells people and scripts.
+//! The output of `inbye plan` as text and JSON.
 
 use inbye::geometry::Point;
 use inbye::global::{Path, StageTimes};
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
-use super::followed::Followed;
-use super::tour::{Leg, Tour};
+use super::curvature_check::CurvatureCheck;
+use super::multi_leg_plan::{Leg, MultiLegPlan};
 
-/// The plan as scripts read it.
-pub fn object(tour: &Tour, config: &Config) -> Value {
+/// The JSON object.
+pub fn object(plan: &MultiLegPlan, config: &Config) -> Value {
     let stage = |path: &Path| {
         json!({
             "length_m": path.length_m(),
@@ -17,21 +17,21 @@ pub fn object(tour: &Tour, config: &Config) -> Value {
             "turns": path.turns(),
         })
     };
-    let smoothed = tour.stage(|plan| &plan.smoothed);
+    let smoothed = plan.stage(|plan| &plan.smoothed);
     let points: Vec<[f64; 2]> = smoothed.points().iter().map(pair).collect();
     json!({
         "found": true,
         "path": points,
         "length_m": smoothed.length_m(),
         "turns": smoothed.turns(),
-        "raw": stage(&tour.stage(|plan| &plan.raw)),
-        "pruned": stage(&tour.stage(|plan| &plan.pruned)),
-        "min_clearance_m": finite(tour.clearance_m()),
-        "expanded": tour.expanded(),
+        "raw": stage(&plan.stage(|plan| &plan.raw)),
+        "pruned": stage(&plan.stage(|plan| &plan.pruned)),
+        "min_clearance_m": finite(plan.clearance_m()),
+        "expanded": plan.expanded(),
         "exact": config.global.is_optimal(),
-        "time_ms": times(&tour.time_s()),
-        "curvature": Followed::new(&tour.curvature(), &config.robot).object(),
-        "legs": tour.legs.iter().map(leg).collect::<Vec<Value>>(),
+        "time_ms": times(&plan.time_s()),
+        "curvature": CurvatureCheck::new(&plan.curvature(), &config.robot).object(),
+        "legs": plan.legs.iter().map(leg).collect::<Vec<Value>>(),
     })
 }
 
@@ -47,12 +47,12 @@ fn leg(leg: &Leg) -> Value {
     })
 }
 
-/// A point as scripts read it.
+/// A point as a JSON array.
 pub fn pair(point: &Point) -> [f64; 2] {
     [point.x, point.y]
 }
 
-/// A number, or null where it is none: a distance to nothing.
+/// A number, or null for an infinite distance.
 fn finite(number: f64) -> Value {
     if number.is_finite() {
         json!(number)
@@ -74,13 +74,13 @@ fn total_ms(of: &StageTimes) -> f64 {
     (of.search + of.prune + of.smooth) * 1e3
 }
 
-/// The plan as people read it.
-pub fn lines(tour: &Tour, config: &Config) -> Vec<String> {
+/// The lines of text.
+pub fn lines(plan: &MultiLegPlan, config: &Config) -> Vec<String> {
     let mut lines = Vec::new();
     for (name, path) in [
-        ("searched", tour.stage(|plan| &plan.raw)),
-        ("pruned", tour.stage(|plan| &plan.pruned)),
-        ("smoothed", tour.stage(|plan| &plan.smoothed)),
+        ("searched", plan.stage(|plan| &plan.raw)),
+        ("pruned", plan.stage(|plan| &plan.pruned)),
+        ("smoothed", plan.stage(|plan| &plan.smoothed)),
     ] {
         lines.push(format!(
             "{name:9} {:8.2} m  {:5} points  {:3} turns",
@@ -89,32 +89,32 @@ pub fn lines(tour: &Tour, config: &Config) -> Vec<String> {
             path.turns(),
         ));
     }
-    let times = tour.time_s();
+    let times = plan.time_s();
     lines.push(format!(
         "clearance {:8.3} m at the narrowest",
-        tour.clearance_m()
+        plan.clearance_m()
     ));
-    lines.push(Followed::new(&tour.curvature(), &config.robot).line());
-    let promise = if config.global.is_optimal() {
+    lines.push(CurvatureCheck::new(&plan.curvature(), &config.robot).line());
+    let optimality = if config.global.is_optimal() {
         "a shortest path"
     } else {
         "near a shortest path"
     };
     lines.push(format!(
-        "search {:.2} ms ({} cells expanded, {promise}), prune {:.2} ms, smooth {:.2} ms",
+        "search {:.2} ms ({} cells expanded, {optimality}), prune {:.2} ms, smooth {:.2} ms",
         times.search * 1e3,
-        tour.expanded(),
+        plan.expanded(),
         times.prune * 1e3,
         times.smooth * 1e3,
     ));
-    if tour.legs.len() > 1 {
+    if plan.legs.len() > 1 {
         lines.push(String::new());
-        lines.extend(table(&tour.legs));
+        lines.extend(table(&plan.legs));
     }
     lines
 }
 
-/// A line for each leg, below a line of heads.
+/// A header and a line for each leg.
 fn table(legs: &[Leg]) -> impl Iterator<Item = String> {
     let place = |at: &Point| format!("({:.2}, {:.2})", at.x, at.y);
     let head = format!(

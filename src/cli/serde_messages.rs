@@ -1,8 +1,8 @@
-//! What serde says about a file, in words for people who do not write Rust.
+//! Translates serde's error messages for users who do not write Rust.
 
 use inbye::suggest::closest_name;
 
-/// Names of Rust's types, and what to write.
+/// Rust type names in messages, and their replacements.
 const TYPES: [(&str, &str); 4] = [
     ("expected u32", "expected a whole number, at least 0"),
     ("expected usize", "expected a whole number, at least 0"),
@@ -10,10 +10,10 @@ const TYPES: [(&str, &str); 4] = [
     ("expected a sequence", "expected a list"),
 ];
 
-/// A message of serde's in one line, without names of types; with the mend, where the message is about a key or word that does not
-/// exist and there is one that is like it. `home` names the place where a key belongs that is right, but not here.
-pub fn plain_words(message: &str, home: impl Fn(&str) -> Option<String>) -> String {
-    // A key in quotes may hold line breaks, and is told as it is.
+/// Returns a message on one line without Rust type names. For an unknown key or value it suggests the closest known one.
+/// `table_of` names the table of a key that exists elsewhere.
+pub fn plain_message(message: &str, table_of: impl Fn(&str) -> Option<String>) -> String {
+    // A quoted key may contain line breaks.
     let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
     let plain = TYPES.iter().fold(message.clone(), |text, (rust, plain)| {
         text.replace(rust, plain)
@@ -22,20 +22,20 @@ pub fn plain_words(message: &str, home: impl Fn(&str) -> Option<String>) -> Stri
         Some((before, _name)) => format!("{before}expected a table of keys and values"),
         None => plain,
     };
-    match mend(&message, home) {
-        Some(mend) => format!("{plain}: {mend}"),
+    match suggestion(&message, table_of) {
+        Some(suggestion) => format!("{plain}: {suggestion}"),
         None => plain,
     }
 }
 
-fn mend(message: &str, home: impl Fn(&str) -> Option<String>) -> Option<String> {
+fn suggestion(message: &str, table_of: impl Fn(&str) -> Option<String>) -> Option<String> {
     if !message.starts_with("unknown ") {
         return None;
     }
     let mut quoted = message.split('`').skip(1).step_by(2);
     let given = quoted.next()?;
-    if let Some(home) = home(given) {
-        return Some(format!("`{given}` belongs in {home}"));
+    if let Some(table) = table_of(given) {
+        return Some(format!("`{given}` belongs in {table}"));
     }
     let known = closest_name(given, quoted)?;
     Some(format!("did you mean `{known}`?"))
@@ -43,31 +43,31 @@ fn mend(message: &str, home: impl Fn(&str) -> Option<String>) -> Option<String> 
 
 #[cfg(test)]
 mod tests {
-    use super::{mend, plain_words};
+    use super::{plain_message, suggestion};
 
     #[test]
-    fn a_slip_is_named_and_a_stranger_is_not() {
+    fn suggestion_names_similar_key_only() {
         let message =
             |key| format!("unknown field `{key}`, expected one of `max_vel_x`, `min_vel_x`");
-        let mended = |key| mend(&message(key), |_| None);
+        let suggested = |key| suggestion(&message(key), |_| None);
         assert_eq!(
-            mended("max_vel").as_deref(),
+            suggested("max_vel").as_deref(),
             Some("did you mean `max_vel_x`?")
         );
         assert_eq!(
-            mended("mxa_vel_x").as_deref(),
+            suggested("mxa_vel_x").as_deref(),
             Some("did you mean `max_vel_x`?")
         );
-        assert_eq!(mended("colour"), None);
-        let elsewhere = mend(&message("beams"), |_| Some("[lidar]".to_owned()));
+        assert_eq!(suggested("colour"), None);
+        let elsewhere = suggestion(&message("beams"), |_| Some("[lidar]".to_owned()));
         assert_eq!(elsewhere.as_deref(), Some("`beams` belongs in [lidar]"));
     }
 
     #[test]
-    fn types_have_plain_names() {
-        let said = plain_words("invalid type: string `u32`, expected u32", |_| None);
+    fn plain_message_replaces_type_names() {
+        let plain = plain_message("invalid type: string `u32`, expected u32", |_| None);
         assert_eq!(
-            said,
+            plain,
             "invalid type: string `u32`, expected a whole number, at least 0"
         );
     }

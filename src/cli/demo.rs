@@ -1,4 +1,4 @@
-//! No command at all: the main job on built-in scenes.
+//! The demo on built-in scenes: `inbye` without a command.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,33 +15,32 @@ use super::arguments::Arguments;
 use super::report_file::{self, MissionPage};
 use super::{bench, density_words, drive, engines, output};
 
-/// Where the report goes when nothing else is said.
+/// Default folder of the report.
 const FOLDER: &str = "inbye-report";
-/// Problems put to every engine.
+/// Problems for the comparison of engines.
 const CASES: u64 = 100;
-/// Their seed: the one that `inbye verify` uses by default.
+/// Seed of the problems: the default of `inbye verify`.
 const SEED: u64 = 1;
-/// Densities measured, and for how long each.
+/// Horizon, range of samples and time of the density measurement.
 const STEPS: u32 = 40;
 const SAMPLES: (usize, usize) = (256, 16_384);
 const SECONDS: f64 = 0.15;
-/// Most time for one cell: a software adapter could take most of the job otherwise.
-const MOST_SECONDS: f64 = 1.5;
-/// The sampling that commands are compared with, and in how many decisions: less than `inbye bench density` does, to
-/// stay short.
+/// Time limit per measurement: a software adapter would dominate the demo otherwise.
+const MAX_SECONDS: f64 = 1.5;
+/// Reference sampling and number of decisions of the quality measurement: fewer than those of `inbye bench density`.
 const DENSEST: usize = 1 << 18;
 const TICKS: usize = 25;
 
-const INTRO: &str = "Three scenes made by the program itself: a global path, searched, pruned and smoothed, then \
-    driven in a closed loop among moving people by the dynamic window approach.\n\n\
-    After them, every engine of this machine: the same problems, compared bit for bit, and sampling density \
-    against the time of one decision and the quality of its command.";
+const INTRO: &str = "Three built-in scenes: a global path is searched, pruned and smoothed, then driven in a closed loop among \
+    pedestrians by the dynamic window approach.\n\n\
+    Then every engine of this machine: the same problems compared bit for bit, and sampling density against decision time \
+    and quality of the command.";
 
-/// Plans, drives, compares engines, measures, writes the report. False when a goal was missed or bits differ.
+/// Plans, drives, compares engines, measures and writes the report. Returns false if a goal was missed or bits differ.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
-    let unnamed = || PathBuf::from(FOLDER);
-    let folder = arguments.report.clone().unwrap_or_else(unnamed);
-    report_file::make_folder(&folder)?;
+    let default = || PathBuf::from(FOLDER);
+    let folder = arguments.report.clone().unwrap_or_else(default);
+    report_file::create_folder(&folder)?;
     let config = Config::default();
     let mut drives = Vec::new();
     for scene in scenes() {
@@ -72,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         })
         .collect();
     let plan = DensityPlan {
-        most_seconds: MOST_SECONDS,
+        most_seconds: MAX_SECONDS,
         ..DensityPlan::powers_of_four(STEPS, SAMPLES.0, SAMPLES.1, SECONDS)
     };
     let Density { rows, skipped } = bench::measure(&mut all, &plan)?;
@@ -138,13 +137,14 @@ fn drive_scene(
 ) -> anyhow::Result<(Mission, MissionResult, Reel)> {
     let (start, goal) = (scene.start, scene.goal);
     let ends = (start.position(), goal);
-    let people = MovingObstacles::on_route(scene.obstacles, scene.seed, &scene.map, config, ends)?;
+    let pedestrians =
+        MovingObstacles::on_route(scene.obstacles, scene.seed, &scene.map, config, ends)?;
     let goal = Goal {
         position: goal,
         yaw: None,
     };
     let mission = Mission {
-        moving_obstacles: people,
+        moving_obstacles: pedestrians,
         seed: scene.seed,
         time_limit_s: 600.0,
         ..Mission::new(Arc::new(scene.map.clone()), start, goal)

@@ -1,4 +1,4 @@
-//! A path by way of stops, planned leg by leg.
+//! Plans a path through stops, leg by leg.
 
 use inbye::geometry::Point;
 use inbye::global::{
@@ -8,41 +8,41 @@ use inbye::map::{FreeSpace, ObstacleGrid};
 use inbye::runtime::Config;
 
 use super::arguments::PlanArguments;
-use super::clock::wall_clock;
+use super::process::wall_clock;
 
-/// The name of the last stop.
+/// Name of the last stop.
 pub const GOAL: &str = "goal";
 
-/// The way from one stop to the next.
+/// The plan from one stop to the next.
 pub struct Leg {
-    /// Where it was asked to begin.
+    /// Requested start of the leg.
     pub from: Point,
-    /// Where it ends.
+    /// End of the leg.
     pub to: Point,
-    /// How to get there.
+    /// The plan.
     pub plan: Plan,
     /// Smallest distance between its path and an obstacle, metres.
     pub clearance_m: f64,
 }
 
-/// The legs in order.
-pub struct Tour {
+/// The plan of all legs in order.
+pub struct MultiLegPlan {
     /// At least one.
     pub legs: Vec<Leg>,
 }
 
-/// A tour that cannot be.
-pub struct Refused {
-    /// The legs before the one that cannot be.
+/// A leg that could not be planned.
+pub struct LegFailure {
+    /// The legs before it.
     pub legs: Vec<Leg>,
-    /// The stop that cannot be reached, as the user knows it: none where there are no stops but start and goal.
+    /// Name of the stop that cannot be reached; none without intermediate stops.
     pub stop: Option<String>,
-    /// Why.
+    /// The cause.
     pub error: PlanError,
 }
 
-impl Refused {
-    /// Why, with the stop in front.
+impl LegFailure {
+    /// The cause, preceded by the name of the stop.
     pub fn reason(&self) -> String {
         match &self.stop {
             Some(stop) => format!("{stop}: {}", self.error),
@@ -51,12 +51,12 @@ impl Refused {
     }
 }
 
-/// Plans all legs, up to the first that cannot be.
+/// Plans all legs, up to the first failure.
 pub fn plan(
     arguments: &PlanArguments,
     config: &Config,
     obstacles: &ObstacleGrid,
-) -> Result<Tour, Refused> {
+) -> Result<MultiLegPlan, LegFailure> {
     let mut clock = wall_clock();
     let mut planner = planner(arguments, config, obstacles, &mut clock);
     let stops = arguments.via.iter().chain([&arguments.goal]);
@@ -68,8 +68,8 @@ pub fn plan(
         let plan = match planner(from, to) {
             Ok(plan) => plan,
             Err(error) => {
-                let stop = name_of(index, arguments.via.len());
-                return Err(Refused { legs, stop, error });
+                let stop = stop_name(index, arguments.via.len());
+                return Err(LegFailure { legs, stop, error });
             }
         };
         let clearances = clearances.get_or_insert_with(|| PathClearance::new(obstacles));
@@ -82,10 +82,10 @@ pub fn plan(
         });
         from = to;
     }
-    Ok(Tour { legs })
+    Ok(MultiLegPlan { legs })
 }
 
-/// Plans one leg; what all legs share is made once.
+/// Returns a function that plans one leg; all legs share its inflated maps.
 fn planner<'a>(
     arguments: &PlanArguments,
     config: &'a Config,
@@ -97,29 +97,29 @@ fn planner<'a>(
         let costs = config.global.costs(obstacles);
         let mut searcher = Searcher::default();
         return Box::new(move |from, to| {
-            let ground = PlanningSpace {
+            let space = PlanningSpace {
                 search: &space,
                 smoothing: &space,
                 costs: costs.as_ref(),
             };
-            global::plan(&mut searcher, &ground, from, to, &config.global, clock)
+            global::plan(&mut searcher, &space, from, to, &config.global, clock)
         });
     }
     let mut planner = config.route_planner(obstacles.frame().resolution_m);
     Box::new(move |from, to| planner.plan(obstacles, from, to, clock))
 }
 
-fn name_of(stop: usize, count: usize) -> Option<String> {
+fn stop_name(index: usize, count: usize) -> Option<String> {
     (count > 0).then(|| {
-        if stop < count {
-            format!("via {}", stop + 1)
+        if index < count {
+            format!("via {}", index + 1)
         } else {
             GOAL.to_owned()
         }
     })
 }
 
-/// One path of all legs, through one of its stages; none of no legs.
+/// Joins one stage of all legs to a path; none without legs.
 pub fn joined(legs: &[Leg], stage: impl Fn(&Plan) -> &Path) -> Option<Path> {
     let points: Vec<Point> = legs
         .iter()
@@ -129,13 +129,13 @@ pub fn joined(legs: &[Leg], stage: impl Fn(&Plan) -> &Path) -> Option<Path> {
     (!points.is_empty()).then(|| Path::new(points))
 }
 
-impl Tour {
-    /// The whole path through one of its stages.
+impl MultiLegPlan {
+    /// The whole path of one stage.
     pub fn stage(&self, stage: impl Fn(&Plan) -> &Path) -> Path {
-        joined(&self.legs, stage).expect("a tour has a leg, and its path a point")
+        joined(&self.legs, stage).expect("there is a leg, and its path has a point")
     }
 
-    /// How the whole path bends.
+    /// Curvature of the whole path.
     pub fn curvature(&self) -> Curvature {
         Curvature::of(self.legs.iter().map(|leg| &leg.plan.spline))
     }
@@ -146,7 +146,7 @@ impl Tour {
         clearances.fold(f64::INFINITY, f64::min)
     }
 
-    /// Cells expanded by all searches.
+    /// Number of cells expanded by all searches.
     pub fn expanded(&self) -> u64 {
         self.legs
             .iter()

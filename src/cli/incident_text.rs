@@ -1,27 +1,39 @@
-//! What a drive survived: a lost GPU, late decisions, faulty observations.
+//! GPU failures, missed deadlines and faulty observations of a drive.
 
 use inbye::local::{GpuFailureKind, Incidents, Sampling};
 use inbye::navigator::DeadlineStats;
 use inbye::runtime::MissionResult;
 use serde_json::{Value, json};
 
-/// As scripts read it: always the same names, null where no GPU was wanted, or no deadline.
+/// The JSON fields: always the same names, null without a GPU or without a deadline.
 pub fn fields(result: &MissionResult) -> [(&'static str, Value); 6] {
     let incidents = result.incidents.as_ref();
     [
-        ("gpu_losses", json!(incidents.map(|one| &one.failures))),
-        ("gpu_reopened", json!(incidents.map(|one| one.reopened))),
-        ("gpu_incidents", json!(incidents.map(|one| &one.messages))),
-        ("cpu_ticks", json!(incidents.map(|one| one.on_cpu))),
+        (
+            "gpu_losses",
+            json!(incidents.map(|incidents| &incidents.failures)),
+        ),
+        (
+            "gpu_reopened",
+            json!(incidents.map(|incidents| incidents.reopened)),
+        ),
+        (
+            "gpu_incidents",
+            json!(incidents.map(|incidents| &incidents.messages)),
+        ),
+        (
+            "cpu_ticks",
+            json!(incidents.map(|incidents| incidents.on_cpu)),
+        ),
         ("deadline", json!(result.deadline_stats)),
         ("observation_faults", json!(result.observation_faults)),
     ]
 }
 
-/// As people read it: a name and a sentence for each thing, nothing of what did not happen.
+/// The text: a name and a sentence for each kind of incident that occurred.
 pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
     let mut facts = Vec::new();
-    // That there is none is said where the engine is named.
+    // An absent GPU is reported with the engine's name.
     let lost = |kind: &GpuFailureKind| *kind != GpuFailureKind::Absent;
     if let Some(incidents) = &result.incidents
         && (incidents.failures.keys().any(lost) || incidents.reopened > 0)
@@ -31,13 +43,13 @@ pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
             .messages
             .first()
             .map(|first| first.message.clone());
-        facts.extend(first.map(|what| ("GPU, first", what)));
+        facts.extend(first.map(|message| ("GPU, first", message)));
     }
     facts.extend(
         result
             .deadline_stats
             .iter()
-            .map(|one| ("deadline", misses(one))),
+            .map(|stats| ("deadline", misses(stats))),
     );
     facts.extend(
         result
@@ -55,7 +67,7 @@ fn losses(incidents: &Incidents) -> String {
         .map(|(kind, count)| format!("{count} {}", kind.as_str()))
         .collect();
     format!(
-        "lost: {}; opened anew: {}; decided by the CPU meanwhile: {} of {}",
+        "lost: {}; reopened: {}; decided by the CPU meanwhile: {} of {}",
         kinds.join(", "),
         incidents.reopened,
         incidents.on_cpu,
