@@ -118,7 +118,7 @@ pub fn parse(
     })
 }
 
-/// The same for who has the ground, and knows it by what the file says of its map and of unknown ground.
+/// Like [`parse`], with a function that returns the clearance field for a map and the policy for unknown cells.
 pub fn parse_on(
     text: &str,
     ground: impl FnOnce(&MapSource, UnknownPolicy) -> anyhow::Result<Arc<ClearanceField>>,
