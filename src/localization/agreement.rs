@@ -1,152 +1,151 @@
-//! Do the beams agree with the map at a pose? Each ends on a wall, before one, or beyond one.
+//! Consistency of lidar beams with the map at a pose: each beam ends on a mapped surface, before one, or beyond one.
 
 use crate::geometry::{Point, Pose};
 
 use super::DeskewedScan;
 use super::signed_distance_field::SignedDistanceField;
 
-/// A beam is inside a wall from this share of a cell below its surface on, and outside again from as much above it.
-const SKIN_CELLS: f64 = 0.2;
+/// A beam enters an obstacle at this fraction of a cell below its surface, and leaves it the same distance above.
+const SURFACE_MARGIN_CELLS: f64 = 0.2;
 
-/// Shortest step along a beam, cells, and the share of the distance to the wall that a longer one takes.
-const LEAST_STEP_CELLS: f64 = 0.3;
-const STEP_SHARE: f64 = 0.9;
+/// Shortest step along a beam, cells, and the fraction of the distance to the surface used for longer steps.
+const MIN_STEP_CELLS: f64 = 0.3;
+const STEP_FRACTION: f64 = 0.9;
 
-/// Directions in which walls are looked for on the map where the lidar saw too few.
-const LOOKED_AT: u32 = 64;
+/// Number of directions checked for mapped surfaces when the lidar has few returns.
+const CHECKED_DIRECTIONS: u32 = 64;
 
-/// How many beams of a revolution agree with the map.
+/// Numbers of beams of a revolution that match the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Agreement {
-    /// Beams that measured something, or that there is nothing within range.
+    /// Beams with a return, or with nothing within range.
     pub beams: u32,
-    /// Those that end on a wall of the map, with nothing of it before, or go on to the end of range in the open.
-    pub agree: u32,
-    /// Those that pass through a wall of the map, or end deep inside one: the robot is elsewhere.
-    pub through: u32,
+    /// Beams that end on a mapped surface with none before it, or reach the full range in free space.
+    pub matching: u32,
+    /// Beams that pass through a mapped obstacle or end deep inside one, which contradicts the pose.
+    pub through_walls: u32,
 }
 
 impl Agreement {
-    /// Beams that end in the open: on somebody, or on something that the map does not show.
+    /// Beams that end in free space: on a person or an unmapped object.
     #[must_use]
     pub const fn unmapped(&self) -> u32 {
-        self.beams - self.agree - self.through
+        self.beams - self.matching - self.through_walls
     }
 
-    /// Share of the beams that agree, 0 to 1; zero where there is no beam.
+    /// Fraction of matching beams, 0 to 1; zero without beams.
     #[must_use]
     pub fn matching_fraction(&self) -> f64 {
-        f64::from(self.agree) / f64::from(self.beams.max(1))
+        f64::from(self.matching) / f64::from(self.beams.max(1))
     }
 
-    /// Share of the beams that pass through walls, 0 to 1.
+    /// Fraction of beams that pass through mapped obstacles, 0 to 1.
     #[must_use]
     pub fn through_walls_fraction(&self) -> f64 {
-        f64::from(self.through) / f64::from(self.beams.max(1))
+        f64::from(self.through_walls) / f64::from(self.beams.max(1))
     }
 
-    /// Of a view from a pose of the grid's frame. Ends within the tolerance of a wall, metres, are on it.
+    /// Counts the beams of a scan from a pose in the grid's frame. Beams that end within the tolerance of a surface, metres,
+    /// match it.
     pub(super) fn of(
-        walls: &SignedDistanceField,
-        view: &DeskewedScan,
+        map: &SignedDistanceField,
+        scan: &DeskewedScan,
         pose: &Pose,
         tolerance_m: f64,
     ) -> Self {
-        let mut all = Self::default();
+        let mut counts = Self::default();
         let (sin, cos) = libm::sincos(pose.yaw);
-        let turned = |point: &Point| {
+        let to_grid = |point: &Point| {
             Point::new(
                 pose.x + cos * point.x - sin * point.y,
                 pose.y + sin * point.x + cos * point.y,
             )
         };
-        for hit in &view.hits {
-            let (from, end) = (turned(&hit.from), turned(&hit.end));
-            let off_m = walls.level(end.x, end.y).map(|level| level.distance_m);
-            all.beams += 1;
-            // What lies off the map is nor open nor a wall of it.
-            let Some(off_m) = off_m else {
+        for hit in &scan.hits {
+            let (from, end) = (to_grid(&hit.from), to_grid(&hit.end));
+            let distance_m = map.sample(end.x, end.y).map(|sample| sample.distance_m);
+            counts.beams += 1;
+            // Off the map, a point is in neither free space nor an obstacle.
+            let Some(distance_m) = distance_m else {
                 continue;
             };
-            if off_m < -tolerance_m || passes_through(walls, &from, &end, tolerance_m) {
-                all.through += 1;
-            } else if off_m <= tolerance_m {
-                all.agree += 1;
+            if distance_m < -tolerance_m || passes_through(map, &from, &end, tolerance_m) {
+                counts.through_walls += 1;
+            } else if distance_m <= tolerance_m {
+                counts.matching += 1;
             }
         }
-        for ray in &view.open {
+        for ray in &scan.open {
             let (from, end) = (
-                turned(&ray.from),
-                turned(&(ray.from + view.range_max * ray.direction)),
+                to_grid(&ray.from),
+                to_grid(&(ray.from + scan.range_max * ray.direction)),
             );
-            let is_blocked = walls
-                .rough_m(end.x, end.y)
-                .is_none_or(|off_m| off_m < -tolerance_m)
-                || passes_through(walls, &from, &end, tolerance_m);
-            all.beams += 1;
-            all.agree += u32::from(!is_blocked);
-            all.through += u32::from(is_blocked);
+            let is_blocked = map
+                .cell_distance_m(end.x, end.y)
+                .is_none_or(|distance_m| distance_m < -tolerance_m)
+                || passes_through(map, &from, &end, tolerance_m);
+            counts.beams += 1;
+            counts.matching += u32::from(!is_blocked);
+            counts.through_walls += u32::from(is_blocked);
         }
-        all
+        counts
     }
 }
 
-/// Whether a beam enters a wall and leaves it again before its end, metres before which walls are that of the end itself.
-fn passes_through(
-    walls: &SignedDistanceField,
-    from: &Point,
-    end: &Point,
-    before_end_m: f64,
-) -> bool {
-    let skin_m = SKIN_CELLS * walls.resolution_m();
+/// Whether a beam enters and leaves an obstacle before its end. The last `before_end_m` metres are excluded, since surfaces
+/// there belong to the end itself.
+fn passes_through(map: &SignedDistanceField, from: &Point, end: &Point, before_end_m: f64) -> bool {
+    let margin_m = SURFACE_MARGIN_CELLS * map.resolution_m();
     let mut is_inside = false;
-    let mut came_out = false;
-    march(walls, from, end, before_end_m, |level_m| {
-        came_out = is_inside && level_m > skin_m;
-        is_inside |= level_m < -skin_m;
-        came_out
+    let mut has_left = false;
+    march(map, from, end, before_end_m, |distance_m| {
+        has_left = is_inside && distance_m > margin_m;
+        is_inside |= distance_m < -margin_m;
+        has_left
     });
-    came_out
+    has_left
 }
 
-/// Steps from a point towards another until so far before it, metres, as long as nothing is found and the way is on the map.
+/// Steps from a point towards another, up to `before_end_m` metres before it, until `stop` returns true for the signed
+/// distance or the map ends.
 fn march(
-    walls: &SignedDistanceField,
+    map: &SignedDistanceField,
     from: &Point,
     end: &Point,
     before_end_m: f64,
-    mut found: impl FnMut(f64) -> bool,
+    mut stop: impl FnMut(f64) -> bool,
 ) {
-    let way = end - from;
-    let length_m = way.norm();
-    let least_m = LEAST_STEP_CELLS * walls.resolution_m();
+    let segment = end - from;
+    let length_m = segment.norm();
+    let min_step_m = MIN_STEP_CELLS * map.resolution_m();
     let mut at_m = 0.0;
     while at_m < length_m - before_end_m {
-        let point = from + way * (at_m / length_m);
-        let Some(level) = walls.level(point.x, point.y) else {
+        let point = from + segment * (at_m / length_m);
+        let Some(sample) = map.sample(point.x, point.y) else {
             return;
         };
-        if found(level.distance_m) {
+        if stop(sample.distance_m) {
             return;
         }
-        at_m += (STEP_SHARE * level.distance_m.abs()).max(least_m);
+        at_m += (STEP_FRACTION * sample.distance_m.abs()).max(min_step_m);
     }
 }
 
-/// In how large a share of all directions the map has a wall within a range, metres, of a pose of the grid's frame.
-pub(super) fn walled_share(walls: &SignedDistanceField, pose: &Pose, range_m: f64) -> f64 {
+/// The fraction of all directions in which the map has a surface within a range, metres, of a pose in the grid's frame.
+pub(super) fn walled_fraction(map: &SignedDistanceField, pose: &Pose, range_m: f64) -> f64 {
     let mut walled = 0;
-    for direction in 0..LOOKED_AT {
-        let angle = core::f64::consts::TAU * f64::from(direction) / f64::from(LOOKED_AT);
+    for direction in 0..CHECKED_DIRECTIONS {
+        let angle = core::f64::consts::TAU * f64::from(direction) / f64::from(CHECKED_DIRECTIONS);
         let (sin, cos) = libm::sincos(angle);
         let from = pose.position();
         let end = Point::new(from.x + range_m * cos, from.y + range_m * sin);
         let mut is_walled = false;
-        march(walls, &from, &end, 0.0, |level_m| {
-            is_walled = level_m <= 0.0;
+        march(map, &from, &end, 0.0, |distance_m| {
+            is_walled = distance_m <= 0.0;
             is_walled
         });
         walled += u32::from(is_walled);
     }
-    f64::from(walled) / f64::from(LOOKED_AT)
+    f64::from(walled) / f64::from(CHECKED_DIRECTIONS)
 }

@@ -1,11 +1,11 @@
-//! The localiser: odometry in, revolutions in, the pose and its worth out.
+//! The localiser: fuses odometry with matched scans.
 
 use nalgebra::Matrix3;
 
-use super::agreement::walled_share;
+use super::agreement::walled_fraction;
 use super::pose_ekf::PoseEkf;
 use super::relocalization;
-use super::scan_matcher::{Matched, matched, tolerance_m};
+use super::scan_matcher::{ScanMatch, match_scan, tolerance_m};
 use super::signed_distance_field::SignedDistanceField;
 use super::{
     Agreement, DeskewedScan, LocalizationError, LocalizationSettings, LocalizationStatus,
@@ -14,34 +14,33 @@ use super::{
 use crate::geometry::Pose;
 use crate::map::{ObstacleGrid, TimedScan};
 
-/// A pose that the map wants farther from odometry's than this many standard deviations, squared, is a jump: by chance once in
-/// a million revolutions (chi-square of three).
-const JUMP_SIGMAS2: f64 = 30.0;
+/// A correction by more than this many standard deviations, squared, is a jump. It occurs by chance once in a million
+/// revolutions (chi-square distribution with three degrees of freedom).
+const MAX_CORRECTION_SIGMAS2: f64 = 30.0;
 
-/// Where the map has walls in a larger share of all directions than this, a lidar that sees hardly any is blind.
-const WALLED: f64 = 0.3;
+/// If the map has surfaces in a larger fraction of all directions than this, a lidar with few returns is occluded.
+const MIN_WALLED_FRACTION: f64 = 0.3;
 
-/// Follows a robot on a map.
+/// Tracks a robot on a map.
 #[derive(Clone, Debug)]
 pub struct Localizer {
-    walls: SignedDistanceField,
+    map: SignedDistanceField,
     settings: LocalizationSettings,
     ekf: PoseEkf,
-    track: PoseHistory,
-    view: DeskewedScan,
-    /// Revolutions that speak against the pose, less those that do not.
-    against: u32,
-    /// Of a lost robot, the revolutions in a row that agree about another place.
-    found: Option<u32>,
+    history: PoseHistory,
+    scan: DeskewedScan,
+    /// Number of rejected minus accepted revolutions, at least zero.
+    rejections: u32,
+    /// While relocalising: the number of consecutive revolutions that match the candidate pose.
+    confirmations: Option<u32>,
     estimate: PoseEstimate,
 }
 
 impl Localizer {
-    /// A robot that stands at a pose of the map, about as well known as the settings say. Cells that the map's obstacles cover are
-    /// walls.
+    /// Creates a localiser at a start pose with the initial uncertainty of the settings.
     ///
     /// # Errors
-    /// When a setting is out of range or the pose is not finite.
+    /// Returns an error if a setting is out of range or the pose is not finite.
     pub fn new(
         map: &ObstacleGrid,
         settings: LocalizationSettings,
@@ -52,16 +51,16 @@ impl Localizer {
             let Pose { x, y, yaw } = *start;
             return Err(LocalizationError::BadStart { x, y, yaw });
         }
-        let walls = SignedDistanceField::new(map);
-        let ekf = PoseEkf::new(walls.in_grid(start), &settings);
+        let map = SignedDistanceField::new(map);
+        let ekf = PoseEkf::new(map.to_grid(start), &settings);
         let mut localizer = Self {
-            walls,
+            map,
             settings,
             ekf,
-            track: PoseHistory::new(),
-            view: DeskewedScan::default(),
-            against: 0,
-            found: None,
+            history: PoseHistory::new(),
+            scan: DeskewedScan::default(),
+            rejections: 0,
+            confirmations: None,
             estimate: PoseEstimate {
                 time_s: 0.0,
                 pose: *start,
@@ -73,196 +72,198 @@ impl Localizer {
                 status: LocalizationStatus::Uncertain,
             },
         };
-        localizer.note_pose();
+        localizer.update_estimate();
         Ok(localizer)
     }
 
-    /// The newest word: of the last revolution, with the pose moved on by the odometry since.
+    /// The latest estimate: of the last revolution, predicted by the odometry since.
     #[must_use]
     pub const fn estimate(&self) -> &PoseEstimate {
         &self.estimate
     }
 
-    /// Where the robot is, in the map frame.
+    /// The latest pose in the map frame.
     #[must_use]
     pub const fn pose(&self) -> &Pose {
         &self.estimate.pose
     }
 
-    /// What the last revolution saw, as from the pose of then.
+    /// The last revolution, relative to the pose at its time.
     #[must_use]
-    pub const fn view(&self) -> &DeskewedScan {
-        &self.view
+    pub const fn scan(&self) -> &DeskewedScan {
+        &self.scan
     }
 
-    /// By what odometry's ways and turns are multiplied, as learned so far: below one for tracks that slip.
+    /// Learned scale factors of odometry's distances and turns; below one for slipping tracks.
     #[must_use]
     pub const fn odometry_scale(&self) -> (f64, f64) {
-        self.ekf.factors()
+        self.ekf.odometry_scale()
     }
 
-    /// Takes in where odometry has the robot at a time, seconds, in its own frame, wherever that began. The first reading only sets
-    /// where it began; one that is not finite is passed over.
+    /// Predicts the pose from odometry: a pose in the odometry frame at a time, seconds. The first call only sets the
+    /// reference. Values that are not finite are ignored.
     pub fn predict(&mut self, time_s: f64, odometry: &Pose) {
         if !(time_s.is_finite() && odometry.is_finite()) {
             return;
         }
-        if let Some((before_s, before)) = self.track.newest() {
-            let elapsed_s = (time_s - before_s).max(0.0);
+        if let Some((previous_s, previous)) = self.history.newest() {
+            let elapsed_s = (time_s - previous_s).max(0.0);
             self.ekf
-                .predict(&before, odometry, elapsed_s, &self.settings);
+                .predict(&previous, odometry, elapsed_s, &self.settings);
         }
-        self.track.record(time_s, odometry);
+        self.history.record(time_s, odometry);
         self.estimate.time_s = time_s;
-        self.note_pose();
-        if self.is_unsure() && self.estimate.status.lost_reason().is_none() {
+        self.update_estimate();
+        if self.has_lost_covariance() && self.estimate.status.lost_reason().is_none() {
             self.lose(LostReason::HighUncertainty);
         }
     }
 
-    /// Takes in a revolution, of which each is to be given once, and says where the robot is at the newest odometry's time. Its beams
-    /// were measured within the second before that.
-    pub fn update(&mut self, sweep: &TimedScan) -> &PoseEstimate {
-        self.view.take(sweep, &self.track);
-        if self.estimate.status.lost_reason().is_some() && self.found.is_none() {
-            self.search();
+    /// Matches a revolution to the map and returns the estimate at the time of the latest odometry. Each revolution is passed
+    /// once; its beams lie within the second before that time.
+    pub fn update(&mut self, scan: &TimedScan) -> &PoseEstimate {
+        self.scan.deskew(scan, &self.history);
+        if self.estimate.status.lost_reason().is_some() && self.confirmations.is_none() {
+            self.relocalize();
         } else {
-            self.follow();
+            self.track();
         }
-        self.note_pose();
+        self.update_estimate();
         &self.estimate
     }
 
-    /// Corrects the pose by the view, unless the view speaks against it.
-    fn follow(&mut self) {
+    /// Corrects the pose by the scan, unless the scan contradicts it.
+    fn track(&mut self) {
         let covariance = self.ekf.pose_covariance();
-        let Some(certainty) = covariance.try_inverse() else {
+        let Some(prior_information) = covariance.try_inverse() else {
             return self.lose(LostReason::HighUncertainty);
         };
         let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
         let prior = self.ekf.pose;
-        let there = matched(
-            &self.walls,
-            &self.view.hits,
+        let matched = match_scan(
+            &self.map,
+            &self.scan.hits,
             &prior,
-            &certainty,
+            &prior_information,
             sigma_m,
             &self.settings,
         );
-        let tolerance_m = tolerance_m(&self.walls, &self.settings);
-        self.estimate.agreement = Agreement::of(&self.walls, &self.view, &there.pose, tolerance_m);
-        self.estimate.rms_m = there.rms_m;
-        self.estimate.unobservable_directions = there.unobservable_directions;
-        self.estimate.iterations = there.iterations;
-        if let Some(why) = self.speaks_against(&there, &prior, &certainty) {
-            return self.doubt(why);
+        let tolerance_m = tolerance_m(&self.map, &self.settings);
+        self.estimate.agreement = Agreement::of(&self.map, &self.scan, &matched.pose, tolerance_m);
+        self.estimate.rms_m = matched.rms_m;
+        self.estimate.unobservable_directions = matched.unobservable_directions;
+        self.estimate.iterations = matched.iterations;
+        if let Some(reason) = self.rejection(&matched, &prior, &prior_information) {
+            return self.reject(reason);
         }
-        self.ekf.correct(&there.pose, &there.information);
-        self.note_pose();
-        self.believe();
+        self.ekf.correct(&matched.pose, &matched.information);
+        self.update_estimate();
+        self.accept();
     }
 
-    /// Why the view speaks against the pose that it was laid on the map at.
-    fn speaks_against(
+    /// Why the scan contradicts the matched pose, if it does.
+    fn rejection(
         &self,
-        there: &Matched,
+        matched: &ScanMatch,
         prior: &Pose,
-        certainty: &Matrix3<f64>,
+        prior_information: &Matrix3<f64>,
     ) -> Option<LostReason> {
-        let Self { settings, view, .. } = self;
+        let Self { settings, scan, .. } = self;
         let agreement = &self.estimate.agreement;
-        let expects_walls = || walled_share(&self.walls, &there.pose, view.range_max) > WALLED;
-        if view.hits.len() < settings.min_returns {
-            // In the open nothing is to be seen, and nothing speaks against it.
-            return expects_walls().then_some(LostReason::NoReturns);
+        let expects_returns =
+            || walled_fraction(&self.map, &matched.pose, scan.range_max) > MIN_WALLED_FRACTION;
+        if scan.hits.len() < settings.min_returns {
+            // In open terrain, a scan without returns is consistent with the map.
+            return expects_returns().then_some(LostReason::NoReturns);
         }
         if agreement.through_walls_fraction() > settings.max_through_walls {
             return Some(LostReason::BeamsThroughWalls);
         }
-        if agreement.matching_fraction() < self.least_agreement() {
+        if agreement.matching_fraction() < self.min_agreement() {
             return Some(LostReason::PoorMatch);
         }
-        let off = nalgebra::Vector3::new(
-            there.pose.x - prior.x,
-            there.pose.y - prior.y,
-            crate::geometry::wrap_angle(there.pose.yaw - prior.yaw),
+        let correction = nalgebra::Vector3::new(
+            matched.pose.x - prior.x,
+            matched.pose.y - prior.y,
+            crate::geometry::wrap_angle(matched.pose.yaw - prior.yaw),
         );
-        ((off.transpose() * certainty * off)[0] > JUMP_SIGMAS2).then_some(LostReason::PoseJump)
+        ((correction.transpose() * prior_information * correction)[0] > MAX_CORRECTION_SIGMAS2)
+            .then_some(LostReason::PoseJump)
     }
 
-    /// Of a robot that was lost more is asked.
-    const fn least_agreement(&self) -> f64 {
-        if self.found.is_some() {
+    /// The required agreement, which is higher while relocalising.
+    const fn min_agreement(&self) -> f64 {
+        if self.confirmations.is_some() {
             self.settings.relocalized_agreement
         } else {
             self.settings.min_agreement
         }
     }
 
-    fn doubt(&mut self, why: LostReason) {
-        self.against += 1;
-        let is_candidate = self.found.take().is_some();
+    fn reject(&mut self, reason: LostReason) {
+        self.rejections += 1;
+        let is_candidate = self.confirmations.take().is_some();
         if self.estimate.status.lost_reason().is_some() {
             if is_candidate {
-                self.estimate.status = LocalizationStatus::Lost(why);
+                self.estimate.status = LocalizationStatus::Lost(reason);
             }
-        } else if self.against >= self.settings.lost_after_scans {
-            self.lose(why);
+        } else if self.rejections >= self.settings.lost_after_scans {
+            self.lose(reason);
         } else {
             self.estimate.status = LocalizationStatus::Uncertain;
         }
     }
 
-    fn believe(&mut self) {
-        self.against = self.against.saturating_sub(1);
-        if let Some(found) = &mut self.found {
-            *found += 1;
-            if *found < self.settings.relocalized_after_scans {
+    fn accept(&mut self) {
+        self.rejections = self.rejections.saturating_sub(1);
+        if let Some(confirmations) = &mut self.confirmations {
+            *confirmations += 1;
+            if *confirmations < self.settings.relocalized_after_scans {
                 return;
             }
-            self.found = None;
-            self.against = 0;
+            self.confirmations = None;
+            self.rejections = 0;
         }
-        self.estimate.status = if self.against == 0 && !self.is_uncertain() {
+        self.estimate.status = if self.rejections == 0 && !self.has_uncertain_covariance() {
             LocalizationStatus::Tracking
         } else {
             LocalizationStatus::Uncertain
         };
     }
 
-    fn lose(&mut self, why: LostReason) {
-        self.estimate.status = LocalizationStatus::Lost(why);
-        self.found = None;
+    fn lose(&mut self, reason: LostReason) {
+        self.estimate.status = LocalizationStatus::Lost(reason);
+        self.confirmations = None;
     }
 
-    /// Looks for a lost robot. What is found has to hold in the next revolutions.
-    fn search(&mut self) {
-        let Self { settings, view, .. } = self;
-        if view.hits.len() < settings.min_returns {
+    /// Searches for the pose of a lost robot. The next revolutions must confirm a candidate.
+    fn relocalize(&mut self) {
+        let Self { settings, scan, .. } = self;
+        if scan.hits.len() < settings.min_returns {
             return;
         }
-        let found = relocalization::find(&self.walls, view, &self.ekf.pose, settings);
-        if let Some(pose) = found {
+        let candidate = relocalization::find(&self.map, scan, &self.ekf.pose, settings);
+        if let Some(pose) = candidate {
             self.ekf = self.ekf.reset_pose(pose, &self.settings);
-            self.found = Some(0);
-            self.follow();
+            self.confirmations = Some(0);
+            self.track();
         }
     }
 
-    fn is_uncertain(&self) -> bool {
+    fn has_uncertain_covariance(&self) -> bool {
         self.estimate.sigma_m() > self.settings.uncertain_sigma_m
             || self.estimate.sigma_rad() > self.settings.uncertain_sigma_rad
     }
 
-    fn is_unsure(&self) -> bool {
+    fn has_lost_covariance(&self) -> bool {
         self.estimate.sigma_m() > self.settings.lost_sigma_m
             || self.estimate.sigma_rad() > self.settings.lost_sigma_rad
     }
 
-    /// Brings the belief into the map frame.
-    fn note_pose(&mut self) {
-        self.estimate.pose = self.walls.in_map(&self.ekf.pose);
-        let (sin, cos) = libm::sincos(self.walls.grid_yaw());
+    /// Converts the filter's pose and covariance to the map frame.
+    fn update_estimate(&mut self) {
+        self.estimate.pose = self.map.to_map(&self.ekf.pose);
+        let (sin, cos) = libm::sincos(self.map.grid_yaw());
         let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
         self.estimate.covariance = turn * self.ekf.pose_covariance() * turn.transpose();
     }

@@ -1,19 +1,17 @@
-//! Where am I: wheel odometry held to the map by what the lidar sees, and an honest word when it is lost.
+//! Localisation on a map by odometry and lidar scans, with detection of a lost pose.
 //!
-//! Odometry is smooth and drifts by the slip of the tracks. Each revolution of the lidar is laid on the map: the pose is moved
-//! until the beams end on the map's walls (Gauss and Newton's method on the signed distance to the walls, with weights that
-//! leave out what the map does not show), held by what odometry says and how well. Where the walls do not tell the pose along a
-//! direction, as in a straight and smooth roadway, that direction is left to odometry, and the fix says how far it may be off.
+//! Odometry is smooth but drifts by track slip. Each lidar revolution is matched to the map: Gauss-Newton minimisation of the
+//! signed distances between beam ends and mapped surfaces, with robust weights for unmapped objects and the odometry
+//! estimate as prior. Directions that the map does not constrain, as along a straight and smooth roadway, follow odometry
+//! alone, and the estimate's covariance grows accordingly.
 //!
-//! Whether the robot is where it believes to be is judged by the same beams: do they end on walls, and do they reach their ends
-//! without passing through one? A robot that is lost says so, with the reason, and counts as found only when scan after scan
-//! agrees with the map again.
+//! The same beams check the pose: they must end on mapped surfaces, and none may pass through one. A lost localiser reports
+//! the reason. It relocalises near the last pose, and several consecutive scans must confirm the result.
 //!
-//! The same calls give the same bits on every machine: sums run in the order of the beams, and trigonometry is `libm`'s.
+//! Results are identical on every machine: sums run in the order of the beams, and trigonometry uses `libm`.
 
 mod agreement;
 mod deskewed_scan;
-mod error;
 mod localizer;
 mod pose_ekf;
 mod pose_estimate;
@@ -25,8 +23,33 @@ mod signed_distance_field;
 
 pub use agreement::Agreement;
 pub use deskewed_scan::DeskewedScan;
-pub use error::LocalizationError;
 pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_history::PoseHistory;
 pub use settings::LocalizationSettings;
+
+/// An invalid setting or start pose.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LocalizationError {
+    /// A setting is out of range.
+    #[error("{name} is {value}: it must be {expected}")]
+    BadSetting {
+        /// Its name.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// The values accepted.
+        expected: &'static str,
+    },
+    /// The start pose is not finite.
+    #[error("the start is ({x}, {y}, {yaw}): all three must be finite")]
+    BadStart {
+        /// The x coordinate found, metres.
+        x: f64,
+        /// The y coordinate found, metres.
+        y: f64,
+        /// The yaw found, radians.
+        yaw: f64,
+    },
+}

@@ -1,4 +1,4 @@
-//! What a localiser says of the pose.
+//! The result of localisation: pose, covariance and status.
 
 use core::fmt;
 
@@ -8,80 +8,81 @@ use serde::Serialize;
 use super::Agreement;
 use crate::geometry::Pose;
 
-/// Why a robot does not know where it is.
+/// Why localisation is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LostReason {
-    /// The lidar measures nothing where the map has walls.
+    /// The lidar has too few returns where the map shows surfaces.
     NoReturns,
-    /// Too many beams pass through walls of the map.
+    /// Too many beams pass through mapped obstacles.
     BeamsThroughWalls,
-    /// Too few beams end on walls of the map.
+    /// Too few beams end on mapped surfaces.
     PoorMatch,
-    /// The map would have it where the robot cannot have driven.
+    /// The best match is farther away than the robot can have driven.
     PoseJump,
-    /// Nothing to hold on to for so long that odometry alone does not tell where it is.
+    /// The covariance has grown too large without corrections.
     HighUncertainty,
 }
 
 impl fmt::Display for LostReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NoReturns => "the lidar measures nothing where the map has walls",
-            Self::BeamsThroughWalls => "the lidar sees through walls of the map",
-            Self::PoorMatch => "what the lidar sees is not on the map",
-            Self::PoseJump => "the map fits best where the robot cannot have driven",
-            Self::HighUncertainty => "walls have told too little of the place for too long",
+            Self::NoReturns => "the lidar has no returns where the map shows walls",
+            Self::BeamsThroughWalls => "lidar beams pass through walls of the map",
+            Self::PoorMatch => "the scan does not match the map",
+            Self::PoseJump => "the best match is farther away than the robot can have driven",
+            Self::HighUncertainty => "the scans have not constrained the pose for too long",
         })
     }
 }
 
-/// How much a pose is worth.
+/// Reliability of the pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LocalizationStatus {
-    /// The scans agree with the map at this pose.
+    /// The scans match the map at this pose.
     Tracking,
-    /// They did until a moment ago, or have not told enough yet.
+    /// Recent scans do not match, or the covariance is still large.
     Uncertain,
-    /// The robot does not know where it is.
+    /// The pose is unknown.
     Lost(LostReason),
 }
 
 impl LocalizationStatus {
-    /// Why, of a robot that is lost.
+    /// The reason, if localisation is lost.
     #[must_use]
     pub const fn lost_reason(&self) -> Option<LostReason> {
         match self {
-            Self::Lost(why) => Some(*why),
+            Self::Lost(reason) => Some(*reason),
             Self::Tracking | Self::Uncertain => None,
         }
     }
 }
 
-/// The pose after a revolution, and what speaks for it.
+/// The pose estimate after a revolution, with its quality.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PoseEstimate {
-    /// The moment of the pose, seconds: that of the newest odometry.
+    /// Time of the pose, seconds: that of the latest odometry.
     pub time_s: f64,
-    /// Where the robot is, in the map frame.
+    /// The pose in the map frame.
     pub pose: Pose,
-    /// How well that is known: covariance of x, y and yaw in the map frame, square metres and radians.
+    /// Covariance of x, y and yaw in the map frame, square metres and radians.
     pub covariance: Matrix3<f64>,
-    /// How the beams agree with the map at this pose.
+    /// Consistency of the beams with the map at this pose.
     pub agreement: Agreement,
-    /// Root mean square distance from the walls of the beams that count, metres, weighted as they count; zero where none does.
+    /// Weighted root mean square distance of the matched beam ends from the mapped surfaces, metres; zero without matches.
     pub rms_m: f64,
-    /// Directions of motion, of three, that the walls told nothing of.
+    /// Number of unobservable directions of motion, of three.
     pub unobservable_directions: u8,
-    /// Rounds of the matching.
+    /// Iterations of the scan matcher.
     pub iterations: u8,
-    /// How much it is worth.
+    /// Reliability of the pose.
     pub status: LocalizationStatus,
 }
 
 impl PoseEstimate {
-    /// Standard deviation of the position along the axis where it is largest, any axis, metres.
+    /// Largest standard deviation of the position along any axis, metres.
     #[must_use]
     pub fn sigma_m(&self) -> f64 {
         let (a, b, c) = (

@@ -1,32 +1,32 @@
-//! Where something was a moment ago: the robot by its odometry, say.
+//! Short history of poses for interpolation.
 
 use std::collections::VecDeque;
 
 use crate::geometry::Pose;
 
-/// So long is remembered, seconds: a few revolutions of any lidar.
-const REMEMBERED_S: f64 = 1.0;
+/// Length of the history, seconds: a few lidar revolutions.
+const HISTORY_S: f64 = 1.0;
 
-/// Most poses remembered, whatever their times.
-const MOST: usize = 1024;
+/// Largest number of poses, whatever their times.
+const MAX_POSES: usize = 1024;
 
-/// The last second of a motion.
+/// The poses of the last second.
 #[derive(Clone, Debug, Default)]
 pub struct PoseHistory {
     rows: VecDeque<(f64, Pose)>,
 }
 
 impl PoseHistory {
-    /// Nothing remembered, and room for all that will be.
+    /// Creates an empty history with preallocated memory.
     #[must_use]
     pub fn new() -> Self {
         Self {
-            rows: VecDeque::with_capacity(MOST),
+            rows: VecDeque::with_capacity(MAX_POSES),
         }
     }
 
-    /// Takes in where it is at a time, seconds. Of poses at the same time the later counts. A time before the last
-    /// one, or numbers that are not finite, begin anew or are passed over.
+    /// Records a pose at a time, seconds. A pose at the same time as the last replaces it; an earlier time clears the
+    /// history; values that are not finite are ignored.
     pub fn record(&mut self, time_s: f64, pose: &Pose) {
         if !(time_s.is_finite() && pose.is_finite()) {
             return;
@@ -38,12 +38,12 @@ impl PoseHistory {
             }
             _ => {}
         }
-        // One older than what is asked for is kept: what lies between is blended.
-        while self.rows.len() >= MOST
+        // One pose older than the limit is kept for interpolation.
+        while self.rows.len() >= MAX_POSES
             || self
                 .rows
                 .get(1)
-                .is_some_and(|(next_s, _)| time_s - next_s > REMEMBERED_S)
+                .is_some_and(|(next_s, _)| time_s - next_s > HISTORY_S)
         {
             self.rows.pop_front();
         }
@@ -56,8 +56,8 @@ impl PoseHistory {
         self.rows.back().copied()
     }
 
-    /// Where it was at a time, seconds: on the arc between the poses before and after; at the first or the last of
-    /// them where the time lies before or after all. None before the first pose.
+    /// The pose at a time, seconds, interpolated along an arc between the adjacent poses. Times outside the history give its
+    /// first or last pose. None if it is empty.
     #[must_use]
     pub fn at(&self, time_s: f64) -> Option<Pose> {
         let after = self.rows.partition_point(|(row_s, _)| *row_s <= time_s);
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pose_between_two_is_on_the_way() {
+    fn pose_history_interpolates_between_poses() {
         let mut track = PoseHistory::new();
         assert_eq!(track.at(0.0), None);
         track.record(1.0, &Pose::new(0.0, 0.0, 0.0));
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn old_poses_go_and_a_clock_that_runs_back_begins_anew() {
+    fn pose_history_drops_old_poses_and_restarts_when_time_decreases() {
         let mut track = PoseHistory::new();
         for tick in 0..100_000 {
             track.record(

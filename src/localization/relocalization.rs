@@ -1,54 +1,54 @@
-//! Looking for a lost robot: the poses about a place where a revolution fits the map.
+//! Relocalisation: a search for the pose near the last one at which a revolution matches the map.
 
 use core::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::scan_matcher::{Matched, matched, tolerance_m};
+use super::scan_matcher::{ScanMatch, match_scan, tolerance_m};
 use super::signed_distance_field::SignedDistanceField;
 use super::{Agreement, DeskewedScan, LocalizationSettings};
 use crate::geometry::{Pose, wrap_angle};
 
-/// Distance of the poses that are tried, metres and radians.
+/// Spacing of the sampled poses: metres, and number of yaw angles.
 const STEP_M: f64 = 0.2;
 const YAWS: u32 = 48;
 
-/// Beams by which they are tried, evenly taken from the revolution.
+/// Beams used to score a sampled pose, evenly distributed over the revolution.
 const BEAMS: usize = 40;
 
-/// A beam is worth something up to this distance from a wall, metres.
-const NEAR_M: f64 = 0.3;
+/// Beam ends up to this distance from a surface contribute to the score, metres.
+const MAX_SCORED_DISTANCE_M: f64 = 0.3;
 
-/// So many of them, the best at least so far apart, are laid on the map.
+/// Number of best samples that are refined, and their smallest separation, metres and radians.
 const REFINED: usize = 8;
-const APART_M: f64 = 0.5;
-const APART_RAD: f64 = 0.3;
+const SEPARATION_M: f64 = 0.5;
+const SEPARATION_RAD: f64 = 0.3;
 
-/// How well a pose that is tried is known, metres and radians.
+/// Standard deviation of a sampled pose, metres and radians.
 const SIGMA_M: f64 = 0.2;
 const SIGMA_RAD: f64 = 0.1;
 
-/// The best must agree in this much larger a share of the beams than any other place.
-const BETTER_BY: f64 = 0.1;
+/// The best candidate must agree in this larger a fraction of the beams than any other.
+const MIN_LEAD: f64 = 0.1;
 
-/// The one pose within a distance of a place of the grid's frame at which the view agrees with the map as well as a found robot's must;
-/// none where there is none, or more than one.
+/// The single pose near `center` in the grid's frame at which the scan agrees with the map sufficiently; none if there is no
+/// such pose, or more than one.
 pub(super) fn find(
-    walls: &SignedDistanceField,
-    view: &DeskewedScan,
-    about: &Pose,
+    map: &SignedDistanceField,
+    scan: &DeskewedScan,
+    center: &Pose,
     settings: &LocalizationSettings,
 ) -> Option<Pose> {
-    let refined = best_of_lattice(walls, view, about, settings)
+    let refined = best_samples(map, scan, center, settings)
         .into_iter()
         .map(|pose| {
-            let pose = refine(walls, view, &pose, settings).pose;
-            let tolerance_m = tolerance_m(walls, settings);
-            (Agreement::of(walls, view, &pose, tolerance_m), pose)
+            let pose = refine(map, scan, &pose, settings).pose;
+            let tolerance_m = tolerance_m(map, settings);
+            (Agreement::of(map, scan, &pose, tolerance_m), pose)
         });
-    let all: Vec<(Agreement, Pose)> = refined.collect();
-    // The first of equals, so that the answer is one.
-    let best = all.iter().reduce(|best, other| {
+    let candidates: Vec<(Agreement, Pose)> = refined.collect();
+    // Ties go to the first, so that the result is deterministic.
+    let best = candidates.iter().reduce(|best, other| {
         if other.0.matching_fraction() > best.0.matching_fraction() {
             other
         } else {
@@ -56,50 +56,50 @@ pub(super) fn find(
         }
     })?;
     let (agreement, pose) = best;
-    let rival = all
+    let second = candidates
         .iter()
-        .filter(|(_, other)| is_apart(other, pose))
+        .filter(|(_, other)| is_separate(other, pose))
         .map(|(agreement, _)| agreement.matching_fraction())
         .fold(0.0, f64::max);
     let is_good = agreement.matching_fraction() >= settings.relocalized_agreement
         && agreement.through_walls_fraction() <= settings.max_through_walls / 2.0
-        && agreement.matching_fraction() >= rival + BETTER_BY;
+        && agreement.matching_fraction() >= second + MIN_LEAD;
     is_good.then_some(*pose)
 }
 
-fn is_apart(one: &Pose, other: &Pose) -> bool {
-    (one.position() - other.position()).norm() > APART_M
-        || wrap_angle(one.yaw - other.yaw).abs() > APART_RAD
+fn is_separate(one: &Pose, other: &Pose) -> bool {
+    (one.position() - other.position()).norm() > SEPARATION_M
+        || wrap_angle(one.yaw - other.yaw).abs() > SEPARATION_RAD
 }
 
 fn refine(
-    walls: &SignedDistanceField,
-    view: &DeskewedScan,
+    map: &SignedDistanceField,
+    scan: &DeskewedScan,
     pose: &Pose,
     settings: &LocalizationSettings,
-) -> Matched {
+) -> ScanMatch {
     let sigmas = Vector3::new(SIGMA_M, SIGMA_M, SIGMA_RAD);
-    let certainty = Matrix3::from_diagonal(&sigmas.map(|sigma| 1.0 / (sigma * sigma)));
-    matched(walls, &view.hits, pose, &certainty, 0.5 * SIGMA_M, settings)
+    let information = Matrix3::from_diagonal(&sigmas.map(|sigma| 1.0 / (sigma * sigma)));
+    match_scan(map, &scan.hits, pose, &information, 0.5 * SIGMA_M, settings)
 }
 
-/// The best poses of a lattice, no two near one another, best first; of equals the first.
-fn best_of_lattice(
-    walls: &SignedDistanceField,
-    view: &DeskewedScan,
-    about: &Pose,
+/// The best poses of a regular grid of samples, separated from each other, best first; ties in sampling order.
+fn best_samples(
+    map: &SignedDistanceField,
+    scan: &DeskewedScan,
+    center: &Pose,
     settings: &LocalizationSettings,
 ) -> Vec<Pose> {
-    let hits = &view.hits;
-    let every = hits.len().div_ceil(BEAMS).max(1);
+    let hits = &scan.hits;
+    let stride = hits.len().div_ceil(BEAMS).max(1);
     let steps = (settings.relocalization_radius_m / STEP_M).floor() as i32;
-    let mut tried: Vec<(f64, Pose)> = Vec::new();
+    let mut samples: Vec<(f64, Pose)> = Vec::new();
     let mut ends = Vec::with_capacity(BEAMS);
     for turn in 0..YAWS {
-        let yaw = wrap_angle(about.yaw + TAU * f64::from(turn) / f64::from(YAWS));
+        let yaw = wrap_angle(center.yaw + TAU * f64::from(turn) / f64::from(YAWS));
         let (sin, cos) = libm::sincos(yaw);
         ends.clear();
-        ends.extend(hits.iter().step_by(every).map(|hit| {
+        ends.extend(hits.iter().step_by(stride).map(|hit| {
             let end = &hit.end;
             (cos * end.x - sin * end.y, sin * end.x + cos * end.y)
         }));
@@ -109,29 +109,34 @@ fn best_of_lattice(
                     continue;
                 }
                 let (x, y) = (
-                    about.x + STEP_M * f64::from(column),
-                    about.y + STEP_M * f64::from(row),
+                    center.x + STEP_M * f64::from(column),
+                    center.y + STEP_M * f64::from(row),
                 );
-                // A robot stands in the open.
-                if walls.rough_m(x, y).is_none_or(|off_m| off_m <= 0.0) {
+                // The robot stands in free space.
+                if map
+                    .cell_distance_m(x, y)
+                    .is_none_or(|distance_m| distance_m <= 0.0)
+                {
                     continue;
                 }
-                let worth = |(along, up): &(f64, f64)| {
-                    let off_m = walls.rough_m(x + along, y + up).map_or(NEAR_M, f64::abs);
-                    (1.0 - off_m / NEAR_M).max(0.0)
+                let score = |(along, up): &(f64, f64)| {
+                    let distance_m = map
+                        .cell_distance_m(x + along, y + up)
+                        .map_or(MAX_SCORED_DISTANCE_M, f64::abs);
+                    (1.0 - distance_m / MAX_SCORED_DISTANCE_M).max(0.0)
                 };
-                let sum: f64 = ends.iter().map(worth).sum();
+                let sum: f64 = ends.iter().map(score).sum();
                 if sum >= 0.3 * ends.len() as f64 {
-                    tried.push((sum, Pose::new(x, y, yaw)));
+                    samples.push((sum, Pose::new(x, y, yaw)));
                 }
             }
         }
     }
-    // A stable sort, so that equals stay in the order of the lattice.
-    tried.sort_by(|one, other| other.0.total_cmp(&one.0));
+    // A stable sort keeps ties in sampling order.
+    samples.sort_by(|one, other| other.0.total_cmp(&one.0));
     let mut best: Vec<Pose> = Vec::with_capacity(REFINED);
-    for (_, pose) in &tried {
-        if best.iter().all(|other| is_apart(other, pose)) {
+    for (_, pose) in &samples {
+        if best.iter().all(|other| is_separate(other, pose)) {
             best.push(*pose);
             if best.len() == REFINED {
                 break;

@@ -1,4 +1,4 @@
-//! Laying a revolution on the map: Gauss and Newton's method on the beams' distances to the walls.
+//! Scan matching: Gauss-Newton minimisation of the distances between beam ends and mapped surfaces.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
@@ -7,89 +7,89 @@ use super::deskewed_scan::Hit;
 use super::signed_distance_field::SignedDistanceField;
 use crate::geometry::{Pose, wrap_angle};
 
-/// Most rounds of one matching.
-const MOST_ROUNDS: u8 = 15;
+/// Largest number of iterations.
+const MAX_ITERATIONS: u8 = 15;
 
-/// A round that moves the pose by less than this, metres and radians, is the last.
-const STILL_M: f64 = 1e-4;
-const STILL_RAD: f64 = 2e-5;
+/// An iteration that moves the pose by less than this, metres and radians, has converged.
+const CONVERGED_M: f64 = 1e-4;
+const CONVERGED_RAD: f64 = 2e-5;
 
-/// No round moves the pose farther than this, metres and radians.
-const STRIDE_M: f64 = 0.5;
-const STRIDE_RAD: f64 = 0.3;
+/// Largest step of an iteration, metres and radians.
+const MAX_STEP_M: f64 = 0.5;
+const MAX_STEP_RAD: f64 = 0.3;
 
-/// In the first rounds beams up to so many standard deviations of the pose farther from a wall count as well; half as many in
-/// each round after.
+/// The first iteration widens the outlier tolerance by this many standard deviations of the prior pose; each further
+/// iteration halves the addition.
 const WIDE_SIGMAS: f64 = 3.0;
 
-/// A pose laid on the map.
+/// A scan matched to the map.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Matched {
-    /// The most probable pose by beams and prior.
+pub(super) struct ScanMatch {
+    /// The most probable pose given beams and prior.
     pub pose: Pose,
-    /// What the beams tell of x, y and yaw there.
+    /// Information of the beams on x, y and yaw at that pose.
     pub information: Matrix3<f64>,
     pub rms_m: f64,
     pub unobservable_directions: u8,
     pub iterations: u8,
 }
 
-/// What the beams say at a pose: sums over those that count.
+/// Normal equations at a pose: sums over the beams within the tolerance.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct NormalEquations {
     hessian: Matrix3<f64>,
     gradient: Vector3<f64>,
     weight: f64,
     squares: f64,
-    /// Squared distance of the ends from the robot.
-    reach: f64,
+    /// Weighted squared distance of the beam ends from the robot.
+    squared_range: f64,
 }
 
-/// Moves a pose of the grid's frame to where the beams end on walls, held by the prior: that pose with its certainty, the inverse of
-/// its covariance.
-pub(super) fn matched(
-    walls: &SignedDistanceField,
+/// Moves a pose in the grid's frame to where the beams end on mapped surfaces. The prior pose counts by its information
+/// matrix, the inverse of its covariance.
+pub(super) fn match_scan(
+    map: &SignedDistanceField,
     hits: &[Hit],
     prior: &Pose,
-    certainty: &Matrix3<f64>,
+    prior_information: &Matrix3<f64>,
     prior_sigma_m: f64,
     settings: &LocalizationSettings,
-) -> Matched {
-    let narrow_m = tolerance_m(walls, settings);
+) -> ScanMatch {
+    let narrow_m = tolerance_m(map, settings);
     let mut wide_m = WIDE_SIGMAS * prior_sigma_m;
     let (mut pose, mut iterations) = (*prior, 0);
     loop {
-        let sums = sums(walls, hits, &pose, narrow_m + wide_m);
-        let told = told(&sums, hits.len(), settings);
-        let off = Vector3::new(
+        let equations = normal_equations(map, hits, &pose, narrow_m + wide_m);
+        let observable = observable_part(&equations, hits.len(), settings);
+        let offset = Vector3::new(
             pose.x - prior.x,
             pose.y - prior.y,
             wrap_angle(pose.yaw - prior.yaw),
         );
-        let step = (certainty + told.information)
+        let step = (prior_information + observable.information)
             .cholesky()
             .map_or_else(Vector3::zeros, |whole| {
-                whole.solve(&(-told.gradient - certainty * off))
+                whole.solve(&(-observable.gradient - prior_information * offset))
             });
         iterations += 1;
-        let is_still = step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD;
+        let has_converged = step.xy().norm() < CONVERGED_M && step.z.abs() < CONVERGED_RAD;
         let is_narrow = wide_m < 0.1 * narrow_m;
-        // The last word is of a pose whose sums are known.
-        if is_still && is_narrow || iterations == MOST_ROUNDS {
-            return Matched {
+        // The last step is not taken, so that the sums belong to the returned pose.
+        if has_converged && is_narrow || iterations == MAX_ITERATIONS {
+            return ScanMatch {
                 pose,
-                information: told.information,
-                rms_m: if sums.weight > 0.0 {
-                    (sums.squares / sums.weight).sqrt()
+                information: observable.information,
+                rms_m: if equations.weight > 0.0 {
+                    (equations.squares / equations.weight).sqrt()
                 } else {
                     0.0
                 },
-                unobservable_directions: told.unseen,
+                unobservable_directions: observable.unobservable_directions,
                 iterations,
             };
         }
-        let stride = (step.xy().norm() / STRIDE_M).max(step.z.abs() / STRIDE_RAD);
-        let step = step / stride.max(1.0);
+        let excess = (step.xy().norm() / MAX_STEP_M).max(step.z.abs() / MAX_STEP_RAD);
+        let step = step / excess.max(1.0);
         pose = Pose {
             x: pose.x + step.x,
             y: pose.y + step.y,
@@ -99,82 +99,92 @@ pub(super) fn matched(
     }
 }
 
-/// Beams that end no farther from a wall than this, metres, are taken to end on it.
-pub(super) fn tolerance_m(walls: &SignedDistanceField, settings: &LocalizationSettings) -> f64 {
-    settings.outlier_distance_m + 0.5 * walls.resolution_m()
+/// Largest distance of a beam end from a surface that it matches, metres.
+pub(super) fn tolerance_m(map: &SignedDistanceField, settings: &LocalizationSettings) -> f64 {
+    settings.outlier_distance_m + 0.5 * map.resolution_m()
 }
 
-/// In the order of the beams. Each weighs by Tukey's function of its distance: one on the wall, zero from the tolerance on.
-fn sums(walls: &SignedDistanceField, hits: &[Hit], pose: &Pose, tolerance_m: f64) -> Sums {
+/// Sums in the order of the beams. Tukey's biweight of the distance is one on the surface and zero from the tolerance on.
+fn normal_equations(
+    map: &SignedDistanceField,
+    hits: &[Hit],
+    pose: &Pose,
+    tolerance_m: f64,
+) -> NormalEquations {
     let (sin, cos) = libm::sincos(pose.yaw);
-    let mut sums = Sums::default();
+    let mut sums = NormalEquations::default();
     for hit in hits {
         let (x, y) = (
             cos * hit.end.x - sin * hit.end.y,
             sin * hit.end.x + cos * hit.end.y,
         );
-        let Some(level) = walls.level(pose.x + x, pose.y + y) else {
+        let Some(sample) = map.sample(pose.x + x, pose.y + y) else {
             continue;
         };
-        let share = level.distance_m / tolerance_m;
-        if share.abs() >= 1.0 {
+        let ratio = sample.distance_m / tolerance_m;
+        if ratio.abs() >= 1.0 {
             continue;
         }
-        let root = 1.0 - share * share;
+        let root = 1.0 - ratio * ratio;
         let weight = root * root;
-        let [along_x, along_y] = level.slope;
-        let slope = Vector3::new(along_x, along_y, along_y * x - along_x * y);
-        sums.hessian += slope * slope.transpose() * weight;
-        sums.gradient += slope * (weight * level.distance_m);
+        let [gradient_x, gradient_y] = sample.gradient;
+        let jacobian = Vector3::new(gradient_x, gradient_y, gradient_y * x - gradient_x * y);
+        sums.hessian += jacobian * jacobian.transpose() * weight;
+        sums.gradient += jacobian * (weight * sample.distance_m);
         sums.weight += weight;
-        sums.squares += weight * level.distance_m * level.distance_m;
-        sums.reach += weight * (x * x + y * y);
+        sums.squares += weight * sample.distance_m * sample.distance_m;
+        sums.squared_range += weight * (x * x + y * y);
     }
     sums
 }
 
-/// What the beams tell, without the directions that hardly any of them would notice a motion along.
-struct Told {
+/// The part of the normal equations along observable directions.
+struct ObservablePart {
     information: Matrix3<f64>,
     gradient: Vector3<f64>,
-    unseen: u8,
+    unobservable_directions: u8,
 }
 
-/// The directions are those of the Hessian's eigenvectors, as of Zhang, Kaess and Singh, "On Degeneracy of Optimization-based State
-/// Estimation Problems" (ICRA 2016), with angles made comparable to ways by the beams' mean length.
-fn told(sums: &Sums, beams: usize, settings: &LocalizationSettings) -> Told {
+/// Removes the directions of motion to which hardly any beam is sensitive. These are eigenvectors of the Hessian (Zhang,
+/// Kaess and Singh, "On Degeneracy of Optimization-based State Estimation Problems", ICRA 2016). The beams' mean range
+/// makes angles comparable to distances.
+fn observable_part(
+    sums: &NormalEquations,
+    beams: usize,
+    settings: &LocalizationSettings,
+) -> ObservablePart {
     if sums.weight <= 0.0 {
-        return Told {
+        return ObservablePart {
             information: Matrix3::zeros(),
             gradient: Vector3::zeros(),
-            unseen: 3,
+            unobservable_directions: 3,
         };
     }
-    let arm_m = (sums.reach / sums.weight).sqrt().max(0.1);
-    let even = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / arm_m));
-    let back = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, arm_m));
-    let eigen = SymmetricEigen::new(even * sums.hessian * even);
-    let least = settings.min_information * beams as f64;
-    let (mut kept, mut unseen) = (Matrix3::zeros(), 0);
+    let arm_m = (sums.squared_range / sums.weight).sqrt().max(0.1);
+    let to_scaled = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / arm_m));
+    let from_scaled = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, arm_m));
+    let eigen = SymmetricEigen::new(to_scaled * sums.hessian * to_scaled);
+    let threshold = settings.min_information * beams as f64;
+    let (mut projection, mut unobservable_directions) = (Matrix3::zeros(), 0);
     for (direction, value) in eigen
         .eigenvectors
         .column_iter()
         .zip(eigen.eigenvalues.iter())
     {
-        if *value >= least {
-            kept += direction * direction.transpose();
+        if *value >= threshold {
+            projection += direction * direction.transpose();
         } else {
-            unseen += 1;
+            unobservable_directions += 1;
         }
     }
     let scale = (settings.independent_beams / sums.weight).min(1.0)
         / (settings.beam_sigma_m * settings.beam_sigma_m);
-    // Rounding must not leave it unsymmetric.
-    let hessian = kept * (even * sums.hessian * even) * kept;
+    // Removes the asymmetry due to rounding.
+    let hessian = projection * (to_scaled * sums.hessian * to_scaled) * projection;
     let hessian = (hessian + hessian.transpose()) * 0.5;
-    Told {
-        information: back * hessian * back * scale,
-        gradient: back * (kept * (even * sums.gradient)) * scale,
-        unseen,
+    ObservablePart {
+        information: from_scaled * hessian * from_scaled * scale,
+        gradient: from_scaled * (projection * (to_scaled * sums.gradient)) * scale,
+        unobservable_directions,
     }
 }

@@ -1,4 +1,4 @@
-//! How much is believed, and when a robot counts as lost.
+//! Settings of the localiser.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,54 +6,52 @@ use super::LocalizationError;
 use crate::documented::documented;
 
 documented! {
-    /// Localisation by matching scans to the map.
+    /// Localisation by scan matching.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct LocalizationSettings {
-        /// How well the start is known along each axis, one standard deviation, metres, above zero and at most 10.
+        /// Standard deviation of the start position along each axis, metres, above zero and at most 10.
         pub initial_sigma_m: f64,
-        /// How well its yaw is known, one standard deviation, radians, above zero and at most 1.
+        /// Standard deviation of the start yaw, radians, above zero and at most 1.
         pub initial_sigma_rad: f64,
-        /// How far odometry's way may be off as a whole, one standard deviation, as a share, 0 to 0.5: the slip of tracks. It is
-        /// learned on the way.
+        /// Standard deviation of the scale error of odometry's distances, 0 to 0.5: track slip. The scale is learned while
+        /// driving.
         pub distance_scale_sigma: f64,
-        /// The same of odometry's turns, 0 to 0.5.
+        /// Standard deviation of the scale error of odometry's turns, 0 to 0.5. The scale is learned while driving.
         pub turn_scale_sigma: f64,
-        /// How far odometry's way may be off after one metre beyond that, one standard deviation, metres, above zero and at most 1.
+        /// Standard deviation of the remaining odometry error after one metre, metres, above zero and at most 1.
         pub distance_sigma_m: f64,
-        /// How far a beam that ends on a wall may end from the map's wall, one standard deviation, metres, above zero and at most 1:
-        /// the lidar's noise and the map's.
+        /// Standard deviation of a beam end from the mapped surface, metres, above zero and at most 1: noise of lidar and map.
         pub beam_sigma_m: f64,
-        /// So many beams of a revolution count as independent witnesses, 1 to 10000: what is wrong with a map is wrong for all
-        /// beams on the same wall.
+        /// Number of beams of a revolution that count as independent, 1 to 10000. A map error affects all beams on the same
+        /// surface.
         pub independent_beams: f64,
-        /// A beam that ends farther from a wall than this, metres, above zero and at most 1, and half a cell tells nothing of the
-        /// pose: somebody, or something that the map does not show.
+        /// Beams that end farther from a surface than this plus half a cell, metres, are ignored as unmapped objects; above
+        /// zero and at most 1.
         pub outlier_distance_m: f64,
-        /// A direction along which fewer than this share of the beams would notice a motion is left to odometry, 0 to 1.
+        /// A direction of motion to which less than this fraction of the beams is sensitive follows odometry alone, 0 to 1.
         pub min_information: f64,
-        /// Fewer returns than this in a revolution are too few where the map shows walls, 1 to 10000.
+        /// A revolution with fewer returns than this is rejected where the map shows surfaces, 1 to 10000.
         pub min_returns: usize,
-        /// Less than this share of the beams in agreement with the map speaks against the pose, 0 to 1.
+        /// A revolution is rejected if less than this fraction of its beams agrees with the map, 0 to 1.
         pub min_agreement: f64,
-        /// More than this share of the beams through walls of the map speaks against the pose, 0 to 1.
+        /// A revolution is rejected if more than this fraction of its beams passes through mapped obstacles, 0 to 1.
         pub max_through_walls: f64,
-        /// So many revolutions that speak against the pose, each that does not taken off, make the robot lost, 1 to 1000.
+        /// Localisation is lost when rejected revolutions outnumber accepted ones by this many, 1 to 1000.
         pub lost_after_scans: u32,
-        /// A position that may be off by more than this, one standard deviation along the worse axis, metres, is uncertain, above zero
-        /// and at most 100.
+        /// The pose is uncertain above this standard deviation along the worse axis, metres, above zero and at most 100.
         pub uncertain_sigma_m: f64,
-        /// The same of the yaw, radians, above zero and at most 3.
+        /// The pose is uncertain above this standard deviation of the yaw, radians, above zero and at most 3.
         pub uncertain_sigma_rad: f64,
-        /// A position that may be off by more than this makes the robot lost, metres, above zero and at most 100.
+        /// Localisation is lost above this standard deviation along the worse axis, metres, above zero and at most 100.
         pub lost_sigma_m: f64,
-        /// The same of the yaw, radians, above zero and at most 3.
+        /// Localisation is lost above this standard deviation of the yaw, radians, above zero and at most 3.
         pub lost_sigma_rad: f64,
-        /// This share of the beams must agree with the map for a lost robot to be found, 0 to 1.
+        /// Fraction of the beams that must agree with the map to relocalise, 0 to 1.
         pub relocalized_agreement: f64,
-        /// In so many revolutions in a row, 1 to 1000.
+        /// Number of consecutive revolutions that must confirm a relocalised pose, 1 to 1000.
         pub relocalized_after_scans: u32,
-        /// A lost robot is looked for within this distance of where odometry has it, metres, 0 to 20.
+        /// Search radius of relocalisation around the last pose, metres, 0 to 20.
         pub relocalization_radius_m: f64,
     }
 }
@@ -86,15 +84,15 @@ impl Default for LocalizationSettings {
 }
 
 impl LocalizationSettings {
-    /// Checks every number.
+    /// Validates all settings.
     ///
     /// # Errors
-    /// [`LocalizationError::BadSetting`] names the first that is out of range.
+    /// [`LocalizationError::BadSetting`] names the first setting that is out of range.
     pub fn validate(&self) -> Result<(), LocalizationError> {
-        let within = |least: f64, most: f64, expected, all: &[(&'static str, f64)]| {
-            let bad = all
+        let within = |min: f64, max: f64, expected, values: &[(&'static str, f64)]| {
+            let bad = values
                 .iter()
-                .find(|(_, value)| !(least..=most).contains(value));
+                .find(|(_, value)| !(min..=max).contains(value));
             bad.map_or(Ok(()), |&(name, value)| {
                 Err(LocalizationError::BadSetting {
                     name,

@@ -1,20 +1,20 @@
-//! The surface of the map's walls: how far a point lies outside or inside of it, between the cells as well.
+//! Signed distance to the mapped obstacle surfaces, with subcell interpolation.
 
 use crate::geometry::Pose;
 use crate::map::{DistanceField, GridFrame, ObstacleGrid};
 
-/// Steps of a stored distance in one cell.
-const STEPS: f64 = 256.0;
+/// Steps of a stored distance per cell.
+const STEPS_PER_CELL: f64 = 256.0;
 
-/// The longest stored distance, cells: the longest that fits.
-const FARTHEST: f64 = 127.0;
+/// Largest stored distance, cells, limited by the integer type.
+const MAX_CELLS: f64 = 127.0;
 
-/// Signed distance to the walls' surface, positive in the open.
+/// Signed distance to the obstacle surface, positive in free space.
 ///
-/// The exact distance field is that between cells' centres. A wall begins half a cell before the centre of its first cell, and the
-/// last open centre is half a cell before that: so half a cell is taken off the distance of an open cell to the nearest wall, and
-/// half a cell off the depth of a wall's cell below the nearest open one. Between a cell of each kind the value then crosses zero
-/// where the two squares touch, with slope one on both sides, and a beam that ends on the surface has nor bias nor a kink.
+/// The exact distance field measures between cell centres, but an obstacle's surface is half a cell before the centre of its
+/// first cell. Half a cell is therefore subtracted from the distance of a free cell to the nearest obstacle cell, and from
+/// the depth of an obstacle cell below the nearest free one. Between a free and an obstacle cell the value crosses zero at
+/// the common edge with slope one on both sides, so a beam that ends on the surface has no bias and a smooth gradient.
 #[derive(Clone, Debug)]
 pub(super) struct SignedDistanceField {
     frame: GridFrame,
@@ -22,13 +22,13 @@ pub(super) struct SignedDistanceField {
     signed: Vec<i16>,
 }
 
-/// The distance at a place and how it changes along both axes of the grid.
+/// The interpolated field at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Level {
-    /// Metres.
+pub(super) struct DistanceSample {
+    /// Signed distance, metres.
     pub distance_m: f64,
-    /// Without unit.
-    pub slope: [f64; 2],
+    /// Gradient along both axes of the grid, without unit.
+    pub gradient: [f64; 2],
 }
 
 impl SignedDistanceField {
@@ -37,8 +37,8 @@ impl SignedDistanceField {
         let width = frame.width as usize;
         let mut signed = vec![0; frame.len()];
         let stored = |squared: u32| {
-            let cells = (f64::from(squared).sqrt() - 0.5).clamp(-0.5, FARTHEST);
-            (cells * STEPS).round() as i16
+            let cells = (f64::from(squared).sqrt() - 0.5).clamp(-0.5, MAX_CELLS);
+            (cells * STEPS_PER_CELL).round() as i16
         };
         DistanceField::for_each_row(obstacles, |row, squared| {
             for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
@@ -48,7 +48,7 @@ impl SignedDistanceField {
         let open = obstacles.cells().iter().map(|blocked| !blocked).collect();
         DistanceField::for_each_row(&ObstacleGrid::new(frame, open), |row, squared| {
             for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
-                // An open cell is at zero distance from itself.
+                // A free cell has distance zero to itself.
                 if squared > 0 {
                     *out = -stored(squared);
                 }
@@ -61,13 +61,13 @@ impl SignedDistanceField {
         self.frame.resolution_m
     }
 
-    /// The pose of the map frame in that of the grid: axes along the cells, metres from the grid's corner.
-    pub fn in_grid(&self, pose: &Pose) -> Pose {
+    /// Converts a pose from the map frame to the grid's frame, whose axes lie along the cells, in metres from the corner.
+    pub fn to_grid(&self, pose: &Pose) -> Pose {
         self.frame.origin.inverse_transform_pose(pose)
     }
 
-    /// The inverse of [`Self::in_grid`].
-    pub fn in_map(&self, pose: &Pose) -> Pose {
+    /// Converts a pose from the grid's frame to the map frame.
+    pub fn to_map(&self, pose: &Pose) -> Pose {
         self.frame.origin.transform_pose(pose)
     }
 
@@ -76,10 +76,10 @@ impl SignedDistanceField {
         self.frame.origin.yaw
     }
 
-    /// The level at a point of the grid's frame, metres, blended between the four nearest cells; none where one of them lies off
-    /// the map, or for a point that is not finite.
+    /// The field at a point of the grid's frame, metres, by bilinear interpolation of the four nearest cells. None if one of
+    /// them is outside the map or the point is not finite.
     #[inline]
-    pub fn level(&self, x: f64, y: f64) -> Option<Level> {
+    pub fn sample(&self, x: f64, y: f64) -> Option<DistanceSample> {
         let resolution = self.frame.resolution_m;
         let (column, row) = (x / resolution - 0.5, y / resolution - 0.5);
         let (left, low) = (column.floor(), row.floor());
@@ -97,18 +97,18 @@ impl SignedDistanceField {
         let (a, b) = (at(corner), at(corner + 1));
         let (c, d) = (at(corner + width), at(corner + width + 1));
         let (lower, upper) = (a + (b - a) * along, c + (d - c) * along);
-        Some(Level {
-            distance_m: (lower + (upper - lower) * up) / STEPS * resolution,
-            slope: [
-                ((b - a) * (1.0 - up) + (d - c) * up) / STEPS,
-                (upper - lower) / STEPS,
+        Some(DistanceSample {
+            distance_m: (lower + (upper - lower) * up) / STEPS_PER_CELL * resolution,
+            gradient: [
+                ((b - a) * (1.0 - up) + (d - c) * up) / STEPS_PER_CELL,
+                (upper - lower) / STEPS_PER_CELL,
             ],
         })
     }
 
-    /// The distance at the cell of a point, metres, without blending: quick, and off by up to a cell.
+    /// The distance of the cell at a point, metres, without interpolation: faster, with an error of up to a cell.
     #[inline]
-    pub fn rough_m(&self, x: f64, y: f64) -> Option<f64> {
+    pub fn cell_distance_m(&self, x: f64, y: f64) -> Option<f64> {
         let resolution = self.frame.resolution_m;
         let (column, row) = (x / resolution, y / resolution);
         let inside = column >= 0.0
@@ -116,7 +116,7 @@ impl SignedDistanceField {
             && column < f64::from(self.frame.width)
             && row < f64::from(self.frame.height);
         let index = || row as usize * self.frame.width as usize + column as usize;
-        inside.then(|| f64::from(self.signed[index()]) / STEPS * resolution)
+        inside.then(|| f64::from(self.signed[index()]) / STEPS_PER_CELL * resolution)
     }
 }
 
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use crate::map::Cell;
 
-    /// Open ground from 1 m to 3 m along both axes, walls about it, in cells of 0.1 m.
+    /// Free space from 1 m to 3 m along both axes, surrounded by obstacles, in cells of 0.1 m.
     fn room(origin: Pose) -> SignedDistanceField {
         let frame = GridFrame {
             width: 40,
@@ -143,8 +143,8 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_is_where_the_squares_touch() {
-        let walls = room(Pose::default());
+    fn signed_distance_is_zero_on_cell_edges() {
+        let field = room(Pose::default());
         for (x, expected) in [
             (1.0, 0.0),
             (1.03, 0.03),
@@ -154,29 +154,35 @@ mod tests {
             (2.98, 0.02),
             (3.1, -0.1),
         ] {
-            let level = walls.level(x, 2.0).expect("on the map");
-            assert!((level.distance_m - expected).abs() < 1e-3, "{x}: {level:?}");
+            let sample = field.sample(x, 2.0).expect("on the map");
+            assert!(
+                (sample.distance_m - expected).abs() < 1e-3,
+                "{x}: {sample:?}"
+            );
             let outward = if x < 2.0 { 1.0 } else { -1.0 };
-            assert!((level.slope[0] - outward).abs() < 1e-2, "{x}: {level:?}");
-            assert!(level.slope[1].abs() < 1e-9);
+            assert!(
+                (sample.gradient[0] - outward).abs() < 1e-2,
+                "{x}: {sample:?}"
+            );
+            assert!(sample.gradient[1].abs() < 1e-9);
         }
-        assert_eq!(walls.level(0.01, 2.0), None);
-        assert_eq!(walls.level(f64::NAN, 2.0), None);
-        assert_eq!(walls.rough_m(-0.01, 2.0), None);
-        assert!((walls.rough_m(1.05, 2.0).expect("on the map") - 0.05).abs() < 1e-3);
+        assert_eq!(field.sample(0.01, 2.0), None);
+        assert_eq!(field.sample(f64::NAN, 2.0), None);
+        assert_eq!(field.cell_distance_m(-0.01, 2.0), None);
+        assert!((field.cell_distance_m(1.05, 2.0).expect("on the map") - 0.05).abs() < 1e-3);
     }
 
     #[test]
-    fn a_map_that_lies_turned_gives_poses_back() {
-        let walls = room(Pose::new(5.0, -3.0, 0.7));
+    fn grid_pose_round_trips_on_a_rotated_map() {
+        let field = room(Pose::new(5.0, -3.0, 0.7));
         let pose = Pose::new(6.0, -1.0, 3.0);
-        let back = walls.in_map(&walls.in_grid(&pose));
+        let back = field.to_map(&field.to_grid(&pose));
         assert!((back.position() - pose.position()).norm() < 1e-12);
         assert!((back.yaw - pose.yaw).abs() < 1e-12);
     }
 
     #[test]
-    fn ground_without_walls_and_walls_without_ground_have_no_slope() {
+    fn signed_distance_is_flat_without_surfaces() {
         let frame = GridFrame {
             width: 9,
             height: 9,
@@ -184,10 +190,10 @@ mod tests {
             origin: Pose::default(),
         };
         for blocked in [false, true] {
-            let walls = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![blocked; 81]));
-            let level = walls.level(0.45, 0.45).expect("on the map");
-            assert_eq!(level.slope, [0.0, 0.0]);
-            assert!((level.distance_m > 1.0) != blocked, "{level:?}");
+            let field = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![blocked; 81]));
+            let sample = field.sample(0.45, 0.45).expect("on the map");
+            assert_eq!(sample.gradient, [0.0, 0.0]);
+            assert!((sample.distance_m > 1.0) != blocked, "{sample:?}");
         }
     }
 }

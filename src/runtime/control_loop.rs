@@ -208,8 +208,8 @@ impl<'a> Simulation<'a> {
 
     /// A revolution as the navigator takes it: as seen from the place of the last odometry.
     fn at_once(&mut self, sweep: &TimedScan) -> Scan {
-        self.view.take(sweep, &self.odometry);
-        self.view.scan(sweep.beams.len())
+        self.view.deskew(sweep, &self.odometry);
+        self.view.to_scan(sweep.beams.len())
     }
 
     /// Where the vehicle truly is; where it believes to be, of one whose world is not simulated.

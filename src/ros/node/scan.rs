@@ -107,10 +107,10 @@ pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistor
         beams: beams.collect(),
         range_max: scan.range_max + mount.position().coords.norm(),
     };
-    deskewed.take(&timed, history);
+    deskewed.deskew(&timed, history);
     // Twice the number of directions: the new direction of a beam is off by at most a quarter of the old increment.
     let directions = (2.0 * TAU / scan.angle_increment).ceil();
-    deskewed.scan(directions.clamp(1.0, MAX_BEAMS) as usize)
+    deskewed.to_scan(directions.clamp(1.0, MAX_BEAMS) as usize)
 }
 
 /// The scan in the robot's frame, the nearest return in each direction. `mount` is the lidar's pose on the robot.

@@ -1,4 +1,4 @@
-//! The localiser: laid on a map it finds its place, keeps it over a tour with tracks that slip, and says when it is lost.
+//! The localiser: convergence on a map, long drives with track slip, and detection of a lost pose.
 
 mod lost;
 mod room;

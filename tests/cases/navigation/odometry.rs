@@ -1,4 +1,4 @@
-//! What the simulated robot knows of where it is: dead reckoning that drifts, and fixes that correct it.
+//! Pose sources of the simulated robot: drifting dead reckoning, and position fixes.
 
 use inbye::base::Base;
 use inbye::geometry::{Pose, Twist, wrap_angle};
@@ -13,7 +13,7 @@ fn base(dynamics: DriveDynamics, noise: OdometryNoise, seed: u64) -> SimBase {
     SimBase::new(DRIVE, Limits::default(), dynamics, noise, START, seed).expect("valid settings")
 }
 
-/// Drives to and fro and round for a time, seconds.
+/// Drives a winding path for a time, seconds.
 fn wind(base: &mut SimBase, time_s: f64) {
     for tick in 0..(time_s / 0.05) as u32 {
         let time_s = 0.05 * f64::from(tick);
@@ -24,8 +24,8 @@ fn wind(base: &mut SimBase, time_s: f64) {
     }
 }
 
-/// Drives straight ahead, or stands, for a time, seconds.
-fn go(base: &mut SimBase, speed: f64, time_s: f64) {
+/// Drives straight ahead, or stands still, for a time, seconds.
+fn drive_straight(base: &mut SimBase, speed: f64, time_s: f64) {
     for _ in 0..(time_s / 0.1) as u32 {
         base.send(&Twist::new(speed, 0.0))
             .expect("a finite command");
@@ -42,7 +42,7 @@ fn yaw_error(base: &SimBase) -> f64 {
 }
 
 #[test]
-fn perfect_sensors_on_ground_without_slip_never_err() {
+fn odometry_is_exact_without_noise_and_slip() {
     let dynamics = DriveDynamics {
         slip: Slip::none(),
         ..DriveDynamics::default()
@@ -53,12 +53,12 @@ fn perfect_sensors_on_ground_without_slip_never_err() {
     let apart = base.odometry().pose.position() - base.pose().position();
     assert!(apart.norm() < 1e-9, "{apart}");
     assert!(yaw_error(&base).abs() < 1e-9);
-    let way = (base.pose().position() - START.position()).norm();
-    assert!(way > 1.0, "nothing was driven: {way}");
+    let distance_m = (base.pose().position() - START.position()).norm();
+    assert!(distance_m > 1.0, "the robot did not move: {distance_m}");
 }
 
 #[test]
-fn slip_is_not_seen_and_turns_are() {
+fn odometry_misses_slip_and_measures_turns() {
     let slip = Slip {
         mean: 0.1,
         wander: 0.0,
@@ -69,15 +69,15 @@ fn slip_is_not_seen_and_turns_are() {
         ..DriveDynamics::default()
     };
     let mut base = base(dynamics, OdometryNoise::none(), 1);
-    go(&mut base, 0.5, 20.0);
+    drive_straight(&mut base, 0.5, 20.0);
     let truth = (base.pose().position() - START.position()).norm();
-    let believed = (base.odometry().pose.position() - START.position()).norm();
-    assert!((truth - 0.9 * believed).abs() < 1e-9 && believed > 9.0);
+    let estimated = (base.odometry().pose.position() - START.position()).norm();
+    assert!((truth - 0.9 * estimated).abs() < 1e-9 && estimated > 9.0);
     wind(&mut base, 60.0);
     assert!(yaw_error(&base).abs() < 1e-9);
 }
 
-/// Errors of the yaw of robots that stand for a minute, one for each seed.
+/// Yaw errors of robots that stand still for a minute, one for each seed.
 fn standing_yaw_errors(noise: OdometryNoise) -> Vec<f64> {
     let error = |seed| {
         let mut base = base(DriveDynamics::default(), noise, seed);
@@ -88,7 +88,7 @@ fn standing_yaw_errors(noise: OdometryNoise) -> Vec<f64> {
 }
 
 #[test]
-fn the_gyro_drifts_by_its_bias_and_walks_by_its_noise() {
+fn gyro_yaw_drifts_by_bias_and_noise() {
     let biased = OdometryNoise {
         gyro_bias_sigma_rad_s: 0.002,
         ..OdometryNoise::none()
@@ -106,7 +106,7 @@ fn the_gyro_drifts_by_its_bias_and_walks_by_its_noise() {
 }
 
 #[test]
-fn a_gyro_of_coarse_bits_does_not_feel_less_than_half_a_bit() {
+fn gyro_resolution_hides_rates_below_half_a_bit() {
     let coarse = OdometryNoise {
         gyro_bit_rad_s: 0.1,
         ..OdometryNoise::none()
@@ -122,31 +122,31 @@ fn a_gyro_of_coarse_bits_does_not_feel_less_than_half_a_bit() {
 }
 
 #[test]
-fn scales_err_in_proportion_to_way_and_turn() {
+fn scale_errors_grow_with_distance_and_turn() {
     let scaled = OdometryNoise {
         travel_scale_sigma: 0.02,
         gyro_scale_sigma: 0.03,
         ..OdometryNoise::none()
     };
-    let (mut ways, mut turns) = (Vec::new(), Vec::new());
+    let (mut distances, mut turns) = (Vec::new(), Vec::new());
     for seed in 0..400 {
         let mut base = base(DriveDynamics::ideal(), scaled, seed);
-        go(&mut base, 1.0, 10.0);
+        drive_straight(&mut base, 1.0, 10.0);
         let truth = (base.pose().position() - START.position()).norm();
-        let believed = (base.odometry().pose.position() - START.position()).norm();
-        ways.push(believed / truth - 1.0);
+        let estimated = (base.odometry().pose.position() - START.position()).norm();
+        distances.push(estimated / truth - 1.0);
         base.send(&Twist::new(0.0, 1.0)).unwrap();
         base.step(0.5);
         let turned = wrap_angle(base.pose().yaw - START.yaw);
         turns.push(wrap_angle(base.odometry().pose.yaw - START.yaw) / turned - 1.0);
     }
-    let (way, turn) = (deviation(&ways), deviation(&turns));
-    assert!((way - 0.02).abs() < 0.002, "{way}");
+    let (distance, turn) = (deviation(&distances), deviation(&turns));
+    assert!((distance - 0.02).abs() < 0.002, "{distance}");
     assert!((turn - 0.03).abs() < 0.003, "{turn}");
 }
 
 #[test]
-fn an_encoder_counts_whole_ticks_and_loses_none() {
+fn encoder_counts_whole_ticks_without_loss() {
     let coarse = OdometryNoise {
         encoder_tick_m: 0.05,
         ..OdometryNoise::none()
@@ -156,7 +156,7 @@ fn an_encoder_counts_whole_ticks_and_loses_none() {
     let mut steps = 0;
     let mut before = 0.0;
     for _ in 0..100 {
-        go(&mut base, 0.2, 0.1);
+        drive_straight(&mut base, 0.2, 0.1);
         let counted = (base.odometry().pose.position() - start).norm();
         let truth = (base.pose().position() - start).norm();
         assert!(counted <= truth + 1e-9 && truth - counted < 0.05 + 1e-9);
@@ -167,22 +167,22 @@ fn an_encoder_counts_whole_ticks_and_loses_none() {
     assert!((35..=40).contains(&steps), "{steps}");
 }
 
-/// How far off robots believe to be after a winding drive of two minutes by default, metres, root mean square.
+/// Root mean square position error of default robots after a drive of one minute, relative to the distance.
 #[test]
-fn the_default_drift_is_some_percent_of_the_way() {
+fn default_drift_is_a_few_percent_of_the_distance() {
     let errors: Vec<f64> = (0..100)
         .map(|seed| {
             let mut base = base(DriveDynamics::default(), OdometryNoise::default(), seed);
-            go(&mut base, 0.8, 60.0);
+            drive_straight(&mut base, 0.8, 60.0);
             let apart = base.odometry().pose.position() - base.pose().position();
             apart.norm() / (base.pose().position() - START.position()).norm()
         })
         .collect();
-    let share = deviation(&errors);
-    assert!((0.01..0.06).contains(&share), "{share}");
+    let fraction = deviation(&errors);
+    assert!((0.01..0.06).contains(&fraction), "{fraction}");
 }
 
-/// Errors of the fixes of a robot that stands, and how many came, in so many ticks of 50 ms.
+/// Errors of the fixes that a standing robot receives during `ticks` ticks of 50 ms.
 fn fixes_of(fixes: Fixes, seed: u64, ticks: u32) -> Vec<[f64; 3]> {
     let mut source = FixSource::new(fixes, seed).expect("valid settings");
     let truth = Pose::new(4.0, 5.0, 3.1);
@@ -199,7 +199,7 @@ fn fixes_of(fixes: Fixes, seed: u64, ticks: u32) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn fixes_come_at_their_rate_with_their_spread() {
+fn fixes_have_the_configured_rate_and_deviation() {
     let fixes = Fixes {
         rate_hz: 4.0,
         sigma_m: 0.03,
@@ -218,13 +218,13 @@ fn fixes_come_at_their_rate_with_their_spread() {
 }
 
 #[test]
-fn a_share_of_the_fixes_does_not_come() {
+fn fix_dropout_omits_the_configured_fraction() {
     let fixes = Fixes {
         dropout: 0.3,
         ..Fixes::default()
     };
-    let came = fixes_of(fixes, 3, 40_000).len() as f64 / 20_000.0;
-    assert!((came - 0.7).abs() < 0.015, "{came}");
+    let received = fixes_of(fixes, 3, 40_000).len() as f64 / 20_000.0;
+    assert!((received - 0.7).abs() < 0.015, "{received}");
     let none = Fixes {
         dropout: 1.0,
         ..fixes
@@ -238,7 +238,7 @@ fn a_share_of_the_fixes_does_not_come() {
 }
 
 #[test]
-fn fixes_faster_than_the_ticks_come_once_a_tick() {
+fn fixes_are_limited_to_one_per_tick() {
     let fast = Fixes {
         rate_hz: 100.0,
         dropout: 0.0,
@@ -248,14 +248,14 @@ fn fixes_faster_than_the_ticks_come_once_a_tick() {
 }
 
 #[test]
-fn the_same_seed_fixes_the_same_and_another_does_not() {
+fn fixes_depend_on_the_seed_only() {
     let fixes = Fixes::default();
     assert_eq!(fixes_of(fixes, 3, 500), fixes_of(fixes, 3, 500));
     assert_ne!(fixes_of(fixes, 3, 500), fixes_of(fixes, 4, 500));
 }
 
 #[test]
-fn bad_fixes_are_refused_by_name() {
+fn fix_source_rejects_bad_settings_by_name() {
     let (plain, bad) = (Fixes::default(), f64::NAN);
     for (fixes, name) in [
         (

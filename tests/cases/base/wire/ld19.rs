@@ -381,7 +381,7 @@ fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
                 continue;
             };
             let mut view = DeskewedScan::default();
-            view.take(&sweep, &track);
+            view.deskew(&sweep, &track);
             looks += 1;
             assert!(view.hits.len() > 440);
             for hit in &view.hits {

@@ -1,4 +1,4 @@
-//! One revolution after the other in a room of known walls.
+//! Consecutive revolutions in a room with known walls.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ const LIDAR: Lidar = Lidar {
     sweep_s: 0.0,
 };
 
-/// Open boxes in rock, each from its lower left to its upper right corner, metres in the grid's frame; cells of 5 cm.
+/// Free boxes in solid rock, each from lower left to upper right corner, metres in the grid's frame; cells of 5 cm.
 fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
     let frame = GridFrame::new(400, 300, 0.05, origin).expect("a frame");
     let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
@@ -40,10 +40,10 @@ fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
     obstacles
 }
 
-/// A room of 6 by 4 m with a niche.
+/// A room of 6 m by 4 m with a niche.
 const ROOM: [[f64; 4]; 2] = [[2.0, 3.0, 8.0, 7.0], [4.0, 7.0, 5.5, 8.2]];
 
-/// A roadway 3 m wide whose ends are out of the lidar's reach from its middle.
+/// A roadway 3 m wide.
 const ROADWAY: [[f64; 4]; 1] = [[0.5, 6.0, 19.5, 9.0]];
 
 struct Stage {
@@ -57,7 +57,7 @@ impl Stage {
         let settings = LocalizationSettings::default();
         let localizer = Localizer::new(&obstacles, settings, start);
         Self {
-            localizer: localizer.expect("good settings and a start"),
+            localizer: localizer.expect("valid settings and start"),
             world: World::new(obstacles),
             rng: Pcg64Mcg::seed_from_u64(3),
         }
@@ -70,8 +70,8 @@ impl Stage {
             .update(&TimedScan::from_scan(&seen.scan, time_s, 0.0))
     }
 
-    /// Stands for so many revolutions.
-    fn stand(&mut self, truth: &Pose, times: u32) -> PoseEstimate {
+    /// Updates with several revolutions at one pose.
+    fn stand_still(&mut self, truth: &Pose, times: u32) -> PoseEstimate {
         for tick in 0..times {
             let time_s = 0.1 * f64::from(tick);
             self.localizer.predict(time_s, &Pose::default());
@@ -81,41 +81,44 @@ impl Stage {
     }
 }
 
-fn off(fix: &PoseEstimate, truth: &Pose) -> (f64, f64) {
-    let off_m = (fix.pose.position() - truth.position()).norm();
-    (off_m, wrap_angle(fix.pose.yaw - truth.yaw).abs())
+fn errors(estimate: &PoseEstimate, truth: &Pose) -> (f64, f64) {
+    let error_m = (estimate.pose.position() - truth.position()).norm();
+    (error_m, wrap_angle(estimate.pose.yaw - truth.yaw).abs())
 }
 
 #[test]
-fn a_start_that_is_a_little_off_is_mended() {
+fn start_error_is_corrected() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     for (x, y, yaw) in [(0.15, -0.1, 0.08), (-0.2, 0.1, -0.06), (0.0, 0.0, 0.1)] {
         let start = Pose::new(truth.x + x, truth.y + y, truth.yaw + yaw);
-        let fix = Stage::new(ground(Pose::default(), &ROOM), &start).stand(&truth, 10);
-        let (off_m, off_rad) = off(&fix, &truth);
-        assert!(off_m < 0.01 && off_rad < 0.004, "{fix:?}");
+        let estimate = Stage::new(ground(Pose::default(), &ROOM), &start).stand_still(&truth, 10);
+        let (error_m, error_rad) = errors(&estimate, &truth);
+        assert!(error_m < 0.01 && error_rad < 0.004, "{estimate:?}");
         assert_eq!(
-            (fix.status, fix.unobservable_directions),
+            (estimate.status, estimate.unobservable_directions),
             (LocalizationStatus::Tracking, 0)
         );
-        assert!(fix.agreement.matching_fraction() > 0.95, "{fix:?}");
+        assert!(
+            estimate.agreement.matching_fraction() > 0.95,
+            "{estimate:?}"
+        );
     }
 }
 
-/// Each axis is as good as the other, on a map that lies turned as well.
+/// Checks that the axes of a rotated map are not confused.
 #[test]
-fn a_map_that_lies_turned_is_a_map() {
+fn rotated_map_is_supported() {
     let origin = Pose::new(-3.0, 5.0, 0.6);
     let place = origin.transform(&Point::new(4.1, 4.3));
     let truth = Pose::new(place.x, place.y, -2.0);
     let start = Pose::new(truth.x - 0.1, truth.y + 0.1, truth.yaw + 0.05);
-    let fix = Stage::new(ground(origin, &ROOM), &start).stand(&truth, 10);
-    let (off_m, off_rad) = off(&fix, &truth);
-    assert!(off_m < 0.01 && off_rad < 0.004, "{fix:?}");
+    let estimate = Stage::new(ground(origin, &ROOM), &start).stand_still(&truth, 10);
+    let (error_m, error_rad) = errors(&estimate, &truth);
+    assert!(error_m < 0.01 && error_rad < 0.004, "{estimate:?}");
 }
 
 #[test]
-fn people_do_not_pull_the_pose() {
+fn unmapped_people_do_not_bias_the_pose() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
     let person = |x, y| MovingDisc {
@@ -126,62 +129,65 @@ fn people_do_not_pull_the_pose() {
         vy: 0.0,
     };
     stage.world.moving = vec![person(5.0, 4.3), person(4.2, 5.2), person(3.2, 3.9)];
-    let fix = stage.stand(&truth, 10);
-    assert!(off(&fix, &truth).0 < 0.012, "{fix:?}");
-    assert_eq!(fix.status, LocalizationStatus::Tracking);
-    assert!(fix.agreement.unmapped() > 60, "{fix:?}");
+    let estimate = stage.stand_still(&truth, 10);
+    assert!(errors(&estimate, &truth).0 < 0.012, "{estimate:?}");
+    assert_eq!(estimate.status, LocalizationStatus::Tracking);
+    assert!(estimate.agreement.unmapped() > 60, "{estimate:?}");
 }
 
-/// A robot in the middle of a smooth roadway, driven by odometry that counts 5 % too much.
+/// Drives along the middle of a smooth roadway; odometry reads 5 % too much.
 fn along_the_roadway(lidar: &Lidar) -> (PoseEstimate, Pose, f64) {
     let start = Pose::new(9.0, 7.5, 0.0);
     let mut stage = Stage::new(ground(Pose::default(), &ROADWAY), &start);
     let mut truth = start;
     for tick in 0..=100 {
-        let way_m = 0.02 * f64::from(tick);
-        truth = Pose::new(9.0 + way_m, 7.5, 0.0);
+        let distance_m = 0.02 * f64::from(tick);
+        truth = Pose::new(9.0 + distance_m, 7.5, 0.0);
         let time_s = 0.1 * f64::from(tick);
         stage
             .localizer
-            .predict(time_s, &Pose::new(way_m / 0.95, 0.0, 0.0));
+            .predict(time_s, &Pose::new(distance_m / 0.95, 0.0, 0.0));
         stage.update(lidar, &truth, time_s);
     }
-    let (way_factor, _) = stage.localizer.odometry_scale();
-    (*stage.localizer.estimate(), truth, way_factor)
+    let (distance_scale, _) = stage.localizer.odometry_scale();
+    (*stage.localizer.estimate(), truth, distance_scale)
 }
 
 #[test]
-fn along_a_smooth_roadway_the_pose_is_left_to_odometry_and_said_to_be() {
+fn smooth_roadway_leaves_the_pose_along_it_to_odometry() {
     let short = Lidar {
         range_max_m: 6.0,
         ..LIDAR
     };
-    let (fix, truth, way_factor) = along_the_roadway(&short);
-    assert_eq!(fix.unobservable_directions, 1);
-    // Off along by what slipped in 2 m, and not across.
-    assert!((fix.pose.x - truth.x - 0.105).abs() < 0.01, "{fix:?}");
-    assert!((fix.pose.y - truth.y).abs() < 0.005, "{fix:?}");
-    assert!(off(&fix, &truth).1 < 0.003, "{fix:?}");
-    assert!(fix.covariance[(0, 0)].sqrt() > 0.1, "{fix:?}");
-    assert!(fix.covariance[(1, 1)].sqrt() < 0.02, "{fix:?}");
-    assert_eq!(fix.status, LocalizationStatus::Uncertain);
-    assert!((way_factor - 1.0).abs() < 1e-6, "{way_factor}");
+    let (estimate, truth, distance_scale) = along_the_roadway(&short);
+    assert_eq!(estimate.unobservable_directions, 1);
+    // The slip over 2 m remains along the roadway; there is no error across it.
+    assert!(
+        (estimate.pose.x - truth.x - 0.105).abs() < 0.01,
+        "{estimate:?}"
+    );
+    assert!((estimate.pose.y - truth.y).abs() < 0.005, "{estimate:?}");
+    assert!(errors(&estimate, &truth).1 < 0.003, "{estimate:?}");
+    assert!(estimate.covariance[(0, 0)].sqrt() > 0.1, "{estimate:?}");
+    assert!(estimate.covariance[(1, 1)].sqrt() < 0.02, "{estimate:?}");
+    assert_eq!(estimate.status, LocalizationStatus::Uncertain);
+    assert!((distance_scale - 1.0).abs() < 1e-6, "{distance_scale}");
 }
 
 #[test]
-fn where_an_end_is_seen_the_slip_is_learned() {
-    let (fix, truth, way_factor) = along_the_roadway(&LIDAR);
+fn visible_roadway_end_lets_the_filter_learn_slip() {
+    let (estimate, truth, distance_scale) = along_the_roadway(&LIDAR);
     assert_eq!(
-        (fix.unobservable_directions, fix.status),
+        (estimate.unobservable_directions, estimate.status),
         (0, LocalizationStatus::Tracking)
     );
-    assert!(off(&fix, &truth).0 < 0.02, "{fix:?}");
-    assert!((way_factor - 0.95).abs() < 0.02, "{way_factor}");
+    assert!(errors(&estimate, &truth).0 < 0.02, "{estimate:?}");
+    assert!((distance_scale - 0.95).abs() < 0.02, "{distance_scale}");
 }
 
-/// The corrections are what keeps the pose: without them it goes where odometry goes.
+/// Without corrections, the pose follows odometry.
 #[test]
-fn without_revolutions_the_pose_drifts() {
+fn pose_drifts_without_scans() {
     let start = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &start);
     for tick in 0..=100 {
@@ -190,66 +196,69 @@ fn without_revolutions_the_pose_drifts() {
             .localizer
             .predict(0.1 * f64::from(tick), &Pose::new(0.0, 0.0, yaw));
     }
-    let fix = stage.localizer.estimate();
-    assert!((wrap_angle(fix.pose.yaw - 5.4)).abs() < 1e-9, "{fix:?}");
-    assert!(fix.sigma_rad() > 0.1, "{fix:?}");
+    let estimate = stage.localizer.estimate();
+    assert!(
+        (wrap_angle(estimate.pose.yaw - 5.4)).abs() < 1e-9,
+        "{estimate:?}"
+    );
+    assert!(estimate.sigma_rad() > 0.1, "{estimate:?}");
 }
 
 #[test]
-fn what_was_covered_is_found_only_by_evidence() {
+fn occluded_lidar_relocalises_after_consecutive_matches() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
-    stage.stand(&truth, 10);
-    let blind = Lidar {
+    stage.stand_still(&truth, 10);
+    let occluded = Lidar {
         dropout: 1.0,
         ..LIDAR
     };
-    let mut states = Vec::new();
+    let mut statuses = Vec::new();
     for tick in 10..40 {
-        let lidar = if tick < 20 { &blind } else { &LIDAR };
-        states.push(stage.update(lidar, &truth, 0.1 * f64::from(tick)).status);
+        let lidar = if tick < 20 { &occluded } else { &LIDAR };
+        statuses.push(stage.update(lidar, &truth, 0.1 * f64::from(tick)).status);
     }
-    assert_eq!(states[3], LocalizationStatus::Uncertain);
+    assert_eq!(statuses[3], LocalizationStatus::Uncertain);
     assert_eq!(
-        states[4..10],
+        statuses[4..10],
         [LocalizationStatus::Lost(LostReason::NoReturns); 6]
     );
-    // Five revolutions that agree.
+    // Five matching revolutions confirm the pose.
     assert_eq!(
-        states[10..14],
+        statuses[10..14],
         [LocalizationStatus::Lost(LostReason::NoReturns); 4]
     );
     assert!(
-        states[15..]
+        statuses[15..]
             .iter()
-            .all(|state| *state == LocalizationStatus::Tracking),
-        "{states:?}"
+            .all(|status| *status == LocalizationStatus::Tracking),
+        "{statuses:?}"
     );
 }
 
 #[test]
-fn what_cannot_be_a_localiser_is_refused() {
+fn localizer_rejects_bad_settings_and_start() {
     let ground = ground(Pose::default(), &ROOM);
     let bad = LocalizationSettings {
         outlier_distance_m: f64::NAN,
         ..LocalizationSettings::default()
     };
-    let refusal = Localizer::new(&ground, bad, &Pose::default()).expect_err("no number");
+    let error = Localizer::new(&ground, bad, &Pose::default()).expect_err("NaN is invalid");
     assert_eq!(
-        refusal.to_string(),
+        error.to_string(),
         "outlier_distance_m is NaN: it must be above zero and at most 1"
     );
-    let nowhere = Pose::new(f64::NAN, 0.0, 0.0);
-    let refusal = Localizer::new(&ground, LocalizationSettings::default(), &nowhere);
-    assert!(matches!(refusal, Err(LocalizationError::BadStart { .. })));
+    let not_finite = Pose::new(f64::NAN, 0.0, 0.0);
+    let error = Localizer::new(&ground, LocalizationSettings::default(), &not_finite);
+    assert!(matches!(error, Err(LocalizationError::BadStart { .. })));
 }
 
-/// Senses that are no numbers change nothing and end nothing.
+/// Sensor values that are not finite change nothing and cause no panic.
 #[test]
-fn numbers_that_are_none_are_passed_over() {
+fn localizer_ignores_values_that_are_not_finite() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
-    stage.stand(&truth, 5);
+    stage.stand_still(&truth, 5);
     let before = *stage.localizer.estimate();
     stage.localizer.predict(f64::NAN, &Pose::default());
     stage
@@ -257,8 +266,8 @@ fn numbers_that_are_none_are_passed_over() {
         .predict(1.0, &Pose::new(f64::INFINITY, 0.0, 0.0));
     assert_eq!(*stage.localizer.estimate(), before);
     let seen = LIDAR.scan(&stage.world, &truth, &mut stage.rng);
-    let mut sweep = TimedScan::from_scan(&seen.scan, 0.5, 0.0);
-    for (number, beam) in sweep.beams.iter_mut().enumerate() {
+    let mut scan = TimedScan::from_scan(&seen.scan, 0.5, 0.0);
+    for (number, beam) in scan.beams.iter_mut().enumerate() {
         match number % 4 {
             0 => beam.angle = f64::NAN,
             1 => beam.range = f64::NAN,
@@ -266,10 +275,10 @@ fn numbers_that_are_none_are_passed_over() {
             _ => {}
         }
     }
-    let fix = *stage.localizer.update(&sweep);
+    let estimate = *stage.localizer.update(&scan);
     assert!(
-        fix.pose.is_finite() && off(&fix, &truth).0 < 0.02,
-        "{fix:?}"
+        estimate.pose.is_finite() && errors(&estimate, &truth).0 < 0.02,
+        "{estimate:?}"
     );
     stage.localizer.update(&TimedScan::default());
     assert!(stage.localizer.pose().is_finite());
