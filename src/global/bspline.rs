@@ -1,36 +1,37 @@
-//! The uniform B-spline as the paper writes it (eqs. 24-26).
+//! Uniform B-spline segments (paper, eqs. 24-26).
 
 use crate::geometry::{Point, Vector};
 
-/// Chords depart from the curve by at most this, metres.
-const DEPARTURE_M: f64 = 0.003;
-/// The heading changes along a chord by at most this, radians: two such chords make no turn as
-/// [`Path::turns`](super::Path::turns) counts.
+/// Largest distance between a chord and the curve, metres.
+const MAX_DEVIATION_M: f64 = 0.003;
+/// Largest change of heading along a chord, radians. Two such chords are below the threshold of
+/// [`Path::turns`](super::Path::turns).
 pub(super) const CHORD_TURN_RAD: f64 = 0.04;
-/// Its tangent.
+/// Tangent of [`CHORD_TURN_RAD`].
 const CHORD_TURN_TANGENT: f64 = 0.040_021_346_995_514_55;
-/// Derivatives below this are none, metres: rounding.
-const STANDING_M: f64 = 1e-9;
-/// A segment is halved at most so many times.
-const HALVINGS: u32 = 12;
+/// Derivatives shorter than this count as zero, metres.
+const ZERO_DERIVATIVE_M: f64 = 1e-9;
+/// Largest number of recursive bisections of a segment.
+const MAX_BISECTIONS: u32 = 12;
 
 /// Largest degree.
-const MOST: usize = 9;
+const MAX_DEGREE: usize = 9;
 
-/// The weights of a degree (eq. 24) as polynomials.
+/// The basis functions of a degree (eq. 24) as polynomials.
 pub(super) struct Basis {
     degree: usize,
-    /// For each control point of a segment, the factors of 1, u, u^2, ...
-    weights: [[f64; MOST + 1]; MOST + 1],
+    /// For each control point of a segment, the coefficients of 1, u, u^2, ...
+    weights: [[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1],
 }
 
 impl Basis {
-    /// That of a degree of 1 to 9.
+    /// Creates the basis of a degree of 1 to 9.
     ///
-    /// Multiplied out, eq. 24 has at `u^p` the sum over `j` of `(-1)^j C(n + 1, j) C(n, p) (n - k - j)^(n - p) / n!`.
+    /// In expanded form, the coefficient of `u^p` in eq. 24 is the sum over `j` of
+    /// `(-1)^j C(n + 1, j) C(n, p) (n - k - j)^(n - p) / n!`.
     pub fn new(degree: usize) -> Self {
         let factorial: f64 = (1..=degree).map(|factor| factor as f64).product();
-        let mut weights = [[0.0; MOST + 1]; MOST + 1];
+        let mut weights = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
         for (k, weight) in weights.iter_mut().enumerate().take(degree + 1) {
             for (power, factor) in weight.iter_mut().enumerate().take(degree + 1) {
                 let term = |j: usize| {
@@ -46,24 +47,24 @@ impl Basis {
     }
 }
 
-/// Eq. 25.
+/// Binomial coefficient (eq. 25).
 fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// One segment of a uniform B-spline (eq. 26), as a polynomial about its first control point, so that large coordinates
-/// cost no digits.
+/// One segment of a uniform B-spline (eq. 26), as a polynomial relative to its first control point. This keeps precision
+/// for large coordinates.
 pub(super) struct Segment<'a> {
     control: &'a [Point],
-    /// The factors of 1, u, u^2, ...
-    factors: [Vector; MOST + 1],
+    /// The coefficients of 1, u, u^2, ...
+    factors: [Vector; MAX_DEGREE + 1],
 }
 
 impl<'a> Segment<'a> {
-    /// The segment of these control points, one more than the degree.
+    /// Creates the segment of these control points; their number is the degree plus one.
     pub fn new(basis: &Basis, control: &'a [Point]) -> Self {
         debug_assert_eq!(control.len(), basis.degree + 1);
-        let mut factors = [Vector::zeros(); MOST + 1];
+        let mut factors = [Vector::zeros(); MAX_DEGREE + 1];
         for (point, weight) in control.iter().zip(&basis.weights) {
             let from_first = point - control[0];
             for (factor, weight) in factors.iter_mut().zip(weight).take(control.len()) {
@@ -73,30 +74,35 @@ impl<'a> Segment<'a> {
         Self { control, factors }
     }
 
-    /// Hands out the points of the segment after its first: their chords stay within 3 mm and 0.04 rad of the curve.
+    /// Emits the points of the segment after its first. Their chords stay within 3 mm and 0.04 rad of the curve.
     pub fn chords(&self, mut next: impl FnMut(Point)) {
-        self.halve(&self.sample(0.0), &self.sample(1.0), HALVINGS, &mut next);
+        self.bisect(
+            &self.sample(0.0),
+            &self.sample(1.0),
+            MAX_BISECTIONS,
+            &mut next,
+        );
     }
 
-    /// Hands out the points after `from` up to `to`, as many as the chords need.
-    fn halve(&self, from: &Sample, to: &Sample, halvings: u32, next: &mut impl FnMut(Point)) {
-        let chord = to.place - from.place;
+    /// Emits the points after `from` up to `to`, as many as the tolerances require.
+    fn bisect(&self, from: &Sample, to: &Sample, bisections: u32, next: &mut impl FnMut(Point)) {
+        let chord = to.point - from.point;
         let across = Vector::new(-chord.y, chord.x) / chord.norm().max(f64::MIN_POSITIVE);
-        let departure_m = self.bend(&across) * (to.u - from.u).powi(2) / 8.0;
-        let is_near = departure_m <= DEPARTURE_M && turns_little(&from.tangent, &to.tangent);
-        if halvings == 0 || is_near {
-            next(to.place);
+        let deviation_m = self.max_second_derivative(&across) * (to.u - from.u).powi(2) / 8.0;
+        let is_near = deviation_m <= MAX_DEVIATION_M && turns_little(&from.tangent, &to.tangent);
+        if bisections == 0 || is_near {
+            next(to.point);
             return;
         }
         let middle = self.sample(f64::midpoint(from.u, to.u));
-        self.halve(from, &middle, halvings - 1, next);
-        self.halve(&middle, to, halvings - 1, next);
+        self.bisect(from, &middle, bisections - 1, next);
+        self.bisect(&middle, to, bisections - 1, next);
     }
 
     fn sample(&self, u: f64) -> Sample {
         Sample {
             u,
-            place: self.point(u),
+            point: self.point(u),
             tangent: self.tangent(u),
         }
     }
@@ -111,7 +117,7 @@ impl<'a> Segment<'a> {
         self.control[0] + factors.fold(Vector::zeros(), |sum, factor| sum * u + factor)
     }
 
-    /// The derivative at `u`.
+    /// The first derivative at `u`.
     fn tangent(&self, u: f64) -> Vector {
         let powers = (1..=self.degree()).rev();
         powers.fold(Vector::zeros(), |sum, power| {
@@ -120,17 +126,17 @@ impl<'a> Segment<'a> {
     }
 
     /// The second derivative at `u`.
-    fn bending(&self, u: f64) -> Vector {
+    fn second_derivative(&self, u: f64) -> Vector {
         let powers = (2..=self.degree()).rev();
         powers.fold(Vector::zeros(), |sum, power| {
             sum * u + self.factors[power] * (power * (power - 1)) as f64
         })
     }
 
-    /// The curvature at `u`, 1/m, to either side; zero where the curve stands still, and for a straight segment.
+    /// The unsigned curvature at `u`, 1/m; zero for a straight segment and where the derivative vanishes.
     pub fn curvature(&self, u: f64) -> f64 {
         let tangent = self.tangent(u);
-        let curvature = tangent.perp(&self.bending(u)).abs() / tangent.norm().powi(3);
+        let curvature = tangent.perp(&self.second_derivative(u)).abs() / tangent.norm().powi(3);
         if curvature.is_finite() {
             curvature
         } else {
@@ -138,9 +144,9 @@ impl<'a> Segment<'a> {
         }
     }
 
-    /// Bound on the second derivative across a unit direction: that derivative is a weighted mean of the second
+    /// Upper bound of the second derivative along a unit direction. The second derivative is a weighted mean of the second
     /// differences of the control points.
-    fn bend(&self, across: &Vector) -> f64 {
+    fn max_second_derivative(&self, across: &Vector) -> f64 {
         self.control
             .windows(3)
             .map(|triple| {
@@ -152,16 +158,16 @@ impl<'a> Segment<'a> {
     }
 }
 
-/// Whether a heading changes to another by at most [`CHORD_TURN_RAD`]. A curve that stands still has none, only rounding.
+/// Whether the heading changes by at most [`CHORD_TURN_RAD`]. A vanishing derivative has no heading.
 fn turns_little(from: &Vector, to: &Vector) -> bool {
     let ahead = from.dot(to);
-    let stands = from.norm().min(to.norm()) < STANDING_M;
-    stands || (ahead >= 0.0 && from.perp(to).abs() <= CHORD_TURN_TANGENT * ahead)
+    let vanishes = from.norm().min(to.norm()) < ZERO_DERIVATIVE_M;
+    vanishes || (ahead >= 0.0 && from.perp(to).abs() <= CHORD_TURN_TANGENT * ahead)
 }
 
 struct Sample {
     u: f64,
-    place: Point,
+    point: Point,
     tangent: Vector,
 }
 
@@ -178,8 +184,8 @@ mod tests {
     }
 
     #[test]
-    fn the_weights_are_those_of_the_equation() {
-        for degree in 1..=MOST {
+    fn basis_weights_equal_equation_24() {
+        for degree in 1..=MAX_DEGREE {
             let factorial: f64 = (1..=degree).map(|factor| factor as f64).product();
             for k in 0..=degree {
                 for u in [0.0, 0.21, 0.5, 1.0] {
@@ -199,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cubic_weights_are_the_textbook_ones() {
+    fn cubic_basis_weights_at_the_start_are_1_4_1() {
         let at_start: Vec<f64> = (0..4).map(|k| weight(k, 3, 0.0)).collect();
         for (found, expected) in at_start.iter().zip([1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0, 0.0]) {
             assert!((found - expected).abs() < 1e-12);
@@ -207,15 +213,15 @@ mod tests {
     }
 
     #[test]
-    fn weights_of_every_degree_sum_to_one() {
-        for degree in 1..=MOST {
+    fn basis_weights_of_every_degree_sum_to_one() {
+        for degree in 1..=MAX_DEGREE {
             let sum: f64 = (0..=degree).map(|k| weight(k, degree, 0.37)).sum();
             assert!((sum - 1.0).abs() < 1e-10, "degree {degree}: {sum}");
         }
     }
 
     #[test]
-    fn the_tangent_is_the_slope_of_the_curve() {
+    fn segment_derivatives_equal_difference_quotients() {
         let control = [(0.0, 0.0), (1.0, 2.0), (4.0, 1.0), (5.0, -3.0), (4.0, 4.0)]
             .map(|(x, y)| Point::new(x, y));
         let basis = Basis::new(4);
@@ -223,13 +229,13 @@ mod tests {
         for u in [0.1, 0.5, 0.8] {
             let slope = (segment.point(u + 1e-6) - segment.point(u - 1e-6)) / 2e-6;
             assert!((slope - segment.tangent(u)).norm() < 1e-7);
-            let bending = (segment.tangent(u + 1e-6) - segment.tangent(u - 1e-6)) / 2e-6;
-            assert!((bending - segment.bending(u)).norm() < 1e-6);
+            let change = (segment.tangent(u + 1e-6) - segment.tangent(u - 1e-6)) / 2e-6;
+            assert!((change - segment.second_derivative(u)).norm() < 1e-6);
         }
     }
 
     #[test]
-    fn chords_keep_to_the_curve() {
+    fn chords_stay_within_the_tolerance_of_the_curve() {
         let control = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 5.0)];
         let control = control.map(|(x, y)| Point::new(x, y));
         let basis = Basis::new(3);
@@ -239,9 +245,12 @@ mod tests {
         let chords = crate::global::Path::new(points);
         assert_eq!(chords.turns(), 0);
         for step in 0..=1000 {
-            let place = spline.point(f64::from(step) / 1000.0);
-            let distance_m = chords.project(&place).distance_m;
-            assert!(distance_m <= DEPARTURE_M, "{distance_m} m at step {step}");
+            let point = spline.point(f64::from(step) / 1000.0);
+            let distance_m = chords.project(&point).distance_m;
+            assert!(
+                distance_m <= MAX_DEVIATION_M,
+                "{distance_m} m at step {step}"
+            );
         }
     }
 }

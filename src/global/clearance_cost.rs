@@ -1,28 +1,29 @@
-//! Costs that make a path keep its distance where it can: the paper's safety distance (section 3.1), as a preference.
+//! Clearance costs: the paper's safety distance (section 3.1) as a soft preference.
 
 use crate::geometry::Point;
 use crate::map::{Cell, DistanceField, GridFrame, ObstacleGrid};
 
-/// How much dearer than open ground the ground near an obstacle is, in a byte a cell.
+/// Additional cost of cells near obstacles, one byte per cell.
 ///
-/// A metre at a clearance `d` below the preferred one `D` costs as much as `1 + weight (1 - d / D)` metres of open ground,
-/// in sixteenths, rounded down; `d` is measured from the cell's centre to the nearest obstacle cell's, less half a cell.
+/// Below the preferred clearance `D`, a metre at clearance `d` costs as much as `1 + weight (1 - d / D)` metres of open
+/// space, in sixteenths, rounded down. `d` is the distance between the cell's centre and the nearest obstacle cell's, less
+/// half a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClearanceCosts {
     frame: GridFrame,
-    /// Sixteenths by which each cell is dearer.
+    /// Additional cost of each cell, in sixteenths.
     extra: Vec<u8>,
 }
 
-/// Largest weight that sixteenths in a byte can hold, rounded down.
+/// Largest weight that fits in a byte of sixteenths, rounded down.
 pub const MAX_CLEARANCE_WEIGHT: f64 = 15.0;
 
-/// Parts of an open cell's cost.
+/// Units of cost per open cell.
 const PARTS: u64 = 16;
 
 impl ClearanceCosts {
-    /// The costs among obstacles for a preferred clearance in metres, above zero, and a weight of 0 to
-    /// [`MAX_CLEARANCE_WEIGHT`]; weights outside are the nearest that is not.
+    /// Computes the costs for a preferred clearance in metres, above zero, and a weight. The weight is clamped to 0 to
+    /// [`MAX_CLEARANCE_WEIGHT`].
     #[must_use]
     pub fn new(obstacles: &ObstacleGrid, preferred_m: f64, weight: f64) -> Self {
         let frame = *obstacles.frame();
@@ -38,21 +39,21 @@ impl ClearanceCosts {
         }
     }
 
-    /// What a move of a cost to the cell stored at an index costs here.
+    /// The cost, including clearance, of a move with a base cost to the cell at an index.
     #[inline]
     pub(super) fn price(&self, index: usize, cost: u64) -> u64 {
         cost + cost * u64::from(self.extra[index]) / PARTS
     }
 
-    /// The length of a straight way in cells of open ground that cost as much. Both ends in cell units, inside the grid.
-    pub(super) fn along(&self, from: &Point, to: &Point) -> f64 {
+    /// The equivalent length, in cells of open space, of a straight segment. Both ends are in cell units, inside the grid.
+    pub(super) fn equivalent_length(&self, from: &Point, to: &Point) -> f64 {
         let whole = to - from;
         let length = whole.norm();
         let mut costs = 0.0;
         let mut entered = 0.0;
         let mut cell = [from.x.floor(), from.y.floor()];
         while entered < 1.0 {
-            // The share of the way at which it leaves the cell to either side.
+            // The fraction of the segment at which it leaves the cell along each axis.
             let leaves = [0, 1].map(|axis| {
                 let line = cell[axis] + if whole[axis] > 0.0 { 1.0 } else { 0.0 };
                 if whole[axis] == 0.0 {
@@ -70,7 +71,7 @@ impl ClearanceCosts {
         costs * length
     }
 
-    /// How many times as dear as open ground a cell is; the nearest of the grid for one outside.
+    /// The cost factor of a cell; outside the grid, that of the nearest cell.
     fn factor(&self, [x, y]: &[f64; 2]) -> f64 {
         let inside = |at: f64, side: i32| (at as i32).clamp(0, side - 1);
         let cell = Cell::new(inside(*x, self.frame.width), inside(*y, self.frame.height));
@@ -90,15 +91,15 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_dearer_the_nearer_they_are_to_an_obstacle() {
+    fn clearance_costs_decrease_with_distance() {
         let costs = costs(&["#........"], 2.0, 3.0);
-        // Clearances of 0, 0.25, 0.75, 1.25, 1.75 and 2.25 m; 48 sixteenths at none.
+        // Clearances of 0, 0.25, 0.75, 1.25, 1.75 and 2.25 m; the maximum is 48 sixteenths.
         assert_eq!(costs.extra[..6], [48, 42, 30, 18, 6, 0]);
         assert_eq!(costs.price(1, 1600), 1600 + 4200);
     }
 
     #[test]
-    fn a_way_costs_what_its_parts_in_each_cell_cost() {
+    fn equivalent_length_equals_the_sampled_sum() {
         let costs = costs(&["......", "#....."], 2.0, 15.0);
         let ends = [
             (5.3, 1.9),
@@ -116,7 +117,7 @@ mod tests {
                     |step: i32| from + (to - from) * ((f64::from(step) + 0.5) / f64::from(steps));
                 let factors = (0..steps).map(|step| costs.factor(&[at(step).x, at(step).y]));
                 let expected = factors.sum::<f64>() / f64::from(steps) * (to - from).norm();
-                let found = costs.along(from, to);
+                let found = costs.equivalent_length(from, to);
                 assert!(
                     (found - expected).abs() < 1e-3,
                     "{from} to {to}: {found}, not {expected}"

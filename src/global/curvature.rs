@@ -1,46 +1,46 @@
-//! How a path bends, to hold against what a base can follow (paper, eqs. 10-12).
+//! Curvature of splines, to compare with the limits of the base (paper, eqs. 10-12).
 
 use super::bspline::{Basis, CHORD_TURN_RAD, Segment};
 use crate::geometry::{Point, Vector};
 
-/// Points this near are one, metres: far below a cell, far above rounding.
+/// Points nearer than this are equal, metres: far below a cell, far above rounding errors.
 const SAME_M: f64 = 1e-6;
-/// Sine of the angle below which control points lie on a line.
-const STRAIGHT: f64 = 1e-9;
-/// Pieces of a bent segment. They are even in the parameter, so they lie closest together where it bends most.
+/// Sine of the largest angle at which control points count as collinear.
+const COLLINEAR_SINE: f64 = 1e-9;
+/// Pieces of a curved segment, equal in the parameter, and therefore shortest where the curvature is largest.
 const PIECES: usize = 64;
 
-/// A uniform B-spline: what a smoothed path is drawn from. Where as many inner control points as its degree coincide, it
-/// passes through them and is straight on both sides: a corner, if they do not lie on a line.
+/// A uniform B-spline, the curve of a smoothed path. Where at least as many inner control points as its degree coincide, it
+/// passes through them and is straight on both sides: a corner, unless it is collinear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spline {
     degree: usize,
     control: Vec<Point>,
 }
 
-/// How a curve bends along its length.
+/// The curvature of a curve along its length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curvature {
-    /// Corners: vertices that were kept sharp, where the heading changes at once by more than 0.04 rad, as much as along
-    /// a chord of a smooth stretch. The curvature there is none that a robot could drive; it has to turn in place.
+    /// Number of sharp corners, where the heading changes at once by more than 0.04 rad, the tolerance of a chord. The robot
+    /// must turn in place there.
     pub sharp_turns: usize,
-    /// Length of each piece, metres, and the greatest curvature on it, 1/m.
+    /// Length of each piece, metres, and its largest curvature, 1/m.
     pieces: Vec<(f64, f64)>,
 }
 
 impl Spline {
-    /// A spline of a degree of at least one, with more control points than that, in metres in the map frame.
+    /// Creates a spline of a degree of at least one; it has more control points than that, in metres in the map frame.
     pub(super) fn new(degree: usize, control: Vec<Point>) -> Self {
         Self { degree, control }
     }
 
-    /// The straight lines between points: a spline of degree one.
+    /// Creates a spline of degree one: straight lines between points.
     #[must_use]
     pub fn polyline(points: &[Point]) -> Self {
         Self::new(1, points.to_vec())
     }
 
-    /// Control points, each once, with how many coincide there.
+    /// The distinct control points, each with its multiplicity.
     fn places(&self) -> Vec<(Point, usize)> {
         let mut places: Vec<(Point, usize)> = Vec::new();
         for &point in &self.control {
@@ -54,8 +54,7 @@ impl Spline {
 }
 
 impl Curvature {
-    /// Of the ways along splines, one after the other: where the next sets off in another direction than the one before
-    /// it ends in is a corner too.
+    /// Computes the curvature of consecutive splines. A change of heading between two of them counts as a corner.
     #[must_use]
     pub fn of<'a>(splines: impl IntoIterator<Item = &'a Spline>) -> Self {
         let (mut sharp_turns, mut pieces) = (0, Vec::new());
@@ -86,14 +85,14 @@ impl Curvature {
         }
     }
 
-    /// The greatest curvature between the corners, 1/m; zero where it is straight.
+    /// The largest curvature between the corners, 1/m; zero on a straight path.
     #[must_use]
     pub fn max_per_m(&self) -> f64 {
         let curvatures = self.pieces.iter().map(|&(_, curvature)| curvature);
         curvatures.fold(0.0, f64::max)
     }
 
-    /// The share of the length that bends no more than a limit, 1/m: 0 to 1. Corners have no length.
+    /// The fraction of the length with a curvature of at most a limit, 1/m: 0 to 1. Corners have no length.
     #[must_use]
     pub fn fraction_within(&self, limit_per_m: f64) -> f64 {
         let length_m = |most: f64| -> f64 {
@@ -113,7 +112,7 @@ fn is_corner(before: &Vector, after: &Vector) -> bool {
     libm::atan2(before.perp(after), before.dot(after)).abs() > CHORD_TURN_RAD
 }
 
-/// The pieces of the segment with these control points.
+/// The pieces of the segment with these control points: length and largest curvature.
 fn pieces_of(basis: &Basis, control: &[Point]) -> Vec<(f64, f64)> {
     let segment = Segment::new(basis, control);
     let at = |step: usize| segment.point(step as f64 / PIECES as f64);
@@ -130,7 +129,7 @@ fn pieces_of(basis: &Basis, control: &[Point]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Whether control points lie on a line, up to rounding.
+/// Whether control points are collinear, up to rounding.
 fn is_straight(control: &[Point]) -> bool {
     let mut last: Option<Vector> = None;
     for pair in control.windows(2) {
@@ -138,7 +137,8 @@ fn is_straight(control: &[Point]) -> bool {
         if step.norm() <= SAME_M {
             continue;
         }
-        let is_bent = |last: Vector| last.perp(&step).abs() > STRAIGHT * last.norm() * step.norm();
+        let is_bent =
+            |last: Vector| last.perp(&step).abs() > COLLINEAR_SINE * last.norm() * step.norm();
         if last.is_some_and(is_bent) {
             return false;
         }
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn many_control_points_on_a_circle_bend_like_it() {
+    fn spline_on_a_circle_has_its_curvature() {
         for radius_m in [0.5, 3.0, 40.0] {
             let control = (0..=90).map(|step| {
                 let angle = TAU * f64::from(step) / 120.0;
@@ -167,7 +167,7 @@ mod tests {
                 )
             });
             let curvature = Curvature::of([&Spline::new(3, control.collect())]);
-            // The spline runs inside the polygon of its control points by a little.
+            // The spline runs slightly inside the polygon of its control points.
             let off = curvature.max_per_m() * radius_m - 1.0;
             assert!(off.abs() < 2e-3, "{off} at {radius_m} m");
             assert_eq!(curvature.fraction_within(1.01 / radius_m), 1.0);
@@ -176,9 +176,9 @@ mod tests {
         }
     }
 
-    /// One segment of degree two is a parabola: y = x^2 here, whose curvature is 2 / (1 + 4 x^2)^1.5.
+    /// A segment of degree two is a parabola: y = x^2 here, with curvature 2 / (1 + 4 x^2)^1.5.
     #[test]
-    fn a_parabola_has_its_textbook_curvature() {
+    fn quadratic_segment_has_the_curvature_of_a_parabola() {
         // Control points at the crossings of the tangents of x = -2, 0, 2, 4.
         let control = points(&[(-1.0, 0.0), (1.0, 0.0), (3.0, 8.0)]);
         let curvature_at = |x: f64| {
@@ -194,7 +194,7 @@ mod tests {
         }
         let curvature = Curvature::of([&Spline::new(2, control)]);
         assert!((curvature.max_per_m() - 2.0).abs() < 1e-12);
-        // It bends no more than at x = 1 from there to its end at x = 2.
+        // Curvature decreases from x = 1 to the end at x = 2.
         let arc_m = |x: f64| {
             let s = (1.0 + 4.0 * x * x).sqrt();
             x * s / 2.0 + libm::asinh(2.0 * x) / 4.0
@@ -205,13 +205,13 @@ mod tests {
     }
 
     #[test]
-    fn corners_are_counted_and_have_no_curvature() {
+    fn corners_are_counted_without_curvature() {
         let corner = points(&[(0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (8.0, 1.02), (9.0, 1.0)]);
         let sharp = Curvature::of([&Spline::polyline(&corner)]);
-        // The last change of heading is no more than a chord's.
+        // The last change of heading is below the tolerance of a chord.
         assert_eq!((sharp.sharp_turns, sharp.max_per_m()), (2, 0.0));
         assert_eq!(sharp.fraction_within(0.0), 1.0);
-        // As many control points as the degree make a corner; fewer leave a curve.
+        // As many coincident control points as the degree make a corner; fewer leave a curve.
         let with = |count: usize| {
             let mut control = vec![Point::new(0.0, 0.0); 3];
             control.extend(vec![Point::new(4.0, 0.0); count]);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_between_two_splines_is_a_corner() {
+    fn heading_change_between_two_splines_is_a_corner() {
         let one = Spline::polyline(&points(&[(0.0, 0.0), (4.0, 0.0)]));
         let on = Spline::polyline(&points(&[(4.0, 0.0), (9.0, 0.0)]));
         let back = Spline::polyline(&points(&[(4.0, 0.0), (0.0, 0.0)]));

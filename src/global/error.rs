@@ -1,47 +1,48 @@
-//! Why there is no path, in Nav2's words.
+//! Planning errors, with Nav2's error codes.
 
 use thiserror::Error;
 
 use crate::geometry::Point;
 
-/// A query without a path.
+/// Why no path was planned.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum PlanError {
-    /// The start lies off the map.
+    /// The start is outside the map.
     #[error("START_OUTSIDE_MAP: start ({:.2}, {:.2}) {why}", place.x, place.y)]
     StartOutsideMap {
         /// The start.
         place: Point,
-        /// What is wrong, and the nearest free point.
+        /// The cause, and the nearest free point.
         why: String,
     },
-    /// The goal lies off the map.
+    /// The goal is outside the map.
     #[error("GOAL_OUTSIDE_MAP: goal ({:.2}, {:.2}) {why}", place.x, place.y)]
     GoalOutsideMap {
         /// The goal.
         place: Point,
-        /// What is wrong, and the nearest free point.
+        /// The cause, and the nearest free point.
         why: String,
     },
-    /// The start is in or too near an obstacle.
+    /// The start is in or too close to an obstacle.
     #[error("START_OCCUPIED: start ({:.2}, {:.2}) {why}", place.x, place.y)]
     StartOccupied {
         /// The start.
         place: Point,
-        /// What is in the way, and the nearest free point.
+        /// The cause, and the nearest free point.
         why: String,
     },
-    /// The goal is in or too near an obstacle.
+    /// The goal is in or too close to an obstacle.
     #[error("GOAL_OCCUPIED: goal ({:.2}, {:.2}) {why}", place.x, place.y)]
     GoalOccupied {
         /// The goal.
         place: Point,
-        /// What is in the way, and the nearest free point.
+        /// The cause, and the nearest free point.
         why: String,
     },
     /// Start and goal are not connected.
     #[error(
-        "NO_VALID_PATH: no way from ({:.2}, {:.2}) to ({:.2}, {:.2}) that keeps {radius_m:.3} m from every obstacle \
+        "NO_VALID_PATH: no path from ({:.2}, {:.2}) to ({:.2}, {:.2}) keeps {radius_m:.3} m from every obstacle \
          ({expanded} cells searched){}: choose a goal on the same side, a smaller radius (that of the footprint and its \
          margins) or a finer map",
         start.x, start.y, goal.x, goal.y, as_far_as(nearest.as_ref())
@@ -51,27 +52,27 @@ pub enum PlanError {
         start: Point,
         /// The goal.
         goal: Point,
-        /// Distance kept.
+        /// Clearance required, metres.
         radius_m: f64,
-        /// Cells expanded.
+        /// Number of expanded cells.
         expanded: u32,
-        /// The point nearest to the goal, a cell's centre, that can be reached from the start.
+        /// The reachable cell centre nearest to the goal.
         nearest: Option<Point>,
     },
-    /// A setting out of range.
+    /// A setting is out of range.
     #[error("{name} is {value}: it must be {expected}")]
     BadSetting {
         /// Its name.
         name: &'static str,
-        /// As given.
+        /// The value found.
         value: f64,
-        /// What would be accepted.
+        /// The values accepted.
         expected: &'static str,
     },
 }
 
 impl PlanError {
-    /// Nav2's name of the error.
+    /// Nav2's error name.
     #[must_use]
     pub const fn code(&self) -> &'static str {
         match self {
@@ -85,7 +86,7 @@ impl PlanError {
     }
 }
 
-/// How near to the goal one gets, to the millimetre: near enough to lie in the cell that was found.
+/// Names the nearest reachable point, to the millimetre, so that it lies in the cell found.
 fn as_far_as(nearest: Option<&Point>) -> String {
     nearest.map_or_else(String::new, |point| {
         format!(

@@ -1,33 +1,46 @@
-//! What is left to the goal, estimated: the traditional heuristics and the paper's improved ones (eqs. 14-19).
+//! Heuristics of the A* search: the traditional ones and the paper's improved ones (eqs. 14-19).
 
 use serde::{Deserialize, Serialize};
 
-use super::cost::{STRAIGHT, octile};
 use crate::map::Cell;
 
-/// How the search estimates the cost from a cell to the goal.
+/// Cost of a move to one of the four nearest cells.
+pub const STRAIGHT: u64 = 13_860;
+
+/// Cost of a diagonal move. 19601/13860 is sqrt 2 within 2e-9, so that integer sums order paths by length.
+pub const DIAGONAL: u64 = 19_601;
+
+/// Cost of the shortest path between two cells without obstacles (eqs. 16 and 17).
+#[inline]
+pub(super) fn octile(one: Cell, other: Cell) -> u64 {
+    let dx = one.column.abs_diff(other.column);
+    let dy = one.row.abs_diff(other.row);
+    u64::from(dx.max(dy)) * STRAIGHT + u64::from(dx.min(dy)) * (DIAGONAL - STRAIGHT)
+}
+
+/// The estimate of the cost from a cell to the goal.
 ///
-/// Costs are in 1/[`STRAIGHT`] of a cell. A heuristic is admissible, and the path found the shortest, when it never
+/// Costs are in 1/[`STRAIGHT`] of a cell. A heuristic is admissible, and the search finds a shortest path, if it never
 /// exceeds the true cost on an 8-connected grid with diagonals of sqrt 2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Heuristic {
-    /// `dx + dy` (eq. 14). Not admissible where diagonals are allowed.
+    /// `dx + dy` (eq. 14). Not admissible with diagonal moves.
     Manhattan,
     /// Straight-line distance to the goal (eq. 15, which prints the start). Admissible.
     Euclid,
-    /// Distance on an empty grid (eqs. 16 and 17). Admissible, and exact on open ground.
+    /// Distance on an empty grid (eqs. 16 and 17). Admissible, and exact without obstacles.
     Octile,
-    /// Leaves the axis at an angle to run straight at the goal (section 3.2.1 and fig. 5, which print no formula):
-    /// `d_min / sin a + d_max - d_min / tan a`, which is `d_max + d_min tan(a / 2)`. At 45 degrees it is
+    /// Leaves the axis at an angle to run straight to the goal (section 3.2.1 and fig. 5, without a formula):
+    /// `d_min / sin a + d_max - d_min / tan a`, equal to `d_max + d_min tan(a / 2)`. At 45 degrees it equals
     /// [`Self::Octile`], at 90 [`Self::Manhattan`]. Admissible up to 45.
     Theta {
         /// The angle, above 0 and at most 90.
         degrees: f64,
     },
-    /// Octile distance plus `k` times the distance from the start-goal line, in cells: eq. 19 made scale-free by
-    /// dividing the cross product of eq. 18 by the line's length. Not admissible for `k` above zero; paths are at most a
-    /// few tenths of a percent longer on average at the default of 0.1.
+    /// Octile distance plus `k` times the distance from the start-goal line, in cells: eq. 19 with the cross product of eq. 18
+    /// divided by the line's length, which makes it scale-free. Not admissible for `k` above zero; at the default of 0.1,
+    /// paths are at most a few tenths of a percent longer on average.
     Normalized {
         /// Weight of the distance from the line, at least zero.
         k: f64,
@@ -37,8 +50,8 @@ pub enum Heuristic {
         /// Weight of the cross product, at least zero.
         k: f64,
     },
-    /// Octile distance times the cross product times `k`: eq. 19 as printed. Zero on the whole start-goal line and
-    /// cubic off it, so nor informed nor admissible; kept to re-run the paper's own claim.
+    /// Octile distance times the cross product times `k`: eq. 19 as printed. It is zero on the whole start-goal line and cubic
+    /// elsewhere, so it is neither informed nor admissible. Used to reproduce the paper's results.
     Literal {
         /// Weight of the product, at least zero.
         k: f64,
@@ -52,7 +65,7 @@ impl Default for Heuristic {
 }
 
 impl Heuristic {
-    /// Whether it never exceeds the true cost.
+    /// Whether the heuristic never exceeds the true cost.
     #[must_use]
     pub fn is_admissible(&self) -> bool {
         match *self {
@@ -63,7 +76,7 @@ impl Heuristic {
         }
     }
 
-    /// The estimate for one query.
+    /// Creates the estimator of one query.
     pub(super) fn estimator(self, start: Cell, goal: Cell) -> Estimator {
         let (dx, dy) = difference(start, goal);
         let sideways = match self {
@@ -80,20 +93,20 @@ impl Heuristic {
     }
 }
 
-/// A heuristic with its start and goal.
+/// A heuristic with start and goal.
 pub(super) struct Estimator {
     heuristic: Heuristic,
     goal: Cell,
     /// From the goal to the start, in cells.
     line: (f64, f64),
-    /// Of that, at least one.
+    /// Length of that line, at least one.
     line_length: f64,
-    /// What a cell to the side costs more than one ahead, for [`Heuristic::Theta`].
+    /// Cost of a lateral cell in addition to a straight one, for [`Heuristic::Theta`].
     sideways: f64,
 }
 
-/// Estimates stop here, so that a path's cost and an estimate always add up.
-const MOST: f64 = 1e14;
+/// Largest estimate, so that the sum with a path's cost does not overflow.
+const MAX_ESTIMATE: f64 = 1e14;
 
 impl Estimator {
     /// Estimated cost from a cell to the goal, rounded down.
@@ -102,7 +115,7 @@ impl Estimator {
         let dy = (cell.row - self.goal.row).unsigned_abs();
         let (least, most) = (dx.min(dy), dx.max(dy));
         let octile = octile(cell, self.goal);
-        let scaled = |cells: f64| (cells * STRAIGHT as f64).min(MOST) as u64;
+        let scaled = |cells: f64| (cells * STRAIGHT as f64).min(MAX_ESTIMATE) as u64;
         match self.heuristic {
             Heuristic::Manhattan => u64::from(dx + dy) * STRAIGHT,
             Heuristic::Euclid => scaled((f64::from(dx).powi(2) + f64::from(dy).powi(2)).sqrt()),
@@ -138,7 +151,7 @@ mod tests {
 
     /// On an empty grid the octile distance is the true cost.
     #[test]
-    fn admissible_is_what_never_exceeds_the_cost_on_an_empty_grid() {
+    fn heuristic_is_admissible_exactly_if_it_never_exceeds_the_cost_on_an_empty_grid() {
         let (start, goal) = (Cell::new(2, 31), Cell::new(28, 17));
         let octile = Heuristic::Octile.estimator(start, goal);
         let weights = [0.0, 0.01, 0.1, 1e6];
@@ -160,7 +173,7 @@ mod tests {
         }
     }
 
-    /// What makes one expansion a cell enough.
+    /// Consistency makes a single expansion per cell sufficient.
     #[test]
     fn admissible_heuristics_are_consistent() {
         let (start, goal) = (Cell::new(0, 0), Cell::new(3, 5));

@@ -1,8 +1,7 @@
-//! Which way: the global path on a grid, searched, pruned and smoothed (paper, section 3).
+//! Global path planning on a grid: search, pruning and smoothing (paper, section 3).
 
 mod bspline;
 mod clearance_cost;
-mod cost;
 mod curvature;
 mod error;
 mod heuristic;
@@ -17,10 +16,9 @@ mod settings;
 mod spline;
 
 pub use clearance_cost::{ClearanceCosts, MAX_CLEARANCE_WEIGHT};
-pub use cost::{DIAGONAL, STRAIGHT};
 pub use curvature::{Curvature, Spline};
 pub use error::PlanError;
-pub use heuristic::Heuristic;
+pub use heuristic::{DIAGONAL, Heuristic, STRAIGHT};
 pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
 pub use path_clearance::{PathClearance, min_clearance_m};

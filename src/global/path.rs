@@ -1,13 +1,13 @@
-//! A polyline with arc length.
+//! A polyline with arc lengths.
 
 use core::ops::Range;
 
 use crate::geometry::{Point, Vector, bearing, wrap_angle};
 
-/// A change of heading larger than this is a turn, radians: 5 degrees.
-const TURN_FROM_RAD: f64 = 0.087_266_462_599_716_48;
+/// Smallest change of heading that counts as a turn, radians: 5 degrees.
+const MIN_TURN_RAD: f64 = 0.087_266_462_599_716_48;
 
-/// Points joined by straight segments, metres in the map frame. Consecutive points differ; there is at least one.
+/// Points joined by straight segments, metres in the map frame. Adjacent points differ; there is at least one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     points: Vec<Point>,
@@ -15,10 +15,10 @@ pub struct Path {
     arcs_m: Vec<f64>,
 }
 
-/// The point of a path that is nearest to another.
+/// The point of a path that is nearest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
-    /// Arc length there, metres.
+    /// Arc length of that point, metres.
     pub arc_m: f64,
     /// Distance between the two, metres.
     pub distance_m: f64,
@@ -27,10 +27,10 @@ pub struct Projection {
 }
 
 impl Path {
-    /// A path through points; one that repeats its predecessor is dropped.
+    /// Creates a path through points and drops repeated ones.
     ///
     /// # Panics
-    /// When there is no point.
+    /// Panics if there is no point.
     #[must_use]
     pub fn new(mut points: Vec<Point>) -> Self {
         assert!(!points.is_empty(), "a path has at least one point");
@@ -57,7 +57,7 @@ impl Path {
         self.arcs_m.last().copied().unwrap_or(0.0)
     }
 
-    /// Inner points where the heading changes by more than 5 degrees: the paper's inflection points (Table 2).
+    /// Number of inner points at which the heading changes by more than 5 degrees: the paper's inflection points (Table 2).
     #[must_use]
     pub fn turns(&self) -> usize {
         let change = |triple: &[Point]| {
@@ -65,11 +65,11 @@ impl Path {
         };
         self.points
             .windows(3)
-            .filter(|triple| change(triple) > TURN_FROM_RAD)
+            .filter(|triple| change(triple) > MIN_TURN_RAD)
             .count()
     }
 
-    /// The point at an arc length; the nearest end for one outside the path.
+    /// The point at an arc length, clamped to the path.
     #[must_use]
     pub fn point_at(&self, arc_m: f64) -> Point {
         let after = self.arcs_m.partition_point(|&arc| arc <= arc_m);
@@ -80,11 +80,11 @@ impl Path {
             return self.points[self.points.len() - 1];
         };
         let (from, to) = (self.arcs_m[after - 1], self.arcs_m[after]);
-        let share = (arc_m - from) / (to - from);
-        self.points[after - 1] + (next - self.points[after - 1]) * share
+        let fraction = (arc_m - from) / (to - from);
+        self.points[after - 1] + (next - self.points[after - 1]) * fraction
     }
 
-    /// Unit vector along the path at an arc length, that of the segment before where two meet; zero on a path of one point.
+    /// Unit tangent at an arc length; at a vertex, that of the segment before it; zero on a path of one point.
     #[must_use]
     pub fn direction_at(&self, arc_m: f64) -> Vector {
         let last = self.points.len() - 1;
@@ -94,25 +94,24 @@ impl Path {
         segment.try_normalize(0.0).unwrap_or_else(Vector::zeros)
     }
 
-    /// Points at equal arc lengths of at most `spacing_m`, both ends included.
+    /// Points at equal spacing of at most `spacing_m`, both ends included.
     pub fn samples(&self, spacing_m: f64) -> impl Iterator<Item = Point> + '_ {
         let count = (self.length_m() / spacing_m).ceil().max(1.0);
         (0..=count as usize).map(move |index| self.point_at(self.length_m() * index as f64 / count))
     }
 
-    /// The nearest point of the whole path; of equally near ones, the earliest.
+    /// The nearest point of the whole path; ties go to the earliest.
     #[must_use]
     pub fn project(&self, point: &Point) -> Projection {
         self.project_within(point, 0.0..self.length_m())
     }
 
-    /// The nearest point of the stretch between two arc lengths; of equally near ones, the earliest. A stretch outside
-    /// the path is its nearest end.
+    /// The nearest point between two arc lengths; ties go to the earliest. The range is clamped to the path.
     #[must_use]
-    pub fn project_within(&self, point: &Point, stretch_m: Range<f64>) -> Projection {
+    pub fn project_within(&self, point: &Point, range_m: Range<f64>) -> Projection {
         let length = self.length_m();
-        let begin = stretch_m.start.clamp(0.0, length);
-        let end = stretch_m.end.clamp(begin, length);
+        let begin = range_m.start.clamp(0.0, length);
+        let end = range_m.end.clamp(begin, length);
         let mut best = self.projection(point, begin);
         let first = self.arcs_m.partition_point(|&arc| arc <= begin).max(1);
         for index in first..self.points.len() {
@@ -121,7 +120,7 @@ impl Path {
                 break;
             }
             if to_m <= from_m {
-                // Two points nearer than arc lengths can tell; both are ends of longer segments.
+                // The arc lengths of two close points are equal; both are ends of longer segments.
                 continue;
             }
             let from = self.points[index - 1];
@@ -158,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn arc_length_runs_through_the_corner() {
+    fn path_arc_lengths_continue_around_a_corner() {
         let path = corner();
         assert_eq!(path.arcs_m, [0.0, 2.0, 5.0]);
         assert_eq!(path.point_at(3.0), Point::new(2.0, 1.0));
@@ -168,18 +167,18 @@ mod tests {
     }
 
     #[test]
-    fn directions_and_samples_follow_the_corner() {
+    fn path_directions_and_samples_follow_a_corner() {
         let path = corner();
         assert_eq!(path.direction_at(1.0), Vector::new(1.0, 0.0));
         assert_eq!(path.direction_at(4.0), Vector::new(0.0, 1.0));
         assert_eq!(path.samples(1.0).count(), 6);
-        let place = Path::new(vec![Point::new(1.0, 1.0)]);
-        assert_eq!(place.point_at(0.5), Point::new(1.0, 1.0));
-        assert_eq!(place.direction_at(0.5), Vector::zeros());
+        let single = Path::new(vec![Point::new(1.0, 1.0)]);
+        assert_eq!(single.point_at(0.5), Point::new(1.0, 1.0));
+        assert_eq!(single.direction_at(0.5), Vector::zeros());
     }
 
     #[test]
-    fn projection_stays_within_its_stretch() {
+    fn projection_stays_within_its_range() {
         let path = corner();
         let near_start = Point::new(0.5, 1.0);
         let nearest = path.project(&near_start);
@@ -189,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn points_too_near_for_arc_lengths_do_not_disturb_a_projection() {
+    fn projection_ignores_points_with_equal_arc_lengths() {
         let nearly = f64::from_bits(100_f64.to_bits() + 1);
         let mut points = corner().points().to_vec();
         points.extend(

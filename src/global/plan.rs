@@ -1,4 +1,4 @@
-//! Search, prune, smooth: in that order.
+//! The planning pipeline: search, prune, smooth.
 
 use super::spline::smooth_with_spline;
 use super::{
@@ -8,28 +8,28 @@ use super::{
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};
 
-/// The ground that a path may use.
+/// The cells available to the planner.
 ///
-/// Searching keeps a larger distance than the smoothed path must prove, so that the curve has room to round corners; the
-/// two may be the same.
+/// The search keeps a larger clearance than the smoothed path needs, so that the curve can round corners. Both spaces may be
+/// the same.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanningSpace<'a> {
-    /// Where the search may go; part of `smoothing`.
+    /// Free cells for the search; a subset of `smoothing`.
     pub search: &'a FreeSpace,
-    /// Where the smoothed path is proved to stay.
+    /// Free cells in which the smoothed path must stay.
     pub smoothing: &'a FreeSpace,
-    /// What ground costs; nothing for the shortest path. Of the same grid.
+    /// Clearance costs of the same grid; none for the shortest path.
     pub costs: Option<&'a ClearanceCosts>,
 }
 
-/// Time of each stage, seconds.
+/// Durations of the stages, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StageTimes {
-    /// Of the search.
+    /// Duration of the search.
     pub search: f64,
-    /// Of the pruning.
+    /// Duration of the pruning.
     pub prune: f64,
-    /// Of the smoothing.
+    /// Duration of the smoothing.
     pub smooth: f64,
 }
 
@@ -45,72 +45,71 @@ impl core::ops::Add for StageTimes {
     }
 }
 
-/// A global path through its three stages. All begin at the start and end at the goal.
+/// A global path with its intermediate stages. All start at the start and end at the goal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Through cell centres, as searched.
+    /// The searched path, through cell centres.
     pub raw: Path,
-    /// Without redundant nodes.
+    /// The path without redundant nodes.
     pub pruned: Path,
-    /// What the robot follows.
+    /// The path that the robot follows.
     pub smoothed: Path,
-    /// The curve whose chords that is.
+    /// The curve that `smoothed` samples.
     pub spline: Spline,
-    /// Cells expanded by the search.
+    /// Number of cells expanded by the search.
     pub expanded: u32,
-    /// Time of each stage.
+    /// Durations of the stages.
     pub time_s: StageTimes,
 }
 
-/// A path from start to goal, in metres in the map frame. The searcher lends its memory and leaves no trace in the answer;
-/// `clock` is read between the stages, in seconds; it decides
-/// nothing.
+/// Plans a path from start to goal, metres in the map frame. The searcher provides reusable memory and does not affect the
+/// result. `clock` is read between the stages, in seconds, for [`Plan::time_s`] only.
 ///
 /// # Errors
-/// When an end is off the map or not free, when no path joins the two, or a setting is out of range.
+/// Returns an error if an end is off the map or not free, no path connects them, or a setting is out of range.
 pub fn plan(
     searcher: &mut Searcher,
-    ground: &PlanningSpace<'_>,
+    space: &PlanningSpace<'_>,
     start: Point,
     goal: Point,
     settings: &Settings,
     clock: &mut dyn FnMut() -> f64,
 ) -> Result<Plan, PlanError> {
     settings.validate()?;
-    let space = ground.search;
-    let start_cell = free_cell(space, start).map_err(|refusal| match refusal {
-        Refusal::Outside(why) => PlanError::StartOutsideMap { place: start, why },
-        Refusal::Occupied(why) => PlanError::StartOccupied { place: start, why },
+    let free = space.search;
+    let start_cell = free_cell(free, start).map_err(|error| match error {
+        EndError::Outside(why) => PlanError::StartOutsideMap { place: start, why },
+        EndError::Occupied(why) => PlanError::StartOccupied { place: start, why },
     })?;
-    let goal_cell = free_cell(space, goal).map_err(|refusal| match refusal {
-        Refusal::Outside(why) => PlanError::GoalOutsideMap { place: goal, why },
-        Refusal::Occupied(why) => PlanError::GoalOccupied { place: goal, why },
+    let goal_cell = free_cell(free, goal).map_err(|error| match error {
+        EndError::Outside(why) => PlanError::GoalOutsideMap { place: goal, why },
+        EndError::Occupied(why) => PlanError::GoalOccupied { place: goal, why },
     })?;
-    let began = clock();
+    let started = clock();
     let found = match settings.search {
         SearchMethod::AStar => {
             let heuristic = settings.heuristic;
-            searcher.astar(space, start_cell, goal_cell, heuristic, ground.costs)
+            searcher.astar(free, start_cell, goal_cell, heuristic, space.costs)
         }
-        SearchMethod::JumpPoints => searcher.jump_points(space, start_cell, goal_cell),
+        SearchMethod::JumpPoints => searcher.jump_points(free, start_cell, goal_cell),
     };
-    let found = found.map_err(|not_found| {
-        let nearest = nearest_reachable(space, start_cell, &goal);
+    let found = found.map_err(|no_path| {
+        let nearest = nearest_reachable(free, start_cell, &goal);
         PlanError::NoValidPath {
             start,
             goal,
-            radius_m: space.radius_m(),
-            expanded: not_found.expanded,
-            nearest: nearest.map(|cell| space.frame().center_of(cell)),
+            radius_m: free.radius_m(),
+            expanded: no_path.expanded,
+            nearest: nearest.map(|cell| free.frame().center_of(cell)),
         }
     })?;
-    let raw = through_centers(space, start, found.cells, goal);
+    let raw = through_centers(free, start, found.cells, goal);
     let searched = clock();
-    let pruned = prune(space, ground.costs, &raw, settings.pruning);
+    let pruned = prune(free, space.costs, &raw, settings.pruning);
     let pruned_at = clock();
-    let (smoothed, spline) = smooth_with_spline(ground.smoothing, &pruned, settings.spline_degree);
+    let (smoothed, spline) = smooth_with_spline(space.smoothing, &pruned, settings.spline_degree);
     let time_s = StageTimes {
-        search: searched - began,
+        search: searched - started,
         prune: pruned_at - searched,
         smooth: clock() - pruned_at,
     };
@@ -124,7 +123,7 @@ pub fn plan(
     })
 }
 
-/// Start, cell centres, goal. A centre that is an end up to rounding is left out, lest the path take a step there that has
+/// Joins start, cell centres and goal. A centre equal to an end up to rounding is omitted, since the step between them has
 /// no meaningful direction.
 fn through_centers(space: &FreeSpace, start: Point, cells: &[Cell], goal: Point) -> Path {
     let frame = space.frame();
@@ -143,38 +142,38 @@ fn through_centers(space: &FreeSpace, start: Point, cells: &[Cell], goal: Point)
     )
 }
 
-/// What is wrong with an end of the path, and how to mend it.
-enum Refusal {
+/// Why an end of the path is not usable.
+enum EndError {
     Outside(String),
     Occupied(String),
 }
 
-/// The free cell under a point, or what to tell the user.
-fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, Refusal> {
+/// The free cell that contains a point, or the cause and the nearest free point.
+fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
     if !(point.x.is_finite() && point.y.is_finite()) {
-        let why = "is no place: both coordinates must be finite numbers";
-        return Err(Refusal::Outside(why.to_owned()));
+        let why = "is not finite: both coordinates must be finite numbers";
+        return Err(EndError::Outside(why.to_owned()));
     }
     let Some(cell) = space.frame().cell_of(&point) else {
         let extent = extent(space.frame());
-        let mend = nearest_free(space, &point);
-        return Err(Refusal::Outside(format!(
-            "is off the map, which spans {extent}: {mend}"
+        let hint = nearest_free(space, &point);
+        return Err(EndError::Outside(format!(
+            "is off the map, which spans {extent}: {hint}"
         )));
     };
     if space.is_free(cell) {
         return Ok(cell);
     }
     let radius_m = space.radius_m();
-    let mend = nearest_free(space, &point);
-    Err(Refusal::Occupied(if space.is_obstacle(cell) {
-        format!("is in an obstacle: {mend}")
+    let hint = nearest_free(space, &point);
+    Err(EndError::Occupied(if space.is_obstacle(cell) {
+        format!("is in an obstacle: {hint}")
     } else {
-        format!("is less than {radius_m:.3} m from an obstacle: {mend}")
+        format!("is less than {radius_m:.3} m from an obstacle: {hint}")
     }))
 }
 
-/// The corners of the smallest upright rectangle around a grid.
+/// The corners of the bounding rectangle of a grid in the map frame.
 fn extent(frame: &GridFrame) -> String {
     let corners = frame.corners();
     let low = corners
@@ -189,13 +188,13 @@ fn extent(frame: &GridFrame) -> String {
     )
 }
 
-/// Names the nearest free cell's centre, to the millimetre: near enough to lie in that cell, whose side is rarely less than
-/// a centimetre.
+/// Names the centre of the nearest free cell, to the millimetre. This is in the cell, whose side is rarely below a
+/// centimetre.
 fn nearest_free(space: &FreeSpace, point: &Point) -> String {
     space.nearest_free(point).map_or_else(
         || {
             format!(
-                "the map has no free point at all for a radius of {:.3} m; a smaller radius may find one",
+                "the map has no free point for a radius of {:.3} m; a smaller radius may have one",
                 space.radius_m()
             )
         },

@@ -1,13 +1,12 @@
-//! How near one can get to a goal that cannot be reached.
+//! Flood fill of the cells reachable from a start.
 
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace};
 
-/// The free cell that can be reached from `start` and whose centre is nearest to `goal`; of equally near ones, the first
-/// in storage. None where the start is not free or lies outside the grid.
+/// The free cell that is reachable from `start` and nearest to `goal` by its centre; ties go to the first in storage order.
+/// None if the start is not free or outside the grid.
 ///
-/// Only straight moves are followed: a diagonal one needs both cells beside it free, so it leads nowhere that two
-/// straight ones do not.
+/// Only straight moves are needed: a diagonal move requires both adjacent cells to be free, so two straight moves replace it.
 #[must_use]
 pub fn nearest_reachable(space: &FreeSpace, start: Cell, goal: &Point) -> Option<Cell> {
     if !space.is_free(start) {
@@ -48,9 +47,9 @@ mod tests {
         FreeSpace::new(&map.obstacles(UnknownPolicy::Blocked), 0.0)
     }
 
-    /// Against the search itself, from every cell to every place of a map with corners that only a diagonal would pass.
+    /// Compares with the search itself, from every cell to every place of a map with diagonal-only gaps.
     #[test]
-    fn it_is_the_nearest_cell_that_a_search_reaches() {
+    fn nearest_reachable_equals_the_nearest_cell_found_by_search() {
         let space = space(&[".#..#...", "..#.#.#.", "#...##.#", "..#..#.."]);
         let frame = *space.frame();
         let all = || (0..frame.len()).map(|index| frame.cell_at(index));
@@ -71,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_reached_from_a_start_that_is_not_free() {
+    fn nearest_reachable_is_none_from_a_blocked_start() {
         let space = space(&["#.", ".."]);
         let goal = Point::new(0.5, 0.5);
         for start in [Cell::new(0, 1), Cell::new(-1, 0), Cell::new(0, 2)] {

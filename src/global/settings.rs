@@ -1,4 +1,4 @@
-//! How global paths are made.
+//! Settings of the global planner.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,25 +6,25 @@ use super::{ClearanceCosts, Heuristic, MAX_CLEARANCE_WEIGHT, PlanError};
 use crate::documented::documented;
 use crate::map::ObstacleGrid;
 
-/// How the grid is searched.
+/// The search algorithm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SearchMethod {
-    /// A*, guided by [`Settings::heuristic`].
+    /// A* with [`Settings::heuristic`].
     #[default]
     AStar,
-    /// Jump points: a shortest path whatever the heuristic set, in a fraction of the time.
+    /// Jump point search: a shortest path, independent of the heuristic, in a fraction of the time.
     JumpPoints,
 }
 
-/// Which nodes of a path take part in the removal of the redundant ones.
+/// The nodes that pruning considers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pruning {
-    /// Of a long path the corners, and a few between: near to the shortest chain, in a tenth of the time.
+    /// On long paths, the corners and some nodes between them: a nearly shortest chain in a tenth of the time.
     #[default]
     Sparse,
-    /// All: the shortest chain.
+    /// All nodes: the shortest chain.
     Thorough,
 }
 
@@ -33,22 +33,22 @@ documented! {
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Settings {
-        /// How the grid is searched: `a_star`, guided by the heuristic, or `jump_points`, a shortest path whatever the
-        /// heuristic in a fraction of the time.
+        /// Search algorithm: `a_star`, guided by the heuristic, or `jump_points`, which finds a shortest path without heuristic in
+        /// a fraction of the time.
         pub search: SearchMethod,
-        /// Estimate that guides A*: `"manhattan"`; `"euclid"` or `"octile"`, which find a shortest path;
-        /// `{theta={degrees=30}}`, above 0 and at most 90; the paper's eq. 19 made scale-free, `{normalized={k=0.1}}`, not
-        /// made so, `{additive={k=0.01}}`, or as printed, `{literal={k=0.01}}`, k from 0 to 1e6.
+        /// Heuristic of A*: `"manhattan"`; `"euclid"` or `"octile"`, which give a shortest path; `{theta={degrees=30}}`, above 0
+        /// and at most 90; the paper's eq. 19 as scale-free `{normalized={k=0.1}}`, not scale-free `{additive={k=0.01}}`, or as
+        /// printed `{literal={k=0.01}}`, k from 0 to 1e6.
         pub heuristic: Heuristic,
-        /// How much dearer than open ground a path along a wall is, 0 to 15: with 1, a metre that touches it costs as much as two
-        /// of open ground. 0 asks for the shortest path. Takes effect with A* only.
+        /// Additional cost of a path next to an obstacle, 0 to 15: with 1, a metre in contact costs as much as two metres of open
+        /// space. 0 gives the shortest path. Only with A*.
         pub clearance_weight: f64,
-        /// The distance to the nearest obstacle from which ground counts as open, metres, above zero and at most 1e6.
+        /// Clearance from which a path has no additional cost, metres, above zero and at most 1e6.
         pub preferred_clearance_m: f64,
-        /// Which nodes of a path take part in the removal of the redundant ones: `sparse`, the corners and a few between,
-        /// or `thorough`, all, for the shortest chain in ten times the time.
+        /// Nodes considered by pruning: `sparse`, the corners and some between, or `thorough`, all, for the shortest chain in
+        /// ten times the time.
         pub pruning: Pruning,
-        /// Degree of the smoothing B-spline, 1 to 9; 1 leaves the pruned path as it is.
+        /// Degree of the smoothing B-spline, 1 to 9; 1 keeps the pruned path.
         pub spline_degree: usize,
     }
 }
@@ -67,13 +67,13 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Whether the path searched is a shortest one through cells, or by costs a cheapest one.
+    /// Whether the search finds an optimal path: shortest, or cheapest with costs.
     #[must_use]
     pub fn is_optimal(&self) -> bool {
         self.search == SearchMethod::JumpPoints || self.heuristic.is_admissible()
     }
 
-    /// The costs that these settings ask for among obstacles; none when they ask for the shortest path.
+    /// The clearance costs of these settings for a map; none if they request the shortest path.
     #[must_use]
     pub fn costs(&self, obstacles: &ObstacleGrid) -> Option<ClearanceCosts> {
         let Self {
@@ -84,10 +84,10 @@ impl Settings {
         (weight > 0.0).then(|| ClearanceCosts::new(obstacles, preferred_clearance_m, weight))
     }
 
-    /// Checks every number.
+    /// Validates all settings.
     ///
     /// # Errors
-    /// Names the first that is out of range.
+    /// Names the first setting that is out of range.
     pub fn validate(&self) -> Result<(), PlanError> {
         let weight = self.clearance_weight;
         let preferred_m = self.preferred_clearance_m;
@@ -108,7 +108,7 @@ impl Settings {
             "clearance_weight",
             weight,
             weight == 0.0 || !only_shortest,
-            "0 with search = \"jump_points\", which finds shortest paths only; \"a_star\" knows costs",
+            "0 with search = \"jump_points\", which finds shortest paths only; \"a_star\" supports costs",
         )?;
         check(
             "preferred_clearance_m",

@@ -1,57 +1,57 @@
-//! Smoothing by a uniform B-spline (paper, section 3.2.3, eqs. 24-26) that is proved clear of walls.
+//! Smoothing by a uniform B-spline (paper, section 3.2.3, eqs. 24-26) with verified clearance.
 //!
-//! On the pruned vertices alone the printed recipe cuts every corner that the pruning hugs, and hits its wall. Here each
-//! vertex has control points on both its edges, half an edge away at first; where a chord of the curve leaves the free
-//! cells, those of the vertices that bend it there move nearer until it fits, and at last the vertex is kept sharp. The
-//! control points lie on the pruned path, so the curve is never longer than that.
+//! With control points at the pruned vertices only, the printed method cuts the corners to which pruning moves the path, and
+//! collides. Here each vertex has control points on both its edges, at first half an edge away. Where a chord of the curve
+//! leaves the free cells, the control points of the vertices that shape it there move towards their vertex until it fits;
+//! finally the vertex is kept sharp. All control points lie on the pruned path, so the curve is never longer.
 
 use std::collections::BTreeSet;
 
 use super::bspline::{Basis, Segment};
 use super::curvature::Spline;
-use super::line_of_sight::{is_clear, sees};
+use super::line_of_sight::{has_line_of_sight, is_clear};
 use super::path::Path;
 use super::prune::merge_collinear;
 use crate::geometry::{Point, nearest_on_segment};
 use crate::map::FreeSpace;
 
-/// By how much control points move towards a vertex whose curve does not fit.
+/// Factor by which control points move towards a vertex whose curve does not fit.
 const SHRINK: f64 = 0.75;
-/// A vertex whose control points would be nearer than this, in cells, is kept sharp.
+/// A vertex with control points nearer than this, in cells, is kept sharp.
 const SHARP_CELLS: f64 = 0.25;
-/// Points this near are one, metres.
+/// Points nearer than this are equal, metres.
 const SAME_M: f64 = 1e-6;
-/// A point this near to an edge is on it, metres: rounding, and less than the distance kept from walls is promised to.
+/// Largest distance of a point on an edge, metres: above rounding errors, and below the precision of the clearance.
 const ON_EDGE_M: f64 = 1e-10;
 
-/// The curve of a degree over a path that is clear in `space`: same ends exactly, and every chord clear in `space` or
-/// part of an edge of the path. Never longer than the path, up to rounding. A degree below two, or a path without inner
-/// points, leaves the path as it is.
+/// Smooths a path that is clear in `space` with a B-spline of a degree. Both ends are kept exactly, and every chord is clear
+/// in `space` or part of an edge of the path. The result is never longer than the path, up to rounding. A path without inner
+/// points is returned as it is, and so is any path for a degree below two.
 ///
-/// Its points lie as far apart as chords within 3 mm and 0.04 rad of the curve allow, so a straight stretch has none.
+/// Chords stay within 3 mm and 0.04 rad of the curve, and a straight stretch has no inner points.
 #[must_use]
 pub fn smooth(space: &FreeSpace, path: &Path, degree: usize) -> Path {
     smooth_with_spline(space, path, degree).0
 }
 
-/// [`smooth`], and the curve whose chords that path is.
+/// Computes [`smooth`] and the curve that the path samples.
 pub(super) fn smooth_with_spline(space: &FreeSpace, path: &Path, degree: usize) -> (Path, Spline) {
     let vertices = path.points();
-    let as_it_is = || (path.clone(), Spline::polyline(vertices));
+    let unchanged = || (path.clone(), Spline::polyline(vertices));
     if vertices.len() < 3 || degree < 2 {
-        return as_it_is();
+        return unchanged();
     }
     let curve = Curve::fit(space, vertices, degree);
     let points = merge_collinear(&curve.points(vertices));
-    // The fit has looked at every chord; this looks at the very points that are handed out.
-    let is_proved = |chord: &[Point]| {
+    // The fit has checked every chord; this verifies the points returned.
+    let is_verified = |chord: &[Point]| {
         is_clear(space, &chord[0], &chord[1])
             || vertices.windows(2).any(|edge| is_part(edge, chord))
     };
-    if points.windows(2).all(is_proved) {
+    if points.windows(2).all(is_verified) {
         (Path::new(points), Spline::new(degree, curve.control))
     } else {
-        as_it_is()
+        unchanged()
     }
 }
 
@@ -62,22 +62,22 @@ fn is_part(edge: &[Point], chord: &[Point]) -> bool {
         .all(|point| (point - nearest_on_segment(&edge[0], &edge[1], point)).norm() <= ON_EDGE_M)
 }
 
-/// A B-spline about the vertices of a path.
+/// A B-spline fitted to the vertices of a path.
 struct Curve {
     degree: usize,
     basis: Basis,
-    /// Both ends as often as the degree, which makes the curve begin and end there; between them, for each vertex, as
-    /// many points on one of its edges as on the other and the vertex itself: at least as many as the degree, so that
-    /// a vertex whose points coincide with it is passed through, straight on both sides.
+    /// Control points. Both path ends occur as often as the degree, so that the curve starts and ends there. Each inner vertex
+    /// has an equal number of points on both edges and the vertex itself: at least as many as the degree, so that a vertex
+    /// with coincident points is passed through, straight on both sides.
     control: Vec<Point>,
-    /// Distance from each vertex to its outermost control points, metres; zero at a sharp one.
+    /// Distance from each vertex to its outermost control points, metres; zero for a sharp one.
     reach_m: Vec<f64>,
     /// For each segment, the sampled points after its first.
     samples: Vec<Vec<Point>>,
 }
 
 impl Curve {
-    /// The widest curve, vertex by vertex, whose chords are clear.
+    /// Fits the curve with the largest distances, vertex by vertex, whose chords are clear.
     fn fit(space: &FreeSpace, vertices: &[Point], degree: usize) -> Self {
         let mut curve = Self::widest(vertices, degree);
         let sharp_m = SHARP_CELLS * space.frame().resolution_m;
@@ -85,8 +85,8 @@ impl Curve {
         loop {
             let mut tight = BTreeSet::new();
             for (segment, is_stale) in stale.iter_mut().enumerate() {
-                if core::mem::take(is_stale) && !curve.draw(space, segment) {
-                    tight.extend(curve.bending(segment));
+                if core::mem::take(is_stale) && !curve.sample(space, segment) {
+                    tight.extend(curve.shaping_vertices(segment));
                 }
             }
             tight.retain(|&vertex| curve.reach_m[vertex] > 0.0);
@@ -137,7 +137,7 @@ impl Curve {
         2 * (degree / 2) + 1
     }
 
-    /// Puts the control points of an inner vertex in their places; returns which they are.
+    /// Moves the control points of an inner vertex to their positions and returns their indices.
     fn place(&mut self, vertices: &[Point], vertex: usize) -> core::ops::Range<usize> {
         let here = vertices[vertex];
         let towards = |other: Point| (other - here).normalize() * self.reach_m[vertex];
@@ -145,15 +145,15 @@ impl Curve {
         let sides = self.degree / 2;
         let first = self.degree + (vertex - 1) * Self::per_vertex(self.degree);
         for step in 1..=sides {
-            let share = step as f64 / sides as f64;
-            self.control[first + sides - step] = here + back * share;
-            self.control[first + sides + step] = here + on * share;
+            let fraction = step as f64 / sides as f64;
+            self.control[first + sides - step] = here + back * fraction;
+            self.control[first + sides + step] = here + on * fraction;
         }
         self.control[first + sides] = here;
         first..first + Self::per_vertex(self.degree)
     }
 
-    /// Where a control point lies along the path: twice its vertex, one less on the edge before, one more after it.
+    /// Position of a control point along the path: twice its vertex, minus one on the edge before it, plus one after it.
     fn position(&self, control: usize) -> usize {
         let last = self.reach_m.len() - 1;
         let per_vertex = Self::per_vertex(self.degree);
@@ -166,14 +166,14 @@ impl Curve {
         2 * vertex + usize::from(control > center) - usize::from(control < center)
     }
 
-    /// The vertices strictly between the control points of a segment: with none, it lies on an edge.
-    fn bending(&self, segment: usize) -> core::ops::Range<usize> {
+    /// The vertices strictly between the control points of a segment; without any, it lies on an edge.
+    fn shaping_vertices(&self, segment: usize) -> core::ops::Range<usize> {
         let (first, last) = (segment, segment + self.degree);
         self.position(first) / 2 + 1..self.position(last).div_ceil(2)
     }
 
-    /// Draws a segment anew. False when one of its chords is not clear.
-    fn draw(&mut self, space: &FreeSpace, number: usize) -> bool {
+    /// Samples a segment again. Returns false if one of its chords is not clear.
+    fn sample(&mut self, space: &FreeSpace, number: usize) -> bool {
         let segment = Segment::new(&self.basis, &self.control[number..=number + self.degree]);
         let frame = space.frame();
         let samples = &mut self.samples[number];
@@ -183,13 +183,13 @@ impl Curve {
         segment.chords(|point| {
             samples.push(point);
             let here = frame.to_cell_units(&point);
-            is_clear = is_clear && sees(space, &last, &here);
+            is_clear = is_clear && has_line_of_sight(space, &last, &here);
             last = here;
         });
         is_clear
     }
 
-    /// The whole curve, with exactly the path's own ends.
+    /// The whole curve, with the exact ends of the path.
     fn points(&self, vertices: &[Point]) -> Vec<Point> {
         let goal = vertices[vertices.len() - 1];
         let mut points = vec![vertices[0]];
@@ -213,7 +213,7 @@ mod tests {
     use crate::global::Curvature;
     use crate::map::{Cell, GridFrame, ObstacleGrid};
 
-    /// Ground of 40 m by 40 m in cells of 0.1 m, with these rectangles of rock: columns, rows.
+    /// Free space of 40 m by 40 m in cells of 0.1 m, with rectangular obstacles: columns, rows.
     fn ground(rock: &[[core::ops::Range<i32>; 2]]) -> FreeSpace {
         let frame = GridFrame {
             width: 400,
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_curve_has_no_turn_and_few_points() {
+    fn smoothed_path_has_no_turns_and_few_points() {
         let space = ground(&[]);
         for degree in 2..=9 {
             let smoothed = smooth(&space, &zigzag(), degree);
@@ -257,9 +257,9 @@ mod tests {
     }
 
     #[test]
-    fn only_the_vertex_at_a_wall_is_drawn_tight() {
+    fn only_the_vertex_next_to_an_obstacle_is_tight() {
         let open = smooth(&ground(&[]), &zigzag(), 3);
-        // Rock inside the first corner, one cell off the path.
+        // An obstacle inside the first corner, one cell off the path.
         let space = ground(&[[100..178, 22..100]]);
         let smoothed = smooth(&space, &zigzag(), 3);
         assert!(
@@ -269,7 +269,7 @@ mod tests {
                 .all(|chord| is_clear(&space, &chord[0], &chord[1]))
         );
         let off_m = |path: &Path, x, y| path.project(&Point::new(x, y)).distance_m;
-        assert!(off_m(&smoothed, 18.0, 2.0) < 0.3, "tight at the rock");
+        assert!(off_m(&smoothed, 18.0, 2.0) < 0.3, "tight at the obstacle");
         for (x, y) in [(18.0, 18.0), (36.0, 20.0)] {
             assert!(
                 (off_m(&smoothed, x, y) - off_m(&open, x, y)).abs() < 0.1,
@@ -280,8 +280,8 @@ mod tests {
     }
 
     #[test]
-    fn a_vertex_without_room_is_kept_sharp() {
-        // Lanes one cell wide, driven a hair from the rock inside the bend.
+    fn vertex_without_clearance_is_kept_sharp() {
+        // Passages one cell wide; the path almost touches the obstacle inside the bend.
         let space = ground(&[[0..180, 21..400], [0..400, 0..20], [181..400, 0..400]]);
         let vertices = [(2.05, 2.0999), (18.0001, 2.0999), (18.0001, 18.05)];
         let path = Path::new(vertices.map(|(x, y)| Point::new(x, y)).to_vec());
@@ -298,12 +298,12 @@ mod tests {
     }
 
     #[test]
-    fn the_spline_bends_as_the_chords_drawn_from_it_do() {
+    fn spline_curvature_equals_that_of_its_chords() {
         for degree in [2, 3, 5] {
             let (smoothed, spline) = smooth_with_spline(&ground(&[]), &zigzag(), degree);
             let curvature = Curvature::of([&spline]);
             assert_eq!(curvature.sharp_turns, 0);
-            // The change of heading at a point over the mean length of its chords; on long ones it is a mean.
+            // Turn angle over mean chord length; on long chords this is an average.
             let by_chords = smoothed.points().windows(3).map(|triple| {
                 let (one, other) = (triple[1] - triple[0], triple[2] - triple[1]);
                 let turn_rad = libm::atan2(one.perp(&other), one.dot(&other)).abs();
@@ -323,8 +323,8 @@ mod tests {
     }
 
     #[test]
-    fn an_end_that_touches_a_blocked_cell_does_not_make_the_rest_sharp() {
-        // The start lies on the border of the blocked cell, so no line of sight but those within its own cell is clear.
+    fn start_next_to_a_blocked_cell_keeps_other_vertices_smooth() {
+        // The start lies on the border of the blocked cell, so only lines of sight within its own cell are clear.
         let space = ground(&[[9..10, 10..11]]);
         let corner = [(1.0, 1.05), (4.0, 1.05), (4.0, 6.0)].map(|(x, y)| Point::new(x, y));
         let path = Path::new(corner.to_vec());

@@ -6,21 +6,21 @@ use super::node::Node;
 use super::open_list::OpenList;
 use crate::map::{Cell, FreeSpace};
 
-/// Stands for the move that led to the start.
+/// Marks the start cell in place of a move.
 pub(super) const START: Arrival = 8;
 
-/// What came of a search.
+/// The result of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outcome {
-    /// Of the cheapest path; none when there is none.
+    /// Cost of the cheapest path; none if there is no path.
     pub cost: Option<u64>,
-    /// Times that a cell was expanded.
+    /// Number of cell expansions.
     pub expanded: u32,
 }
 
-/// Labels cells until the cheapest way to the goal is known. Both ends must be free, the labels empty and the list too.
+/// Labels cells until the cheapest path to the goal is known. Both ends must be free; labels and open list must be empty.
 ///
-/// `estimate` is the heuristic. `price` says what a move of a cost to the cell of an index costs: that, or more.
+/// `estimate` is the heuristic. `price` maps the index of a cell and the base cost of a move to it to the actual cost.
 #[inline(always)]
 pub(super) fn search<O: OpenList>(
     space: &FreeSpace,
@@ -72,7 +72,7 @@ pub(super) fn search<O: OpenList>(
     }
 }
 
-/// The cells of the path that the labels tell, from the goal back to the start.
+/// Follows the labels from the goal back to the start and appends the cells.
 pub(super) fn trace_back(space: &FreeSpace, labels: &Labels, goal: Node, cells: &mut Vec<Cell>) {
     let mut node = goal;
     cells.push(node.cell());

@@ -1,17 +1,17 @@
-//! Jump point search: the shortest paths of A* on an even grid, and only the cells where they turn.
+//! Jump point search: the same path lengths as A* on a uniform grid, with far fewer expansions.
 //!
-//! Harabor and Grastien (2011, 2014): of all paths of one length keep the one that goes diagonally first. Then a cell has
-//! to be expanded only where an obstacle beside a straight run ends, since only there a path may turn away; all
-//! others are jumped over. Without corner cutting that is the cell past the obstacle's end, and diagonal runs have
-//! none. Rows are looked through 64 cells at a time, columns as rows of the turned grid. A diagonal run is expanded
-//! on the spot: what its straight side runs find is added as reached from where it began.
+//! Of all paths of equal length, the one that moves diagonally first is kept (Harabor and Grastien, 2011, 2014). A cell is
+//! then expanded only where an obstacle next to a straight run ends, since only there a path may turn; all others are jumped
+//! over. Without corner cutting, that is the cell past the obstacle's end, and diagonal runs have no such cells. Rows are
+//! scanned 64 cells at a time, columns as rows of the transposed grid. A diagonal run is expanded immediately: the stops of
+//! its straight side runs are reached from its start.
 
 use super::astar::{Outcome, START};
 use super::labels::{Arrival, Labels};
 use super::moves::MOVES;
 use super::node::Node;
 use super::open_list::{Buckets, OpenList};
-use crate::global::cost::{DIAGONAL, STRAIGHT, octile};
+use crate::global::heuristic::{DIAGONAL, STRAIGHT, octile};
 use crate::map::{BitGrid, Cell, FreeSpace};
 
 /// A search in progress.
@@ -20,13 +20,13 @@ pub(super) struct Jumps<'a> {
     pub goal: Node,
     pub labels: &'a mut Labels,
     pub open: &'a mut Buckets,
-    /// For each cell reached, the one that its run began at.
+    /// For each reached cell, the start cell of its run.
     pub parents: &'a mut [u32],
-    /// Cost of the best way found to the goal.
+    /// Cost of the best path found to the goal.
     pub best: u64,
 }
 
-/// A run in progress: where it began, and what that cell cost to reach.
+/// A run in progress: its start cell and that cell's cost.
 #[derive(Clone, Copy)]
 struct Run {
     from: Node,
@@ -34,7 +34,7 @@ struct Run {
 }
 
 impl Jumps<'_> {
-    /// Labels cells until the cheapest way to the goal is known, as [`super::astar::search`] does.
+    /// Labels cells until the cheapest path to the goal is known, as [`super::astar::search`] does.
     pub fn search(&mut self, start: Node) -> Outcome {
         let frame = self.space.frame();
         let mut expanded = 0;
@@ -66,7 +66,7 @@ impl Jumps<'_> {
         }
     }
 
-    /// Runs on from a cell reached straight, and to each side where an obstacle ended.
+    /// Continues from a cell reached by a straight run, and turns to each side on which an obstacle ended.
     fn turn(&mut self, run: Run, ahead: usize) {
         let Cell { column, row } = run.from.cell();
         self.run_straight(run, run.from.cell(), 0, ahead);
@@ -83,7 +83,7 @@ impl Jumps<'_> {
         }
     }
 
-    /// Looks straight on, along one of the first four of [`MOVES`], from a cell that the run has reached at a further cost.
+    /// Scans straight ahead, in one of the first four [`MOVES`], from a cell that the run reached at an additional cost.
     #[inline]
     fn run_straight(&mut self, run: Run, from: Cell, further: u64, direction: usize) {
         let (rows, columns) = self.space.bits();
@@ -112,7 +112,7 @@ impl Jumps<'_> {
         self.reach(to, cost, direction as Arrival, run.from);
     }
 
-    /// Goes between two straight directions as far as there is room, and looks along both from every cell on the way.
+    /// Moves diagonally between two straight directions as far as possible, and scans along both from every cell.
     fn run_diagonally(&mut self, run: Run, one: usize, other: usize) {
         let (free, _) = self.space.bits();
         let (dx, dy) = (MOVES[one].0 + MOVES[other].0, MOVES[one].1 + MOVES[other].1);
@@ -161,24 +161,24 @@ impl Jumps<'_> {
     }
 }
 
-/// Where a straight run ends.
+/// The end of a straight run.
 struct Stop {
-    /// Free cells passed, the last included.
+    /// Number of free cells passed, including the last.
     steps: i32,
-    /// Whether a path may turn away there; else there is a wall behind it.
+    /// Whether a path may turn there; otherwise the next cell is blocked.
     may_turn: bool,
 }
 
-/// Runs along a row of bits towards higher positions.
+/// Scans a row of bits towards higher positions.
 #[inline]
 fn look_ahead(bits: &BitGrid, position: usize) -> Stop {
     let mut from = position;
     loop {
         let here = bits.window(from);
         let sides = [from + bits.stride(), from - bits.stride()].map(|side| bits.window(side));
-        // Free, and the cell before it is not.
+        // Free cells whose predecessor is blocked.
         let [above, below] = sides.map(|side| side & !(side << 1));
-        // The lowest bit has no cell before it in this window: it was the last one's highest.
+        // The predecessor of the lowest bit is outside this window; that bit was the highest of the previous window.
         let stops = (above | below | !here) & !1;
         if stops != 0 {
             let bit = stops.trailing_zeros();
@@ -188,7 +188,7 @@ fn look_ahead(bits: &BitGrid, position: usize) -> Stop {
     }
 }
 
-/// Runs along a row of bits towards lower positions.
+/// Scans a row of bits towards lower positions.
 #[inline]
 fn look_back(bits: &BitGrid, position: usize) -> Stop {
     const HIGHEST: u64 = 1 << 63;
@@ -214,8 +214,8 @@ fn stop(steps: u32, is_free: bool) -> Stop {
     }
 }
 
-/// The cells of the path that the parents tell, from the goal back to the start: each run is straight at its end and
-/// diagonal before.
+/// Follows the parents from the goal back to the start and appends the cells. Each run is straight at its end and diagonal
+/// before.
 pub(super) fn trace_back(
     space: &FreeSpace,
     parents: &[u32],
@@ -230,7 +230,7 @@ pub(super) fn trace_back(
         let mut cell = node.cell();
         while cell != from {
             let (dx, dy) = (from.column - cell.column, from.row - cell.row);
-            // Straight while one side is longer.
+            // Straight while one axis has more cells left.
             let sideways = i32::from(dx.abs() >= dy.abs()) * dx.signum();
             let upwards = i32::from(dy.abs() >= dx.abs()) * dy.signum();
             cell = Cell::new(cell.column + sideways, cell.row + upwards);

@@ -1,31 +1,31 @@
-//! What a search knows of each cell.
+//! Per-cell state of a search.
 
-/// The cheapest way found to each cell, in eight bytes a cell, and in no time none of them.
+/// The cheapest path found to each cell, in eight bytes per cell, cleared in constant time.
 ///
-/// A word holds, from its lowest bit up: the number of the search that wrote it, whether the cell has been expanded since
-/// it was last improved, how it was reached, and the cost of reaching it. A word of an earlier search counts as
-/// not written, so beginning a search touches no memory; and memory never touched costs nothing.
+/// A word holds, from its lowest bit: the number of the search that wrote it, whether the cell has been expanded since its
+/// last improvement, how it was reached, and the cost. A word with another search number counts as unwritten, so starting
+/// a search writes no memory, and pages that were never touched are not allocated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Labels {
     words: Vec<u64>,
     search: u64,
 }
 
-/// How a cell was reached, as told to [`Labels::reach`]: below 16.
+/// How a cell was reached: the index of the move, or [`START`](super::astar::START); below 16.
 pub(super) type Arrival = u8;
 
 const SEARCH_BITS: u32 = 14;
 const SEARCH: u64 = (1 << SEARCH_BITS) - 1;
 const EXPANDED: u64 = 1 << SEARCH_BITS;
 const ARRIVAL_SHIFT: u32 = SEARCH_BITS + 1;
-/// Costs have 45 bits: diagonals through 1.7 billion cells, on grids of at most a tenth of a billion.
+/// Costs have 45 bits: enough for diagonals through 1.7 billion cells, on grids of at most 100 million.
 const COST_SHIFT: u32 = ARRIVAL_SHIFT + 4;
 
 impl Labels {
-    /// Forgets all, and makes room for so many cells.
+    /// Starts a new search on a grid of `cells` cells.
     pub fn begin(&mut self, cells: usize) {
         if self.words.len() < cells {
-            // New zeros come from the system untouched; longer old ones would be copied.
+            // Fresh zeroed memory is not touched; resizing would copy the old words.
             self.words = vec![0; cells];
             self.search = 0;
         }
@@ -36,8 +36,8 @@ impl Labels {
         }
     }
 
-    /// Notes a way to a cell, unless it is no cheaper than one known, or the cell has been expanded and that `settles` it.
-    /// Returns whether it did.
+    /// Records a path to a cell and returns true, unless a path as cheap is known, or the cell has been expanded and `settles`
+    /// is set.
     #[inline]
     pub fn reach(&mut self, index: usize, cost: u64, arrival: Arrival, settles: bool) -> bool {
         let word = &mut self.words[index];
@@ -51,7 +51,7 @@ impl Labels {
         true
     }
 
-    /// Marks a cell that was reached as expanded; its cost and arrival, or none where it was marked already.
+    /// Marks a reached cell as expanded and returns its cost and arrival; none if it was already marked.
     #[inline]
     pub fn expand(&mut self, index: usize) -> Option<(u64, Arrival)> {
         let word = &mut self.words[index];
@@ -62,7 +62,7 @@ impl Labels {
         Some((*word >> COST_SHIFT, arrival(*word)))
     }
 
-    /// How a cell that was reached was reached.
+    /// How a reached cell was reached.
     pub fn arrival(&self, index: usize) -> Arrival {
         arrival(self.words[index])
     }
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_new_search_remembers_nothing_however_many_there_were() {
+    fn labels_are_empty_after_any_number_of_searches() {
         let mut labels = Labels::default();
         for search in 0..40_000 {
             labels.begin(10);

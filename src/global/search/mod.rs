@@ -1,4 +1,4 @@
-//! The cheapest path over free cells, by A* or by jump points, in memory that is used again and again.
+//! Grid search for the cheapest path over free cells, by A* or jump points, with reusable memory.
 
 mod astar;
 mod jump;
@@ -14,33 +14,31 @@ use node::Node;
 use open_list::{Buckets, Sorted};
 
 use super::ClearanceCosts;
-use super::cost::{DIAGONAL, octile};
-use super::heuristic::Heuristic;
+use super::heuristic::{DIAGONAL, Heuristic, octile};
 use crate::map::{Cell, FreeSpace};
 
-/// A path of cells and what it took to find it.
+/// A path of cells, with cost and effort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CellPath<'a> {
-    /// Start to goal, both included; each cell is a neighbour of the one before.
+    /// Start to goal, both included; adjacent cells are neighbours.
     pub cells: &'a [Cell],
-    /// Cost of the moves between them, in the units of [`STRAIGHT`](super::STRAIGHT).
+    /// Total cost of the moves, in units of [`STRAIGHT`](super::STRAIGHT).
     pub cost: u64,
-    /// Times that a cell was taken off the open list and expanded; the goal is not.
+    /// Number of cell expansions; the goal is not expanded.
     pub expanded: u32,
 }
 
-/// A search that found nothing.
+/// A search without a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoPath {
-    /// Times that a cell was expanded. A* has then expanded all that can be reached from the start.
+    /// Number of cell expansions. A* has then expanded all cells reachable from the start.
     pub expanded: u32,
 }
 
-/// Searches grids, one query after the other, without asking for memory once it has seen a grid as large and a query as
-/// hard. It keeps 12 bytes a cell of the largest grid, 8 of them where no query was by jump points, and the open list.
+/// A grid search with reusable memory: no allocation once it has searched a grid as large and a query as hard. It keeps 12
+/// bytes per cell of the largest grid (8 without jump point queries), and the open list.
 ///
-/// Moves go to the eight neighbours; a diagonal one needs both cells beside it free. What a query returns depends on
-/// nothing but the query.
+/// Moves go to the eight neighbours; a diagonal move needs both adjacent cells free. The result depends on the query only.
 #[derive(Clone, Debug, Default)]
 pub struct Searcher {
     labels: Labels,
@@ -51,19 +49,19 @@ pub struct Searcher {
 }
 
 impl Searcher {
-    /// The cheapest path over free cells from start to goal, by A*.
+    /// Finds the cheapest path over free cells from start to goal by A*.
     ///
-    /// With an admissible heuristic it is a shortest one: every such heuristic here is consistent. [`Heuristic::Octile`] has
-    /// the fastest open list. The others keep to the textbook: cells are expanded by their estimates, of equal ones first
-    /// the cell that cost more to reach, and none twice.
+    /// With an admissible heuristic the path is a shortest one; all admissible heuristics here are consistent.
+    /// [`Heuristic::Octile`] uses the fastest open list. The others use the textbook order: cells are expanded by estimate,
+    /// ties by higher cost so far, and each cell once.
     ///
-    /// With `costs`, cheapest means by them instead of by length.
+    /// With `costs`, the path minimises them instead of the length.
     ///
     /// # Errors
-    /// [`NoPath`] when no path joins the two, as when one of them is not free or lies outside the grid.
+    /// Returns [`NoPath`] if no path connects the ends, also if one of them is not free or outside the grid.
     ///
     /// # Panics
-    /// When the costs are of a smaller grid.
+    /// Panics if the costs belong to a smaller grid.
     pub fn astar(
         &mut self,
         space: &FreeSpace,
@@ -100,11 +98,11 @@ impl Searcher {
         })
     }
 
-    /// A shortest path over free cells from start to goal, by jump points: exactly as long as that of [`Self::astar`] with an
-    /// admissible heuristic, and many times sooner found where there is open ground or long walls.
+    /// Finds a shortest path over free cells from start to goal by jump point search. It is exactly as long as that of
+    /// [`Self::astar`] with an admissible heuristic, and found many times faster in open space or along straight walls.
     ///
     /// # Errors
-    /// As [`Self::astar`].
+    /// See [`Self::astar`].
     pub fn jump_points(
         &mut self,
         space: &FreeSpace,
@@ -116,7 +114,7 @@ impl Searcher {
         if self.parents.len() < frame.len() {
             self.parents = vec![0; frame.len()];
         }
-        // A run leads at most along the grid's sides, and straight away from the goal.
+        // A run is at most as long as both sides of the grid, and may lead away from the goal.
         let longest = (frame.width as u64 + frame.height as u64) * 2 * DIAGONAL;
         self.buckets.begin(octile(start, goal), longest);
         let outcome = Jumps {
@@ -133,7 +131,7 @@ impl Searcher {
         })
     }
 
-    /// Clears all for a query; its ends, when both are free.
+    /// Clears the memory for a query and returns its ends, if both are free.
     fn begin(
         &mut self,
         space: &FreeSpace,

@@ -1,10 +1,10 @@
-//! The eight moves, and which of them may be made from a cell.
+//! The eight moves on the grid, and the moves allowed from a cell.
 
-use crate::global::cost::{DIAGONAL, STRAIGHT};
+use crate::global::heuristic::{DIAGONAL, STRAIGHT};
 use crate::map::BitGrid;
 
-/// Columns and rows that each move leads on by: four straight ones counter-clockwise, then the diagonals, each after the
-/// straight one of the same place in its own four and before the next.
+/// Column and row offset of each move: four straight moves counter-clockwise, then four diagonal ones, each between the
+/// straight move of the same index and the next.
 pub(super) const MOVES: [(i32, i32); 8] = [
     (1, 0),
     (0, 1),
@@ -21,8 +21,8 @@ pub(super) const COSTS: [u64; 8] = [
     STRAIGHT, STRAIGHT, STRAIGHT, STRAIGHT, DIAGONAL, DIAGONAL, DIAGONAL, DIAGONAL,
 ];
 
-/// The moves that may be made, as a bit each, by which of a cell and its eight neighbours are free: three bits of the row
-/// below, three of its own and three of the row above, from the left.
+/// The allowed moves, one bit each, by the free cells among a cell and its eight neighbours: three bits each for the row
+/// below, the own row and the row above, from the left.
 const ALLOWED: [u8; 512] = {
     let mut allowed = [0; 512];
     let mut free = 0;
@@ -30,7 +30,7 @@ const ALLOWED: [u8; 512] = {
         let mut number = 0;
         while number < 8 {
             let (dx, dy) = MOVES[number];
-            // A diagonal needs both cells beside it; a straight move looks at its own cell twice.
+            // A diagonal needs both adjacent cells; a straight move checks its own cell twice.
             let all = is_free(free, dx, dy) && is_free(free, dx, 0) && is_free(free, 0, dy);
             allowed[free] |= (all as u8) << number;
             number += 1;
@@ -45,7 +45,7 @@ const fn is_free(free: usize, dx: i32, dy: i32) -> bool {
     own || free >> (3 * (dy + 1) + dx + 1) & 1 != 0
 }
 
-/// The moves that may be made from the cell at a position, a bit each.
+/// The moves allowed from the cell at a position, one bit each.
 #[inline]
 pub(super) fn allowed(free: &BitGrid, position: usize) -> u8 {
     let left = position - 1;

@@ -1,8 +1,8 @@
-//! Cells as the searches carry them about.
+//! Compact cells for the search.
 
 use crate::map::{Cell, GridFrame};
 
-/// A cell in four bytes: the row in the upper half, the column in the lower. Sides of grids fit with a bit to spare.
+/// A cell in four bytes: the row in the upper half, the column in the lower. Grid sides need 15 bits.
 ///
 /// Nodes are ordered as cells are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,12 +14,12 @@ impl Node {
         Self((cell.row as u32) << 16 | cell.column as u32)
     }
 
-    /// As it was packed.
+    /// The packed representation.
     pub const fn bits(self) -> u32 {
         self.0
     }
 
-    /// From what [`Self::bits`] returned.
+    /// Unpacks the value of [`Self::bits`].
     pub const fn from_bits(bits: u32) -> Self {
         Self(bits)
     }
@@ -30,13 +30,13 @@ impl Node {
         Cell::new((self.0 & 0xffff) as i32, (self.0 >> 16) as i32)
     }
 
-    /// Where the cell is stored in its grid.
+    /// Index of the cell in its grid.
     #[inline]
     pub const fn index(self, frame: &GridFrame) -> usize {
         (self.0 >> 16) as usize * frame.width as usize + (self.0 & 0xffff) as usize
     }
 
-    /// The cell so many columns and rows further, which must lie inside the grid.
+    /// The cell at an offset, which must lie inside the grid.
     #[inline]
     pub const fn moved(self, columns: i32, rows: i32) -> Self {
         Self(self.0.wrapping_add_signed(rows * 0x1_0000 + columns))

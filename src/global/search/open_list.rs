@@ -1,39 +1,39 @@
-//! The cells that have been reached and not yet expanded, and which of them comes next.
+//! Open lists: the cells reached and not yet expanded, in the order of expansion.
 
 use std::collections::BinaryHeap;
 
 use super::node::Node;
 
-/// An order in which to expand cells.
+/// A priority queue of cells.
 pub(super) trait OpenList {
-    /// Whether a cell is expanded once only, though a cheaper way to it be found later.
+    /// Whether a cell is expanded only once, even if a cheaper path to it is found later.
     const SETTLES: bool;
 
-    /// Adds a cell with its estimated total cost and the cost of reaching it.
+    /// Adds a cell with its estimated total cost and the cost so far.
     fn push(&mut self, estimate: u64, cost: u64, node: Node);
 
-    /// Takes the next cell, and a bound: neither it nor any that is left has a lower estimate.
+    /// Removes the next cell. The second value is a lower bound of its estimate and of all remaining ones.
     fn pop(&mut self) -> Option<(Node, u64)>;
 }
 
-/// Buckets of nearly equal estimates, for a consistent heuristic: then no cell is added below the bucket in work, and a
-/// ring of buckets as long as the largest step is enough.
+/// A bucket queue for a consistent heuristic: no cell is added below the current bucket, so a ring as long as the largest
+/// step is sufficient.
 ///
-/// Within a bucket the cell added last comes first, whatever its estimate. So a cell may be expanded before the
-/// cheapest way to it is known; it is expanded again then, and the search ends only when no estimate left can be below
-/// the goal's cost. That is rare, and much cheaper than keeping order.
+/// Buckets are last-in first-out, whatever the estimate. A cell may therefore be expanded before its cheapest path is known
+/// and is then expanded again; the search ends only if no remaining estimate can be below the goal's cost. This is rare, and
+/// much cheaper than a full order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Buckets {
-    /// The first cell of each bucket's list, as a place in `entries` plus one; zero where empty.
+    /// The first entry of each bucket, as its index in `entries` plus one; zero if empty.
     heads: Vec<u32>,
-    /// A bit for each bucket that is not empty.
+    /// A bit for each non-empty bucket.
     filled: Vec<u64>,
     entries: Vec<Entry>,
-    /// First of the list of entries to be used again, plus one.
+    /// The first free entry, as its index plus one.
     spare: u32,
-    /// The estimate at which bucket zero began.
+    /// The estimate at the start of bucket zero.
     base: u64,
-    /// The bucket in work, counted from `base`, not from where the ring begins.
+    /// The current bucket, counted from `base`, not from the start of the ring.
     current: u64,
 }
 
@@ -43,13 +43,12 @@ struct Entry {
     next: u32,
 }
 
-/// A bucket spans this many units of cost as a power of two: 0.3 cells. With an octile estimate the smallest step
-/// between two estimates that differ is 0.59 cells.
+/// Width of a bucket in units of cost, as a power of two: 0.3 cells. The smallest difference of two octile estimates is 0.59
+/// cells.
 const WIDTH_SHIFT: u32 = 12;
 
 impl Buckets {
-    /// Empties the list for a search whose estimates begin at `base` and grow by at most `largest_step` from one cell to
-    /// the next.
+    /// Clears the list for a search whose estimates start at `base` and grow by at most `largest_step` per move.
     pub fn begin(&mut self, base: u64, largest_step: u64) {
         let count = ((largest_step >> WIDTH_SHIFT) as usize + 2)
             .next_power_of_two()
@@ -68,7 +67,7 @@ impl Buckets {
         self.current = 0;
     }
 
-    /// The first bucket from the current one on that is not empty, counted from `base`.
+    /// The first non-empty bucket from the current one on, counted from `base`.
     fn first_filled(&self) -> Option<u64> {
         let mask = self.filled.len() - 1;
         let (word, bit) = ((self.current / 64) as usize, self.current % 64);
@@ -76,7 +75,7 @@ impl Buckets {
         if ahead != 0 {
             return Some(self.current + u64::from(ahead.trailing_zeros()));
         }
-        // The ring's last word is that of the current bucket again: the part before it.
+        // The last word of the ring is the current word again: the buckets before the current one.
         (1..=self.filled.len()).find_map(|further| {
             let bits = self.filled[(word + further) & mask];
             let bucket = (word + further) as u64 * 64 + u64::from(bits.trailing_zeros());
@@ -128,20 +127,20 @@ impl OpenList for Buckets {
     }
 }
 
-/// Textbook order, for any heuristic: of equal estimates the cell that cost more to reach comes first,
-/// then the one stored first. No cell is expanded twice: a heuristic that overestimates would pay up to
-/// ten times the expansions for little, and no other gains by it.
+/// A binary heap in textbook order, for any heuristic: by estimate, ties by higher cost so far, then by storage order. No cell
+/// is expanded twice: repeated expansions would cost an overestimating heuristic up to ten times the expansions for little
+/// gain.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sorted {
-    /// The greatest comes first: the estimate upside down, the cost and the cell upside down.
+    /// Max-heap keys: complement of the estimate, the cost, complement of the cell.
     keys: BinaryHeap<u128>,
 }
 
-/// Estimates have 48 bits: heuristics stop well below that, and costs have 45.
-const MOST_ESTIMATE: u64 = (1 << 48) - 1;
+/// Largest estimate: 48 bits. Heuristics are limited well below, and costs have 45 bits.
+const MAX_ESTIMATE: u64 = (1 << 48) - 1;
 
 impl Sorted {
-    /// Empties the list.
+    /// Clears the list.
     pub fn begin(&mut self) {
         self.keys.clear();
     }
@@ -152,7 +151,7 @@ impl OpenList for Sorted {
 
     #[inline]
     fn push(&mut self, estimate: u64, cost: u64, node: Node) {
-        let estimate = MOST_ESTIMATE - estimate;
+        let estimate = MAX_ESTIMATE - estimate;
         let key = u128::from(estimate) << 80 | u128::from(cost) << 32 | u128::from(!node.bits());
         self.keys.push(key);
     }
@@ -162,7 +161,7 @@ impl OpenList for Sorted {
         let key = self.keys.pop()?;
         Some((
             Node::from_bits(!(key as u32)),
-            MOST_ESTIMATE - (key >> 80) as u64,
+            MAX_ESTIMATE - (key >> 80) as u64,
         ))
     }
 }

@@ -196,7 +196,7 @@ fn a_walled_off_goal_is_an_answer() {
     let run = place.run(DRIVE);
     assert_eq!((run.status, run.stdout.lines().count()), (1, 1), "{run:?}");
     assert!(
-        run.stdout.starts_with("NO_VALID_PATH: no way from "),
+        run.stdout.starts_with("NO_VALID_PATH: no path from "),
         "{run:?}"
     );
 }

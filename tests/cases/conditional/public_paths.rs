@@ -1,6 +1,6 @@
-//! Paths on every public development map: none touches a wall, and in the mine they are as short as was promised.
+//! Paths on all public development maps: none touches an obstacle, and in the mine their lengths are as documented.
 //!
-//! The maps lie beside the repository; where they do not the trials are ignored.
+//! The maps are expected next to the repository; without them the trials are ignored.
 
 use inbye::geometry::Point;
 use inbye::global::{PlanError, PlanningSpace, SearchMethod, Searcher, Settings, plan};
@@ -27,7 +27,7 @@ pub fn trials() -> Vec<Trial> {
         trials.push(Trial::ignorable_test("public maps", || Ok(absent())));
     }
     trials.push(Trial::ignorable_test(
-        "a wall put into a path is noticed",
+        "an obstacle on a path is detected",
         || with_mine(|mine| is_noticed(&mine)),
     ));
     trials.push(Trial::ignorable_test("paths in the mine are short", || {
@@ -37,10 +37,10 @@ pub fn trials() -> Vec<Trial> {
 }
 
 fn absent() -> Completion {
-    Completion::ignored_with("the development data are not beside the repository")
+    Completion::ignored_with("the development data are missing")
 }
 
-/// Runs a trial on the mine at 0.25 m a cell.
+/// Runs a trial on the mine map with 0.25 m cells.
 fn with_mine(trial: impl FnOnce(PathBuf) -> Result<(), Failed>) -> Result<Completion, Failed> {
     let mine = FilePath::new(DATA).join("mine/niosh_sr_025m.map");
     if !mine.exists() {
@@ -70,7 +70,7 @@ fn read(file: &FilePath) -> Result<ObstacleGrid, Failed> {
     Ok(load(file, &options)?.obstacles(UnknownPolicy::Blocked))
 }
 
-/// Plans between places anywhere on a map, at several distances from walls, by both searches and every degree of spline.
+/// Plans between random points, with several clearances, both search methods and all spline degrees.
 fn keeps_clear(file: PathBuf) -> Trial {
     let name = file
         .strip_prefix(DATA)
@@ -125,7 +125,7 @@ fn path(
     plan(searcher, &ground, start, goal, settings, &mut || 0.0)
 }
 
-/// A point inside some free cell; there must be one.
+/// A random point inside a free cell; at least one cell is free.
 fn free_point(space: &FreeSpace, random: &mut Pcg64Mcg) -> Point {
     let frame = space.frame();
     let within = |random: &mut Pcg64Mcg, side: i32| random.random_range(0.0..f64::from(side));
@@ -141,11 +141,11 @@ fn free_point(space: &FreeSpace, random: &mut Pcg64Mcg) -> Point {
     ))
 }
 
-/// Fails where a path comes nearer to an obstacle than it should, or leaves the map.
+/// Fails if a path violates its clearance or leaves the map.
 fn clear(points: &[Point], obstacles: &ObstacleGrid, radius_m: f64) -> Result<(), Failed> {
     let gap_m =
         crate::support::gap::smallest_gap_m(points, obstacles, radius_m, crate::support::gap::STEP);
-    // Free cells have open squares: a path at no distance may run along a wall's face, and touches nothing else.
+    // With radius zero, a path may run along the edge of an obstacle but not enter it.
     if gap_m < radius_m - 1e-9 || !crate::support::gap::is_on_grid(points, obstacles) {
         return Err(format!("comes within {gap_m} m, not {radius_m} m").into());
     }
@@ -166,12 +166,12 @@ fn is_noticed(mine: &FilePath) -> Result<(), Failed> {
         .ok_or("it leaves the map")?;
     obstacles.set(cell, true);
     if clear(smoothed.points(), &obstacles, 0.5).is_ok() {
-        return Err("a wall in the way went unnoticed".into());
+        return Err("an obstacle on the path was not detected".into());
     }
     Ok(())
 }
 
-/// Over the mine's 500 queries, what is driven against the shortest path through cells.
+/// Compares smoothed lengths with the shortest cell paths over the mine's 500 queries.
 fn are_short(mine: &FilePath) -> Result<(), Failed> {
     let obstacles = read(mine)?;
     let space = FreeSpace::new(&obstacles, 0.0);

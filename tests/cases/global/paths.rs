@@ -1,4 +1,4 @@
-//! Paths through their three stages: ends, lengths, and the distance they keep from walls.
+//! Planned paths in their three stages: ends, lengths and clearance.
 
 mod lattice_sight;
 mod sight;
@@ -14,7 +14,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::support::gap;
 
-/// Radii in cells: none, within a cell, exact distances between squares of cells, and between those.
+/// Radii in cells: zero, below a cell, exact distances between cell squares, and values between those.
 const RADII: [f64; 8] = [0.0, 0.3, 1.0, core::f64::consts::SQRT_2, 1.7, 2.0, 2.6, 4.0];
 
 const HEURISTICS: [Heuristic; 4] = [
@@ -34,7 +34,7 @@ struct Case {
     plan: Plan,
 }
 
-/// Plans for as many random maps as have a path; each map is tried once.
+/// Plans on random maps until `maps` of them have a path; each map is tried once.
 fn cases(seed: u64, maps: usize, most_side: i32) -> impl Iterator<Item = Case> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     (0..maps).filter_map(move |number| case(&mut random, number, most_side))
@@ -81,7 +81,7 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
             goal,
             plan,
         }),
-        // A point on a cell's border may, rounded, lie in the next cell or off the grid.
+        // A point on a cell's border may be rounded into the next cell or off the grid.
         Err(error) => {
             assert!(
                 !matches!(error, PlanError::BadSetting { .. }),
@@ -92,7 +92,7 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
     }
 }
 
-/// A point in a cell: its centre, on its border, or anywhere.
+/// A random point in a cell: its centre, on its border, or anywhere.
 fn point_in(random: &mut Pcg64Mcg, frame: &GridFrame, cell: Cell) -> Point {
     let mut within = || match random.random_range(0..4) {
         0 => 0.0,
@@ -106,7 +106,7 @@ fn point_in(random: &mut Pcg64Mcg, frame: &GridFrame, cell: Cell) -> Point {
     ))
 }
 
-/// Why a polyline does not keep its distance.
+/// Why a polyline does not keep its clearance, if it does not.
 fn fault(path: &Path, obstacles: &ObstacleGrid, radius_m: f64) -> Option<String> {
     let gap_m = gap::smallest_gap_m(path.points(), obstacles, radius_m, gap::STEP);
     if !gap::is_on_grid(path.points(), obstacles) {
@@ -118,8 +118,8 @@ fn fault(path: &Path, obstacles: &ObstacleGrid, radius_m: f64) -> Option<String>
     }
 }
 
-/// Whether a path runs through the inside of an obstacle cell, rather than along its border: what is forbidden where no
-/// distance is to be kept.
+/// Whether a path runs through the interior of an obstacle cell, not only along its border. This is forbidden for a
+/// radius of zero.
 fn touches_inside(path: &Path, obstacles: &ObstacleGrid) -> bool {
     let frame = obstacles.frame();
     path.points().windows(2).any(|pair| {
@@ -137,7 +137,7 @@ fn touches_inside(path: &Path, obstacles: &ObstacleGrid) -> bool {
 }
 
 #[test]
-fn ends_are_kept_lengths_never_grow_and_every_stage_keeps_its_distance() {
+fn every_stage_keeps_ends_and_clearance_and_never_grows() {
     let mut count = 0;
     for (number, case) in cases(21, 16_000, 40).enumerate() {
         let Plan {
@@ -176,7 +176,7 @@ fn ends_are_kept_lengths_never_grow_and_every_stage_keeps_its_distance() {
     assert!(count > 10_000, "only {count} maps had a path");
 }
 
-/// Whether a point is on a cell's border: it touches cells that need not be free.
+/// Whether a point is on a cell's border, where it touches cells that need not be free.
 fn is_on_border(frame: &GridFrame, point: &Point) -> bool {
     let units = frame.to_cell_units(point);
     [units.x, units.y]
@@ -184,9 +184,9 @@ fn is_on_border(frame: &GridFrame, point: &Point) -> bool {
         .any(|&at| (at - at.round()).abs() < 1e-7)
 }
 
-/// The comparison above would catch a path that runs into something.
+/// Checks that the comparison above detects a collision.
 #[test]
-fn a_blocked_cell_put_under_a_path_is_noticed() {
+fn clearance_check_detects_an_obstacle_on_a_path() {
     let mut random = Pcg64Mcg::seed_from_u64(22);
     let mut count = 0;
     for case in cases(23, 600, 40) {
@@ -204,7 +204,7 @@ fn a_blocked_cell_put_under_a_path_is_noticed() {
             assert!(fault(path, &blocked, radius_m).is_some(), "at {at}");
             count += 1;
         }
-        // And a distance a little larger than the one kept.
+        // It also detects a required clearance slightly above the kept one.
         let kept_m = gap::smallest_gap_m(path.points(), &case.obstacles, radius_m + 3.0, gap::STEP);
         if kept_m.is_finite() {
             assert!(fault(path, &case.obstacles, kept_m + 1e-6).is_some());
@@ -213,11 +213,11 @@ fn a_blocked_cell_put_under_a_path_is_noticed() {
     assert!(count > 200, "only {count} maps had a path");
 }
 
-/// On longer paths not all nodes take part at once.
+/// On longer paths, not all nodes take part at first.
 const ALL_TAKE_PART: usize = 63;
 
 #[test]
-fn pruning_a_long_path_comes_near_to_the_shortest_chain() {
+fn sparse_pruning_of_a_long_path_is_nearly_shortest() {
     let (mut count, mut excess) = (0, 0.0);
     for (number, case) in cases(26, 6000, 150).enumerate() {
         let nodes = case.plan.raw.points();
@@ -226,7 +226,7 @@ fn pruning_a_long_path_comes_near_to_the_shortest_chain() {
         }
         let expected = shortest_chain_m(&case.search, nodes);
         let ratio = case.plan.pruned.length_m() / expected;
-        // Where a search wandered, a shortcut may lie between nodes that took no part.
+        // After an indirect search, a shortcut may lie between nodes that took no part.
         let is_near = (1.0 - 1e-9..1.2).contains(&ratio);
         assert!(is_near, "path {number}: {ratio} times the shortest");
         excess += ratio - 1.0;
@@ -240,7 +240,7 @@ fn pruning_a_long_path_comes_near_to_the_shortest_chain() {
 }
 
 #[test]
-fn pruning_finds_the_shortest_chain_of_the_paths_nodes() {
+fn pruning_finds_the_shortest_chain_of_nodes() {
     let mut count = 0;
     for (number, case) in cases(24, 1200, 24).enumerate() {
         let nodes = case.plan.raw.points();
@@ -254,7 +254,7 @@ fn pruning_finds_the_shortest_chain_of_the_paths_nodes() {
             (found - expected).abs() < 1e-7,
             "path {number}: {found} m, not {expected} m"
         );
-        // Its nodes are the path's own, in their order.
+        // Its nodes are nodes of the path, in order.
         let mut rest = nodes.iter();
         let is_kept = |node| rest.any(|other| other == node);
         assert!(pruned.points().iter().all(is_kept), "path {number}");
@@ -263,7 +263,7 @@ fn pruning_finds_the_shortest_chain_of_the_paths_nodes() {
     assert!(count > 300, "only {count} maps had a path worth pruning");
 }
 
-/// Floyd and Warshall's shortest distance from the first node to the last, along edges that see and lead onwards.
+/// Shortest distance from the first node to the last along forward lines of sight, by Floyd and Warshall.
 fn shortest_chain_m(space: &FreeSpace, nodes: &[Point]) -> f64 {
     let count = nodes.len();
     let mut least = vec![vec![f64::INFINITY; count]; count];
@@ -290,7 +290,7 @@ fn path(points: &[(f64, f64)]) -> Path {
 }
 
 #[test]
-fn pruning_merges_what_lies_on_a_line_and_leaves_it_where_that_is_shorter() {
+fn pruning_merges_collinear_nodes_and_leaves_a_line_where_that_is_shorter() {
     let frame = GridFrame {
         width: 20,
         height: 20,
@@ -307,7 +307,7 @@ fn pruning_merges_what_lies_on_a_line_and_leaves_it_where_that_is_shorter() {
     );
     let alone = path(&[(3.2, 3.4)]);
     assert_eq!(prune(&space, None, &alone, Pruning::Thorough), alone);
-    // Along the wall and then up: the best way leaves the lower stretch half way, where no turn was.
+    // Along the wall and then up: the shortest chain leaves the lower stretch in its middle, where the path has no turn.
     for column in 3..=6 {
         for row in 3..=8 {
             obstacles.set(Cell::new(column, row), true);
@@ -327,7 +327,7 @@ fn pruning_merges_what_lies_on_a_line_and_leaves_it_where_that_is_shorter() {
 }
 
 #[test]
-fn a_turn_is_more_than_five_degrees_either_way() {
+fn turns_are_changes_above_five_degrees_to_either_side() {
     let heading = |degrees: f64| libm::sincos(degrees.to_radians());
     for (degrees, turns) in [
         (0.0, 0),
@@ -355,8 +355,8 @@ fn a_turn_is_more_than_five_degrees_either_way() {
 }
 
 #[test]
-fn ends_at_cell_centres_make_no_turn_of_their_own() {
-    // Centres that a user types are often a rounding error away from the map's.
+fn ends_at_cell_centres_add_no_turn() {
+    // Centres given by a user often differ from the map's by a rounding error.
     for case in cases(25, 300, 30) {
         let frame = case.obstacles.frame();
         let ground = PlanningSpace {

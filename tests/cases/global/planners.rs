@@ -1,4 +1,4 @@
-//! Grid search against an independent one, and what it says when it cannot search.
+//! Grid search, compared with an independent implementation, and its errors.
 
 mod costs;
 mod ends;
@@ -29,7 +29,7 @@ const HEURISTICS: [Heuristic; 14] = [
     Heuristic::Literal { k: 1e6 },
 ];
 
-/// The cells that one move leads to, with its cost: all eight, diagonals between two free cells only.
+/// The neighbours of a cell with their move costs; diagonals only between two free cells.
 fn moves(space: &FreeSpace, from: Cell) -> Vec<(Cell, u64)> {
     let mut moves = Vec::new();
     for dx in -1..=1 {
@@ -48,7 +48,7 @@ fn moves(space: &FreeSpace, from: Cell) -> Vec<(Cell, u64)> {
     moves
 }
 
-/// What the moves between consecutive cells cost; none when one of them is not allowed.
+/// Total cost of the moves between consecutive cells; none if one of them is not allowed.
 fn cost_of(space: &FreeSpace, cells: &[Cell]) -> Option<u64> {
     cells
         .windows(2)
@@ -63,7 +63,7 @@ fn cost_of(space: &FreeSpace, cells: &[Cell]) -> Option<u64> {
 }
 
 #[test]
-fn every_heuristic_agrees_with_dijkstra_on_random_grids() {
+fn heuristics_agree_with_dijkstra_on_random_grids() {
     let mut random = Pcg64Mcg::seed_from_u64(13);
     let (mut found_any, mut found_none, mut detours) = (0, 0, 0);
     let mut used = Searcher::default();
@@ -82,7 +82,7 @@ fn every_heuristic_agrees_with_dijkstra_on_random_grids() {
             let found = used.astar(&space, start, goal, heuristic, None);
             let mut unused = Searcher::default();
             let again = unused.astar(&space, start, goal, heuristic, None);
-            assert_eq!(found, again, "whatever was searched before");
+            assert_eq!(found, again, "independent of earlier searches");
             match (&expected, found) {
                 (Some((_, least)), Ok(found)) => {
                     found_any += 1;
@@ -104,7 +104,7 @@ fn every_heuristic_agrees_with_dijkstra_on_random_grids() {
                     });
                     let reached = reached.count();
                     let expanded = not_found.expanded as usize;
-                    // A cell may be expanded again when a cheaper way to it is found later.
+                    // A cell may be expanded again if a cheaper path to it is found later.
                     assert!(
                         (reached..=reached + reached / 8).contains(&expanded),
                         "{expanded} of {reached}"
@@ -114,14 +114,14 @@ fn every_heuristic_agrees_with_dijkstra_on_random_grids() {
             }
         }
     }
-    // The random grids must show all three outcomes for the comparison to mean anything.
+    // The comparison is meaningful only if all three outcomes occur.
     let counts = [found_any, found_none, detours];
     assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
 }
 
-/// Jump points and A* must agree on what is shortest, whatever the grid; sides pass the 64 cells of a word.
+/// Jump point search and A* agree on the shortest length; grid sides exceed the 64 cells of a word.
 #[test]
-fn jump_points_are_as_short_as_any() {
+fn jump_points_find_paths_as_short_as_a_star() {
     let mut random = Pcg64Mcg::seed_from_u64(14);
     let mut searcher = Searcher::default();
     let (mut found_any, mut found_none, mut jumped) = (0, 0, 0);
@@ -151,15 +151,15 @@ fn jump_points_are_as_short_as_any() {
     assert!(counts.iter().all(|&count| count > 500), "{counts:?}");
 }
 
-/// Numbers of rows and columns that fill their bits, and cells next to the last word of a row.
+/// Row and column indices that use all their bits, and cells next to the last word of a row.
 #[test]
-fn the_longest_grids_are_searched_to_their_ends() {
+fn search_handles_the_longest_grids() {
     let mut random = Pcg64Mcg::seed_from_u64(16);
     let mut searcher = Searcher::default();
     for (width, height) in [(32_767, 3), (3, 32_767), (32_767, 1), (1, 32_767)] {
-        let frame = GridFrame::new(width, height, 0.1, Pose::default()).expect("sound sides");
+        let frame = GridFrame::new(width, height, 0.1, Pose::default()).expect("valid sides");
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        // Posts that can be passed on the other side.
+        // Posts that leave a free lane.
         if width > 1 && height > 1 {
             for at in (10..32_700).step_by(7) {
                 let side = 2 * random.random_range(0..=1);
@@ -189,7 +189,7 @@ fn the_longest_grids_are_searched_to_their_ends() {
         }
     }
 }
-/// Two drifts joined by cross-cuts, with some spoil lying about.
+/// Two drifts joined by cross-cuts, with some obstacles.
 const WORKINGS: [&str; 14] = [
     "########################################",
     "#......................................#",
@@ -213,9 +213,9 @@ fn free_space(rows: &[impl AsRef<str>], radius_m: f64) -> FreeSpace {
     FreeSpace::new(&map.obstacles(UnknownPolicy::Blocked), radius_m)
 }
 
-/// A change of order, ties or heuristics shows here; lengths are in the units of the costs.
+/// Detects changes of expansion order, ties or heuristics; lengths are in units of cost.
 #[test]
-fn the_work_of_each_heuristic_is_known() {
+fn expansions_of_each_heuristic_are_unchanged() {
     let space = free_space(&WORKINGS, 0.0);
     let (start, goal) = (Cell::new(2, 11), Cell::new(34, 1));
     let work = |heuristic| {
@@ -242,10 +242,10 @@ fn the_work_of_each_heuristic_is_known() {
 }
 
 #[test]
-fn theta_runs_from_octile_to_manhattan() {
+fn theta_interpolates_between_octile_and_manhattan() {
     let space = free_space(&WORKINGS, 0.0);
     let (start, goal) = (Cell::new(2, 11), Cell::new(37, 2));
-    // The same up to the rounding of an irrational slope, which may order ties otherwise.
+    // Equal up to the rounding of an irrational slope, which may change the order of ties.
     let cost = |heuristic| {
         let mut searcher = Searcher::default();
         let found = searcher.astar(&space, start, goal, heuristic, None);
@@ -257,7 +257,7 @@ fn theta_runs_from_octile_to_manhattan() {
 }
 
 #[test]
-fn a_start_that_is_the_goal_is_found_at_once() {
+fn start_equal_to_goal_needs_no_expansion() {
     let space = free_space(&WORKINGS, 0.0);
     let here = Cell::new(2, 11);
     for heuristic in HEURISTICS {
@@ -283,7 +283,7 @@ fn a_start_that_is_the_goal_is_found_at_once() {
 }
 
 #[test]
-fn cells_that_are_not_free_are_not_searched_from_or_for() {
+fn search_rejects_ends_that_are_not_free() {
     let space = free_space(&WORKINGS, 0.0);
     let free = Cell::new(2, 11);
     for bad in [

@@ -1,14 +1,14 @@
-//! Line of sight in integers: which closed cells a segment between lattice points touches, with no rounding at all.
+//! Reference line of sight in integers: the closed cells touched by a segment between lattice points, without rounding.
 
 use inbye::map::{Cell, FreeSpace};
 
-/// Lattice steps a cell.
+/// Lattice steps per cell.
 pub const STEPS: i64 = 64;
 
 /// A point of the lattice, in steps from the grid's corner.
 pub type LatticePoint = (i64, i64);
 
-/// Whether every cell whose closed square the segment touches is free; for two ends in one cell, whether that is.
+/// Whether every cell whose closed square the segment touches is free; for two ends in one cell, whether that cell is.
 pub fn is_clear(space: &FreeSpace, from: LatticePoint, to: LatticePoint) -> bool {
     let cell_of = |(x, y): LatticePoint| (x.div_euclid(STEPS), y.div_euclid(STEPS));
     let is_free = |(column, row): (i64, i64)| space.is_free(Cell::new(column as i32, row as i32));

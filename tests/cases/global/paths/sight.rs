@@ -1,4 +1,4 @@
-//! Line of sight and clearance against exact integers and brute force.
+//! Line of sight and clearance, compared with exact integers and brute force.
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{Path, is_clear, min_clearance_m};
@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 use super::lattice_sight::{self, LatticePoint, STEPS};
 use crate::support::{gap, random_ground};
 
-/// A grid whose arithmetic is exact in floats: powers of two, at the origin.
+/// A grid with exact float arithmetic: powers of two, at the origin.
 fn exact_grid(random: &mut Pcg64Mcg, density: f64) -> FreeSpace {
     let frame = GridFrame {
         width: random.random_range(1..60),
@@ -36,7 +36,7 @@ fn compare(space: &FreeSpace, from: LatticePoint, to: LatticePoint) -> bool {
 }
 
 #[test]
-fn line_of_sight_touches_the_cells_that_integers_say() {
+fn line_of_sight_equals_the_integer_reference() {
     let mut random = Pcg64Mcg::seed_from_u64(31);
     let mut clear = [0; 4];
     for _ in 0..400 {
@@ -45,10 +45,10 @@ fn line_of_sight_touches_the_cells_that_integers_say() {
         let (width, height) = (space.frame().width, space.frame().height);
         for case in 0..200 {
             let place = |random: &mut Pcg64Mcg, side: i32, grain: i64| {
-                // A little beyond the grid as well.
+                // Includes points slightly outside the grid.
                 random.random_range(-1..=(i64::from(side) * STEPS) / grain + 1) * grain
             };
-            // Anywhere; on cells' halves; on corners of the lattice; along its lines, or a point.
+            // Any points, cell halves, cell corners, segments along lines, single points.
             let grain = [1, STEPS / 2, STEPS, STEPS][case % 4];
             let from = (
                 place(&mut random, width, grain),
@@ -72,7 +72,7 @@ fn line_of_sight_touches_the_cells_that_integers_say() {
 }
 
 #[test]
-fn long_segments_past_one_obstacle_are_told_from_those_that_touch_it() {
+fn line_of_sight_distinguishes_passing_from_touching_on_long_segments() {
     let mut random = Pcg64Mcg::seed_from_u64(32);
     let frame = GridFrame {
         width: 200,
@@ -86,7 +86,7 @@ fn long_segments_past_one_obstacle_are_told_from_those_that_touch_it() {
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         obstacles.set(cell, true);
         let space = FreeSpace::new(&obstacles, 0.0);
-        // Through a corner of the obstacle, or a lattice step beside it.
+        // Through a corner of the obstacle, or a lattice step next to it.
         let corner = (
             i64::from(cell.column + random.random_range(0..2)) * STEPS,
             i64::from(cell.row + random.random_range(0..2)) * STEPS,
@@ -104,7 +104,7 @@ fn long_segments_past_one_obstacle_are_told_from_those_that_touch_it() {
 }
 
 #[test]
-fn ends_off_the_grid_or_that_are_no_numbers_see_nothing() {
+fn line_of_sight_is_blocked_for_ends_off_the_grid_or_not_finite() {
     let frame = GridFrame {
         width: 8,
         height: 8,
@@ -136,7 +136,7 @@ fn ends_off_the_grid_or_that_are_no_numbers_see_nothing() {
 }
 
 #[test]
-fn clearance_is_the_least_distance_of_tiny_steps() {
+fn clearance_equals_the_minimum_over_small_steps() {
     const STEP: f64 = 4e-3;
     let mut random = Pcg64Mcg::seed_from_u64(33);
     let mut near = 0;
@@ -144,7 +144,7 @@ fn clearance_is_the_least_distance_of_tiny_steps() {
         let mut obstacles = random_ground::obstacles(&mut random, 30);
         let frame = *obstacles.frame();
         if case % 3 == 0 {
-            // A lone obstacle, far from most of the path.
+            // A single obstacle, far from most of the path.
             obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
             obstacles.set(random_ground::cell(&mut random, &frame), true);
         }

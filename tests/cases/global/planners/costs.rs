@@ -1,4 +1,4 @@
-//! Costs that prefer clearance, in the search and in the whole plan.
+//! Clearance costs in the search and in the whole plan.
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
@@ -12,8 +12,8 @@ use rand_pcg::Pcg64Mcg;
 use super::{WORKINGS, cost_of, moves};
 use crate::support::random_ground;
 
-/// The costs as their documentation has them, with a distance taken cell by cell.
-fn dearness(obstacles: &ObstacleGrid, cell: Cell, preferred_m: f64, weight: f64) -> u64 {
+/// The documented cost formula, with a brute-force distance.
+fn expected_cost(obstacles: &ObstacleGrid, cell: Cell, preferred_m: f64, weight: f64) -> u64 {
     let frame = obstacles.frame();
     let distance_m = (0..frame.len())
         .map(|index| frame.cell_at(index))
@@ -21,12 +21,12 @@ fn dearness(obstacles: &ObstacleGrid, cell: Cell, preferred_m: f64, weight: f64)
         .map(|other| (frame.center_of(other) - frame.center_of(cell)).norm())
         .fold(f64::INFINITY, f64::min);
     let clearance_m = (distance_m - frame.resolution_m / 2.0).max(0.0);
-    // A rounding error above a sixteenth below must not decide.
+    // Prevents a rounding error from changing the sixteenth.
     (16.0 * weight * (1.0 - clearance_m / preferred_m) + 1e-9).max(0.0) as u64
 }
 
 #[test]
-fn with_costs_the_cheapest_path_is_found() {
+fn search_with_costs_finds_the_cheapest_path() {
     let mut random = Pcg64Mcg::seed_from_u64(15);
     let mut searcher = Searcher::default();
     let (mut compared, mut dearer) = (0, 0);
@@ -36,14 +36,14 @@ fn with_costs_the_cheapest_path_is_found() {
         let space = FreeSpace::new(&obstacles, 0.0);
         let start = random_ground::cell(&mut random, frame);
         let goal = random_ground::cell(&mut random, frame);
-        // Odd, so that no clearance makes a whole number of sixteenths but for none.
+        // An odd value, so that only a clearance of zero gives a whole number of sixteenths.
         let (preferred_m, weight) = (3.2179 * frame.resolution_m, [0.731, 3.07, 15.0][case % 3]);
         let costs = ClearanceCosts::new(&obstacles, preferred_m, weight);
         let priced = |from: Cell| {
             let price = |(to, cost)| {
                 (
                     to,
-                    cost + cost * dearness(&obstacles, to, preferred_m, weight) / 16,
+                    cost + cost * expected_cost(&obstacles, to, preferred_m, weight) / 16,
                 )
             };
             moves(&space, from)
@@ -80,7 +80,7 @@ fn with_costs_the_cheapest_path_is_found() {
 }
 
 #[test]
-fn a_path_keeps_its_distance_where_that_is_asked_for_and_there_is_room() {
+fn clearance_weight_moves_a_path_away_from_walls() {
     let map = OccupancyGrid::from_rows(&WORKINGS, 0.5, Pose::new(-10.0, 20.0, 0.0));
     let obstacles = map.expect("rows of text").obstacles(UnknownPolicy::Blocked);
     let space = FreeSpace::new(&obstacles, 0.0);
@@ -108,7 +108,7 @@ fn a_path_keeps_its_distance_where_that_is_asked_for_and_there_is_room() {
         .expect("the drifts are joined")
         .smoothed
     };
-    // The mean distance to the nearest obstacle, by which a path that hugs walls and one that does not differ most.
+    // The mean distance to the nearest obstacle.
     let mean_m = |path: &Path| {
         let clearances = path
             .samples(0.1)

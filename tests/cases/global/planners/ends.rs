@@ -1,4 +1,4 @@
-//! Ends that cannot be, and settings out of range: what is said of them.
+//! Error messages for invalid ends and settings.
 
 use inbye::geometry::Point;
 use inbye::global::{Heuristic, PlanError, PlanningSpace, Searcher, Settings, plan};
@@ -13,7 +13,7 @@ fn last_point_of(message: &str) -> Point {
 }
 
 #[test]
-fn a_bad_end_is_named_with_what_is_wrong_and_a_point_that_mends_it() {
+fn plan_error_names_the_end_the_cause_and_a_free_point() {
     let good = Point::new(-8.7, 21.3);
     let space = free_space(&WORKINGS, 0.3);
     let cases = [
@@ -55,7 +55,7 @@ fn a_bad_end_is_named_with_what_is_wrong_and_a_point_that_mends_it() {
 }
 
 #[test]
-fn no_free_cell_is_nearer_than_the_point_that_is_named() {
+fn plan_error_names_the_nearest_free_cell() {
     let space = free_space(&WORKINGS, 0.3);
     let frame = space.frame();
     let bad = Point::new(-9.6, 23.4);
@@ -70,13 +70,13 @@ fn no_free_cell_is_nearer_than_the_point_that_is_named() {
 }
 
 #[test]
-fn ends_that_are_no_numbers_and_maps_without_room_are_refused() {
+fn plan_rejects_ends_that_are_not_finite_and_maps_without_free_cells() {
     let good = Point::new(-8.7, 21.3);
     let space = free_space(&WORKINGS, 0.0);
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for place in [Point::new(bad, 21.3), Point::new(-8.7, bad)] {
-            let start = query(&space, place, good).expect_err("no place");
-            let goal = query(&space, good, place).expect_err("no place");
+            let start = query(&space, place, good).expect_err("not finite");
+            let goal = query(&space, good, place).expect_err("not finite");
             assert_eq!(start.code(), "START_OUTSIDE_MAP");
             assert_eq!(goal.code(), "GOAL_OUTSIDE_MAP");
             assert!(start.to_string().contains("must be finite"), "{start}");
@@ -84,18 +84,15 @@ fn ends_that_are_no_numbers_and_maps_without_room_are_refused() {
     }
     for radius_m in [50.0, f64::INFINITY, f64::NAN] {
         let space = free_space(&WORKINGS, radius_m);
-        let error = query(&space, good, good).expect_err("no room");
+        let error = query(&space, good, good).expect_err("no free cell");
         assert_eq!(error.code(), "START_OCCUPIED");
         let message = error.to_string();
-        assert!(
-            message.contains("the map has no free point at all"),
-            "{message}"
-        );
+        assert!(message.contains("the map has no free point"), "{message}");
     }
 }
 
 #[test]
-fn a_goal_in_a_closed_chamber_has_no_path() {
+fn plan_to_a_closed_chamber_names_the_nearest_reachable_point() {
     let space = free_space(&WORKINGS, 0.0);
     let (start, chamber) = (Point::new(-8.7, 21.3), Point::new(0.8, 23.4));
     let error = query(&space, start, chamber).expect_err("a closed chamber");
@@ -111,7 +108,7 @@ fn a_goal_in_a_closed_chamber_has_no_path() {
     assert_eq!(
         error.to_string(),
         format!(
-            "NO_VALID_PATH: no way from (-8.70, 21.30) to (0.80, 23.40) that keeps 0.000 m from every obstacle \
+            "NO_VALID_PATH: no path from (-8.70, 21.30) to (0.80, 23.40) keeps 0.000 m from every obstacle \
              ({} cells searched); the reachable point nearest to the goal is ({:.3}, {:.3}): choose a goal on the \
              same side, a smaller radius (that of the footprint and its margins) or a finer map",
             space.count() - 6,
@@ -119,14 +116,14 @@ fn a_goal_in_a_closed_chamber_has_no_path() {
             nearest.y
         )
     );
-    // One gets there, and from the other side of the wall it is nearer than where one came from.
+    // The named point is reachable, and nearer to the goal than the start.
     let plan = query(&space, start, nearest).expect("a reachable point");
     assert_eq!(plan.smoothed.points().last(), Some(&nearest));
     assert!((nearest - chamber).norm() < (start - chamber).norm());
 }
 
 #[test]
-fn settings_out_of_range_are_named() {
+fn plan_rejects_settings_out_of_range_by_name() {
     let space = free_space(&WORKINGS, 0.0);
     let ground = PlanningSpace {
         search: &space,
