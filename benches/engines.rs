@@ -1,5 +1,4 @@
-//! One decision on each engine, at a few sampling densities; many at once; the first of all; and the distance field
-//! that they rest on.
+//! Times one decision on each engine at several sampling densities, batches, opening an engine, and the distance field.
 
 use std::hint::black_box;
 
@@ -52,7 +51,7 @@ fn batches(criterion: &mut Criterion) {
     let field = roadway_field();
     let mut engines = open_all_engines(2, |_| ()).expect("two threads");
     for count in [1, 8, 64, 256] {
-        // All alike, so that only the number of them makes a difference.
+        // All equal, so that only their number makes a difference.
         let problem = roadway(speeds, turns).problem(&field, 50);
         let problems = vec![QuantizedProblem::new(&problem).expect("within the ranges"); count];
         let name = format!("batch of {count}, {} x {STEPS} each", speeds * turns);
@@ -72,7 +71,7 @@ fn batches(criterion: &mut Criterion) {
     }
 }
 
-/// What a program waits for that opens an engine to take one decision. An engine already open is that of `decisions`.
+/// The time from opening an engine to its first decision. `decisions` times an engine that is open.
 fn cold_starts(criterion: &mut Criterion) {
     let field = roadway_field();
     let problem = roadway(20, 40).problem(&field, 0);

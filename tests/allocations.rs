@@ -1,7 +1,7 @@
-//! A decision allocates nothing once the engine and the planner are warm: counted in the whole process, so in the
-//! engine's threads as well.
+//! A decision allocates nothing once engine and planner are warm. The count covers the whole process, with the engine's
+//! threads.
 //!
-//! The trials run one after the other in the main thread: whatever another test allocated would be counted too.
+//! The trials run one after the other in the main thread, because the allocations of a parallel test would count too.
 
 use std::alloc::System;
 use std::hint::black_box;
@@ -27,29 +27,29 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static COUNTED: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Decisions of a lap, each another than the one before. The first lap is the warm-up: the engine's lists have grown to
-/// what the hardest of its decisions needs.
+/// Number of different decisions of a lap. The first lap is the warm-up: it grows the engine's lists to the size of the
+/// most demanding decision.
 const LAP: usize = 40;
 
 fn main() -> ExitCode {
     let arguments = Arguments {
-        // One thread of the harness is the main thread itself, so nothing else of it runs beside a trial.
+        // With one thread the harness uses the main thread, so it allocates nothing during a trial.
         test_threads: Some(1),
         ..Arguments::from_args()
     };
     let trials = vec![
-        Trial::test("the_same_decision_again_allocates_nothing", same_again),
-        Trial::test("harder_decisions_allocate_nothing", harder_decisions),
-        Trial::test("a_warm_planner_allocates_nothing", warm_planners),
-        Trial::test("preparing_again_allocates_nothing", preparing_again),
-        Trial::test("a_warm_searcher_allocates_nothing", warm_searchers),
-        Trial::test("a_warm_localizer_allocates_nothing", warm_localizers),
-        Trial::test("what_allocates_is_counted", what_allocates_is_counted),
+        Trial::test("repeated_decision_allocates_nothing", same_again),
+        Trial::test("larger_decisions_allocate_nothing", larger_decisions),
+        Trial::test("warm_planner_allocates_nothing", warm_planners),
+        Trial::test("quantizing_again_allocates_nothing", quantizing_again),
+        Trial::test("warm_searcher_allocates_nothing", warm_searchers),
+        Trial::test("warm_localizer_allocates_nothing", warm_localizers),
+        Trial::test("allocations_are_counted", allocations_are_counted),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
-/// Allocations, of new memory or of more, while something is done.
+/// Counts the allocations and reallocations of a call.
 fn allocations(act: impl FnOnce()) -> usize {
     let region = Region::new(COUNTED);
     act();
@@ -57,7 +57,7 @@ fn allocations(act: impl FnOnce()) -> usize {
     change.allocations + change.reallocations
 }
 
-/// A name and the problem at each tick.
+/// Name, and the problem at each tick.
 type Scene = (&'static str, fn(&Arc<ClearanceField>, usize) -> Problem);
 
 const SCENES: [Scene; 5] = [
@@ -99,7 +99,7 @@ const SCENES: [Scene; 5] = [
     }),
 ];
 
-/// Does something with an engine of each kind in each scene; fails where it allocates.
+/// Runs a check with an engine of each kind in each scene; fails if it allocates.
 fn in_every_scene(
     count: impl Fn(&mut CpuEngine, &[QuantizedProblem]) -> Result<usize, Failed>,
 ) -> Result<(), Failed> {
@@ -132,14 +132,14 @@ fn same_again() -> Result<(), Failed> {
     })
 }
 
-fn harder_decisions() -> Result<(), Failed> {
+fn larger_decisions() -> Result<(), Failed> {
     in_every_scene(|engine, lap| {
         decide(engine, &lap[..2])?;
         decide(engine, &lap[2..])
     })
 }
 
-/// Takes decisions; the allocations meanwhile.
+/// Takes decisions and counts their allocations.
 fn decide(engine: &mut CpuEngine, problems: &[QuantizedProblem]) -> Result<usize, Failed> {
     let mut failed = None;
     let count = allocations(|| {
@@ -167,7 +167,7 @@ fn warm_planners() -> Result<(), Failed> {
         field: &field,
         pose: Pose::new(6.5 + 0.01 * tick as f64, 9.6, 0.0),
         twist: Twist::new(0.5, 0.0),
-        // Fewer at times: the memory must be kept nonetheless.
+        // Sometimes fewer obstacles: the memory must be kept.
         obstacles: &walkers[tick % 3..],
         target: Point::new(11.5, 10.2),
         key_node: Point::new(11.5, 10.2),
@@ -198,7 +198,7 @@ fn warm_planners() -> Result<(), Failed> {
     Ok(())
 }
 
-fn preparing_again() -> Result<(), Failed> {
+fn quantizing_again() -> Result<(), Failed> {
     let field = roadway_field();
     for (scene, problem) in SCENES {
         let (first, second) = (problem(&field, 0), problem(&field, 1));
@@ -207,7 +207,7 @@ fn preparing_again() -> Result<(), Failed> {
         let first = quantized.ok_or("within the ranges")?;
         let mut quantized = None;
         let again = allocations(|| quantized = first.requantized(&second).ok());
-        // A list for each of speeds, turns and discs, and one of people where there are any.
+        // One list each for forward speeds, turn rates and discs, and one for obstacles if there are any.
         let lists = if second.obstacles.is_empty() { 3 } else { 4 };
         if (anew, again) != (lists, 0) {
             return Err(format!("{scene}: {anew} allocations, and {again} again").into());
@@ -256,7 +256,7 @@ fn warm_searchers() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Revolutions of a robot that drives and knows where it is.
+/// Scans of a robot that drives with a known pose.
 fn warm_localizers() -> Result<(), Failed> {
     let scene = roadway();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
@@ -293,8 +293,8 @@ fn warm_localizers() -> Result<(), Failed> {
     Ok(())
 }
 
-/// The counter counts: memory of this thread and of others, and what a decision allocates for its samples.
-fn what_allocates_is_counted() -> Result<(), Failed> {
+/// The counter works: for memory of this thread, of other threads, and of a decision with its samples.
+fn allocations_are_counted() -> Result<(), Failed> {
     let field = roadway_field();
     let problem = QuantizedProblem::new(&Roadway::default().problem(&field, 0))?;
     let mut engine = CpuEngine::with_threads(2)?;

@@ -1,8 +1,8 @@
-//! How far the CPU engine is from the limit of the machine, and from what robots have today, for the same decisions.
+//! Compares the CPU engine with the limit of the machine and with a conventional DWA, for the same decisions.
 //!
-//! The limit is [`GatherBaseline`]: each step of each sample reads one entry of the field for each disc, and nothing else is
-//! done. What robots have is [`PointDwa`]. Answers are checked before anything is timed. Figures of a shared machine
-//! swing, so the ratios printed after each group come from runs of both sides in turn.
+//! The limit is [`GatherBaseline`]: each step of each sample reads one entry of the field per disc, and nothing else.
+//! The conventional planner is [`PointDwa`]. Answers are checked before anything is timed. Times on a shared machine
+//! vary, so the ratios after each group come from alternating runs of both sides.
 
 mod point_dwa;
 
@@ -26,21 +26,21 @@ use rand_pcg::Pcg64Mcg;
 
 /// The robot is midway along its stretch of the drift.
 const TICK: usize = 50;
-/// The yardstick reads whole blocks of this many cells.
+/// The baseline reads whole blocks of this many cells.
 const BLOCK: usize = 64;
-/// Samples of the grid, either way, by which the points' command may be off the engine's: beams leave gaps between
-/// points, and points lie on the faces of cells whose centres the field measures from.
+/// Largest difference of the point planner's command from the engine's, samples per axis: beams leave gaps between
+/// points, and points lie on the faces of cells, while the field measures from their centres.
 const SLACK: u32 = 4;
-/// Pairs of runs behind a ratio, and the time after which fewer must do.
+/// Pairs of runs per ratio, and the time limit for them.
 const PAIRS: (usize, Duration) = (301, Duration::from_millis(700));
-/// The same for the points, whose runs take long.
+/// The same for the point planner, whose runs take long.
 const FEW_PAIRS: (usize, Duration) = (3, Duration::from_millis(600));
 
-/// A decision, and everything that is timed on it.
+/// A decision and everything that is timed on it.
 struct Scene {
     roadway: Roadway,
     field: Arc<ClearanceField>,
-    /// What the engine must look up, for each disc.
+    /// Cells that the engine must look up, for each disc.
     cells: Vec<i32>,
     points: PointDwa,
 }
@@ -71,7 +71,7 @@ impl Scene {
         )
     }
 
-    /// A whole decision as a caller has it: from the situation to the answer.
+    /// A whole decision for a caller: from the input to the answer.
     fn decide(&self, engine: &mut CpuEngine) -> Evaluation {
         let problem = self.roadway.problem(&self.field, TICK);
         let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
@@ -79,7 +79,8 @@ impl Scene {
         evaluation.expect("a CPU answers")
     }
 
-    /// All engines give one answer, all yardsticks read the same, and the points lead to nearly the same command.
+    /// Checks that all engines give one answer, all baselines read the same entry, and the point planner nearly the
+    /// same command.
     fn check(&self, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherBaseline)]) {
         let units = self.field.units();
         let least = self
@@ -115,7 +116,7 @@ impl Scene {
     }
 }
 
-/// The same decision for points as a lidar of 360 beams without noise sees the walls.
+/// The same decision for points, as a lidar of 360 beams without noise measures the walls.
 fn as_points(roadway: &Roadway, field: &Arc<ClearanceField>, world: &World) -> PointDwa {
     let problem = roadway.problem(field, TICK);
     let lidar = Lidar {
@@ -175,7 +176,7 @@ fn scenes() -> Vec<Scene> {
         .into()
 }
 
-/// One thread with each set of instructions here, then two with the best.
+/// One thread with each instruction set, then two with the fastest.
 fn engines() -> Vec<CpuEngine> {
     let here = InstructionSet::ALL
         .into_iter()
@@ -266,13 +267,13 @@ fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], yardsticks: &[(&str, G
     }
 }
 
-/// How many times as long the one takes as the other, done in turn, and how often they were.
+/// Ratio of the times of two functions, in alternating runs, and the number of pairs.
 fn median_ratio(
     (most, patience): (usize, Duration),
     mut one: impl FnMut(),
     mut other: impl FnMut(),
 ) -> (f64, usize) {
-    // Both once without a look at the clock: caches and threads are warm then.
+    // Both once without timing: caches and threads are warm then.
     other();
     let mut ratios = Vec::new();
     let start = Instant::now();

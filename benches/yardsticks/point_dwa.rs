@@ -1,5 +1,5 @@
-//! What a robot has today: the dynamic window approach on a lidar's points in f64, written from the paper (eqs. 27 to 35)
-//! without a line of the engines' code.
+//! A conventional dynamic window approach on lidar points in f64, from the paper (eqs. 27 to 35), without the engines'
+//! code.
 //!
 //! Each pose of each sample is measured against each point. It is neither slowed down nor tuned.
 
@@ -9,36 +9,36 @@ use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::MovingDisc;
 use inbye::robot::Disc;
 
-/// What it decides on.
+/// Inputs of a decision.
 pub struct PointDwa {
-    /// Where the lidar's beams ended, map frame.
+    /// End points of the lidar's beams, map frame.
     pub points: Vec<Point>,
-    /// People, each met at the time of the step.
+    /// People; each step uses their predicted positions.
     pub people: Vec<MovingDisc>,
     pub discs: Vec<Disc>,
     pub pose: Pose,
-    /// Every velocity to try, in the engines' order.
+    /// The sampled velocities, in the engines' order.
     pub velocities: Vec<Twist>,
     pub steps: u32,
     pub step_s: f64,
     pub max_clearance_m: f64,
-    /// Braking along the path and of the turn.
+    /// Deceleration along the path and angular deceleration.
     pub braking: [f64; 2],
     pub target: Point,
     pub key_node: Point,
-    /// Of heading, clearance, velocity and path.
+    /// Weights of heading, clearance, velocity and path.
     pub weights: [f64; 4],
 }
 
 impl PointDwa {
-    /// The index of the best velocity; none when all touch something or cannot stop.
+    /// The index of the best velocity; `None` if every one collides or cannot stop.
     pub fn choose(&self) -> Option<usize> {
         let terms: Vec<Option<[f64; 4]>> = self
             .velocities
             .iter()
             .map(|velocity| self.terms(velocity))
             .collect();
-        // Eq. 33: each term over its sum.
+        // Eq. 33: each term divided by its sum.
         let mut sums = [0.0; 4];
         for terms in terms.iter().flatten() {
             for (sum, term) in sums.iter_mut().zip(terms) {
@@ -46,7 +46,7 @@ impl PointDwa {
             }
         }
         let [heading, clearance, velocity, path] = self.weights;
-        // Less is better of the path's term alone.
+        // For the path term less is better.
         let weights = [heading, clearance, velocity, -path];
         let score = |terms: &[f64; 4]| {
             let mut score = 0.0;
@@ -101,7 +101,7 @@ impl PointDwa {
         ])
     }
 
-    /// The gap at a pose and a time, metres.
+    /// Clearance at a pose and a time, metres.
     fn clearance(&self, pose: &Pose, time_s: f64) -> f64 {
         let (sin, cos) = turned(pose.yaw);
         let mut least = f64::INFINITY;

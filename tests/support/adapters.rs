@@ -1,10 +1,11 @@
-//! Which adapters a test runs on, and what becomes of it where there is none.
+//! Selects the adapters of a test.
 //!
-//! A GPU test runs once for each adapter present. With none it is *ignored, with the reason*: never passed. Where an
-//! adapter must be there, as in continuous integration, `INBYE_REQUIRE` names it, and each GPU test fails without it:
+//! A GPU test runs once per adapter of the machine. Without an adapter it is *ignored with the reason*, never passed.
+//! `INBYE_REQUIRE` names the adapters that must exist, for example in continuous integration; each GPU test fails
+//! without them:
 //!
 //! ```text
-//! INBYE_REQUIRE=lavapipe,swiftshader cargo test --test engine_parity
+//! INBYE_REQUIRE=lavapipe,swiftshader cargo test --test conditional engine
 //! ```
 
 use std::sync::Arc;
@@ -17,11 +18,10 @@ use super::requirements::{VARIABLE, required};
 /// A test of one adapter.
 pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
 
-/// Not adapters: the tests of the map loaders, in a browser, against Cyclone DDS and on Ray read the same variable for what
-/// they require.
+/// Words of `INBYE_REQUIRE` that are not adapters: other tests read the same variable.
 const OTHERS: [&str; 4] = ["python", "chromium", "cyclonedds", "ray"];
 
-/// What an adapter's name contains when it is the one required. Any other word stands for itself.
+/// The part of an adapter's name that identifies a required adapter. Other words are used as they are.
 fn part_of_name(required: &str) -> &str {
     match required {
         "lavapipe" => "llvmpipe",
@@ -30,7 +30,7 @@ fn part_of_name(required: &str) -> &str {
     }
 }
 
-/// A trial for each test and adapter: those present, and those required and missing.
+/// One trial per test and adapter: existing ones, and required ones that are missing.
 pub fn trials(tests: &[(&'static str, GpuTest)]) -> Vec<Trial> {
     let adapters: Vec<Arc<Adapter>> = adapters().into_iter().map(Arc::new).collect();
     let missing = missing(&adapters);
@@ -54,7 +54,7 @@ pub fn trials(tests: &[(&'static str, GpuTest)]) -> Vec<Trial> {
     trials
 }
 
-/// The adapters required but missing, each with what to say of it.
+/// The required adapters that are missing, each with a message.
 fn missing(adapters: &[Arc<Adapter>]) -> Vec<(String, String)> {
     let names: Vec<&str> = adapters
         .iter()

@@ -1,5 +1,5 @@
-//! Whatever problem: the engine is close to the oracle, and every set of instructions returns the bits of the scalar
-//! reference. A problem that fails is shrunk to the smallest that still does.
+//! Property tests over arbitrary problems: the engine is close to the oracle, and every instruction set returns the
+//! bits of the scalar reference. A failing problem is shrunk to the smallest one that still fails.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ use super::scenes::Scene;
 /// Side of the field, cells.
 const SIDE: i32 = 160;
 
-/// Runs a property over problems that are the same in every run.
+/// Tests a property over the same problems in every run.
 fn for_any_scene(cases: u32, property: impl Fn(Scene) -> Result<(), TestCaseError>) {
     let config = Config {
         cases,
@@ -101,7 +101,7 @@ fn grid() -> impl Strategy<Value = (f64, Vec<Cell>)> {
     )
 }
 
-/// Start as shares of the field with a heading, window, and horizon.
+/// Start as fractions of the field with a heading, window and horizon.
 fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64)> {
     let axis = |least: f64, most: f64, width: f64, count: u32| {
         let range = (least..most, 0.0..width, 1..=count);
@@ -124,7 +124,7 @@ fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64)> {
     )
 }
 
-/// Discs of the robot; moving obstacles as shares of the field, radius and velocity.
+/// Discs of the robot; moving obstacles as fractions of the field, with radius and velocity.
 fn body() -> impl Strategy<Value = (Footprint, Vec<[f64; 5]>)> {
     let disc = (-0.4..0.4, -0.3..0.3, 0.02..0.25);
     let disc = disc.prop_map(|(x, y, radius)| Disc { x, y, radius });
@@ -154,7 +154,7 @@ fn judging() -> impl Strategy<Value = Judging> {
 }
 
 #[test]
-fn every_set_of_instructions_returns_the_bits_of_the_reference() {
+fn every_instruction_set_returns_the_bits_of_the_reference() {
     for_any_scene(400, |scene| {
         let problem =
             QuantizedProblem::new(&scene.problem).map_err(|error| fail(&error.to_string()))?;
@@ -180,7 +180,7 @@ fn every_set_of_instructions_returns_the_bits_of_the_reference() {
 }
 
 #[test]
-fn the_reference_is_close_to_the_oracle() {
+fn reference_is_close_to_the_oracle() {
     for_any_scene(60, |scene| {
         let mut worst = Worst::default();
         compare(&scene, "any problem", Fault::No, &mut worst);
@@ -191,10 +191,10 @@ fn the_reference_is_close_to_the_oracle() {
     });
 }
 
-/// A mistake in the oracle must be found, and named by the smallest problem that shows it.
+/// A fault in the oracle must be found, and reported with the smallest problem that shows it.
 #[test]
 #[should_panic(expected = "minimal failing input")]
-fn an_oracle_with_a_mistake_is_caught() {
+fn oracle_with_a_fault_is_reported() {
     for_any_scene(60, |scene| {
         let mut worst = Worst::default();
         compare(&scene, "any problem", Fault::TurnsFirst, &mut worst);

@@ -1,4 +1,4 @@
-//! Batches on each adapter: many problems in one submission return the bits of the CPU, one at a time.
+//! Batches on each adapter: many problems in one submission return the bits of the CPU engine, one at a time.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use libtest_mimic::Failed;
 
 use super::extremes::{extremes, field, footprint, plain};
 
-/// Random problems; every third robot is where the one before it is, in the same world.
+/// Random problems; every third robot has the pose and the world of the one before it.
 fn problems(seed: u64, count: u64) -> Result<Vec<QuantizedProblem>, Failed> {
     let mut problems = Vec::new();
     let mut neighbour = random_problem(seed, 0);
@@ -24,7 +24,7 @@ fn problems(seed: u64, count: u64) -> Result<Vec<QuantizedProblem>, Failed> {
             key_node: neighbour.key_node,
             ..own.clone()
         };
-        // Its window may be too wide for that world.
+        // The window may be too wide for that world.
         let shared = (case % 3 == 2).then(|| QuantizedProblem::new(&beside).ok());
         problems.push(match shared.flatten() {
             Some(shared) => shared,
@@ -35,14 +35,14 @@ fn problems(seed: u64, count: u64) -> Result<Vec<QuantizedProblem>, Failed> {
     Ok(problems)
 }
 
-/// The answers of the CPU, one at a time.
+/// The answers of the CPU engine, one at a time.
 fn expected(problems: &[QuantizedProblem], detail: Detail) -> Result<Vec<Evaluation>, Failed> {
     let mut engine = CpuEngine::single_threaded();
     let one = |problem| Ok(engine.evaluate(problem, detail)?);
     problems.iter().map(one).collect()
 }
 
-/// What the answers to a batch differ in from those expected.
+/// Describes how the answers to a batch differ from the expected ones.
 fn differences(expected: &[Evaluation], found: &[Evaluation]) -> Option<String> {
     if expected.len() != found.len() {
         return Some(format!("{} answers, not {}", found.len(), expected.len()));
@@ -52,7 +52,7 @@ fn differences(expected: &[Evaluation], found: &[Evaluation]) -> Option<String> 
         compare(expected, found, |what, expected, found| {
             first.get_or_insert(format!("problem {index}, {what}: {found}, not {expected}"));
         });
-        // The comparison and equality are two readings of the same promise.
+        // Checks the comparison against equality.
         if expected != found {
             first.get_or_insert(format!("problem {index}: unequal, yet nothing differs"));
         }
@@ -60,7 +60,7 @@ fn differences(expected: &[Evaluation], found: &[Evaluation]) -> Option<String> 
     first
 }
 
-/// Puts a batch to an engine that has answered others before, with samples and without.
+/// Evaluates a batch with and without samples, on an engine with earlier answers.
 fn same(engine: &mut dyn Engine, name: &str, problems: &[QuantizedProblem]) -> Result<(), Failed> {
     for detail in [Detail::Samples, Detail::Answer] {
         let found = engine.evaluate_batch(problems, detail)?;
@@ -72,7 +72,7 @@ fn same(engine: &mut dyn Engine, name: &str, problems: &[QuantizedProblem]) -> R
     Ok(())
 }
 
-/// Batches of random problems one after another, each from a first problem on and so many.
+/// Batches of random problems, each given by its first problem and its length.
 pub fn random_batches(
     engine: &mut dyn Engine,
     seed: u64,
@@ -87,7 +87,7 @@ pub fn random_batches(
     Ok(())
 }
 
-/// Batches that grow and shrink, the longest of them more than one submission.
+/// Batches that grow and shrink; the longest needs several submissions.
 pub fn growth(adapter: &Adapter) -> Result<(), Failed> {
     let batches = [
         (0, 1),
@@ -103,7 +103,7 @@ pub fn growth(adapter: &Adapter) -> Result<(), Failed> {
     random_batches(&mut GpuEngine::new(adapter)?, 44, &batches)
 }
 
-/// Worlds that come, go and stay, of odd and even numbers of cells, beside one another.
+/// Fields that appear, disappear and stay, with odd and even numbers of cells.
 pub fn fields(adapter: &Adapter) -> Result<(), Failed> {
     let all = problems(45, 24)?;
     let engine = &mut GpuEngine::new(adapter)?;
@@ -127,7 +127,7 @@ pub fn fields(adapter: &Adapter) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Worlds of 1.3 MB, of which the device's first memory holds only one: others must give way, and come back.
+/// Fields of 1.3 MB: the first buffer holds only one, so fields must be replaced and uploaded again.
 pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
     let beside = |column| {
         QuantizedProblem::new(&Problem {
@@ -157,7 +157,7 @@ pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
     Ok(())
 }
 
-/// A problem that its adapter cannot take alone is refused in a batch as well, and spoils none after it.
+/// A problem that the adapter rejects alone is rejected in a batch too, and later batches work.
 pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
     let engine = &mut GpuEngine::new(adapter)?;
     let easy = QuantizedProblem::new(&plain())?;
@@ -172,7 +172,7 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
             },
         }
     }
-    // At the end of the longest batch, where a workgroup takes most turns of a loop to find its problem.
+    // At the end of the longest batch: finding the problem takes the most loop iterations there.
     let crowd = extremes()
         .into_iter()
         .find(|(what, _)| what.starts_with("as many moving obstacles"));
@@ -180,7 +180,7 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
     let mut longest = vec![easy.clone(); 256];
     longest[255] = QuantizedProblem::new(&crowd)?;
     same(engine, what, &longest)?;
-    // 4.8 GB of tables: more than an adapter binds.
+    // 4.8 GB of tables: more than an adapter can bind.
     let axis = |count| Axis {
         low: -0.5,
         high: 0.5,
@@ -208,10 +208,10 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
     same(engine, "after refusals", &[easy.clone(), easy])
 }
 
-/// What was done to an adapter's answers.
+/// Name and falsification of an adapter's answers.
 type Falsification = (&'static str, fn(&mut Vec<Evaluation>));
 
-/// A mistake in one of many answers must not pass for the CPU's.
+/// A fault in one of many answers must be reported.
 pub fn falsified(adapter: &Adapter) -> Result<(), Failed> {
     const FALSIFICATIONS: [Falsification; 6] = [
         ("two answers swapped", |found| found.swap(3, 4)),

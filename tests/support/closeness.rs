@@ -1,4 +1,4 @@
-//! How far the engines' integers are from the oracle's real numbers, and whether that is near enough.
+//! Measures the distance of the engines' integers from the oracle's real numbers and checks it.
 
 use core::f64::consts::PI;
 use core::fmt;
@@ -8,60 +8,60 @@ use inbye::local::{
     CpuEngine, Detail, Engine, Evaluation, Problem, QuantizedProblem, SampleRecord, SampleStatus,
 };
 
-use super::naive::{Fault, Lean, Meeting, Oracle, Terms, Trajectory};
+use super::naive::{DiscClearance, Fault, Lean, Oracle, Terms, Trajectory};
 use super::scenes::Scene;
 
-/// Rounding of positions and clearances, metres.
+/// Tolerance of positions and clearances, metres.
 pub const LENGTH_M: f64 = 1e-3;
-/// Half the diagonal of a cell, in cell sides: a clearance is read from the cell that a centre lies in.
+/// Half the diagonal of a cell, in cell sides: a clearance is read from the cell of a centre.
 pub const HALF_DIAGONAL: f64 = 0.7072;
-/// Of the heading term, radians: a hundredth of a degree.
+/// Tolerance of the heading term, radians: 0.01 degree.
 pub const HEADING_RAD: f64 = 0.01 * PI / 180.0;
-/// Headings are compared where the end is this far from the target, metres.
+/// Smallest distance of the final position from the target at which headings are compared, metres.
 pub const HEADING_FROM_M: f64 = 0.5;
-/// Of the path term, metres.
+/// Tolerance of the path term, metres.
 pub const PATH_M: f64 = 2e-3;
-/// A speed is stored in steps of this, m/s.
+/// Resolution of a stored speed, m/s.
 pub const SPEED_STEP: f64 = 1.0 / 1_048_576.0;
-/// What the chosen sample may score below the best, on the oracle's terms.
+/// Largest difference of the winner's score from the best, on the oracle's terms.
 pub const LOSS: f64 = 1e-4;
-/// That holds where each weighted term is divided by at least this (rad, m, m/s, m); below, rounding is a large part
-/// of the term itself.
+/// This bound holds if each weighted term is divided by at least this (rad, m, m/s, m). Below it, rounding is a large
+/// part of the term.
 pub const SCALES: [f64; 4] = [0.05, 0.25, 0.001, 0.05];
-/// What a score may be off for the terms it was made of, whatever they are.
+/// Largest error of a score for given terms.
 pub const SCORE: f64 = 1e-8;
 
-/// The largest errors met, and how much was compared.
+/// The largest errors so far, and the number of comparisons.
 #[derive(Debug, Default)]
 pub struct Worst {
     pub scenes: u32,
     pub samples: u32,
     pub admissible: u32,
-    /// Samples whose reason lies within the tolerances.
+    /// Samples whose status depends on the tolerances.
     pub undecided: u32,
-    /// Of the final position, metres.
+    /// Error of the final position, metres.
     pub end_m: f64,
-    /// Of the clearance in scenes with blocked cells, in half diagonals of a cell.
+    /// Error of the clearance in scenes with blocked cells, in half diagonals of a cell.
     pub still_half_diagonals: f64,
-    /// Of the clearance in scenes without blocked cells, metres.
+    /// Error of the clearance in scenes without blocked cells, metres.
     pub moving_m: f64,
     pub heading_rad: f64,
     pub path_m: f64,
     pub velocity: f64,
-    /// Of the winner's score, for the terms that the engine gave.
+    /// Error of the winner's score, for the terms of the engine.
     pub score: f64,
-    /// What the chosen sample scores below the best, on the oracle's terms.
+    /// Difference of the winner's score from the best, on the oracle's terms.
     pub loss: f64,
-    /// Scenes where a term is divided by less than [`SCALES`].
+    /// Scenes in which a term is divided by less than [`SCALES`].
     pub badly_scaled: u32,
-    /// The same loss there, where no bound is promised.
+    /// The same difference in those scenes, where no bound is promised.
     pub loss_badly_scaled: f64,
-    /// What was out of bounds.
+    /// Values out of bounds.
     pub failures: Vec<String>,
 }
 
 impl Worst {
-    /// Panics when anything was out of bounds, with the first few.
+    /// Panics if any value is out of bounds, with the first few.
     pub fn assert_within_bounds(&self) {
         let first: Vec<&str> = self.failures.iter().take(8).map(String::as_str).collect();
         let count = self.failures.len();
@@ -110,7 +110,7 @@ impl fmt::Display for Worst {
     }
 }
 
-/// Compares one scene, and adds what was found to the worst so far.
+/// Compares one scene and updates the largest errors.
 pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
     let problem = &scene.problem;
     let quantized = match QuantizedProblem::new(problem) {
@@ -147,7 +147,7 @@ pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
     comparison.winner(&evaluation, records, &theirs);
 }
 
-/// Final positions from the start, metres in the grid's frame, as the engines have them.
+/// Final positions of the engines relative to the start, metres in the grid's frame.
 fn ends(quantized: &QuantizedProblem) -> Vec<[f64; 2]> {
     let fine_m = quantized.field.unit_m() / 16.0;
     let mut table = vec![0; rollout::table_words(&quantized.header)];
@@ -162,7 +162,7 @@ fn ends(quantized: &QuantizedProblem) -> Vec<[f64; 2]> {
     ends
 }
 
-/// From certain contact to admissible: what leans towards a sample never moves it back in this order.
+/// Statuses from certain contact to admissible: leaning towards a sample never moves its status back in this order.
 const fn rank(reason: SampleStatus) -> u32 {
     match reason {
         SampleStatus::Collision => 0,
@@ -183,7 +183,7 @@ struct Comparison<'a> {
 
 impl Comparison<'_> {
     fn check(&mut self, what: &str, index: usize, error: f64, bound: f64) {
-        // Asked this way round, a NaN is not within.
+        // Written so that a NaN counts as out of bounds.
         let within = error <= bound;
         if !within {
             self.fail(
@@ -206,7 +206,7 @@ impl Comparison<'_> {
         self.check("end", index, error, LENGTH_M);
     }
 
-    /// Compares a sample; gives the oracle's terms where the engine admits it.
+    /// Compares a sample; returns the oracle's terms if the engine admits it.
     fn sample(
         &mut self,
         index: usize,
@@ -236,8 +236,8 @@ impl Comparison<'_> {
         Some(terms)
     }
 
-    /// Compares the clearance; gives the oracle's own, read by cells: where rounding leaves the cell or the number of
-    /// free steps open, what is nearest to the engine's.
+    /// Compares the clearance and returns the oracle's, read by cells. Where rounding leaves the cell or the number of
+    /// free steps open, it returns the value nearest to the engine's.
     fn clearance(
         &mut self,
         index: usize,
@@ -251,8 +251,8 @@ impl Comparison<'_> {
         let upper = self.oracle.clearance(trajectory, fewest, Lean::Towards);
         let off = (lower - found).max(found - upper);
         self.check("clearance by cells, beyond rounding,", index, off, 0.0);
-        // On the grid's very border, rounding decides whether its cells count at all.
-        let on_border = |disc: &Meeting| disc.inside.abs() < LENGTH_M;
+        // On the border of the grid, rounding decides whether its cells count.
+        let on_border = |disc: &DiscClearance| disc.inside.abs() < LENGTH_M;
         if fewest == most && !trajectory.steps.iter().flatten().any(on_border) {
             let error = (found - self.oracle.clearance(trajectory, fewest, Lean::Not)).abs();
             if self.alone {
@@ -286,7 +286,7 @@ impl Comparison<'_> {
         self.check("path", index, error, PATH_M);
         let error = (found.velocity - terms.velocity).abs();
         raise(&mut self.worst.velocity, error);
-        // Half a step, and f64's own rounding.
+        // Half a step, and the rounding of f64.
         self.check("velocity", index, error, SPEED_STEP * 0.500_001);
     }
 
@@ -314,7 +314,7 @@ impl Comparison<'_> {
             .map(|record| in_si(self.problem, record))
             .collect();
         if ours.len() != theirs.len() {
-            // A failure noted above; the scores have nothing to say then.
+            // Recorded as a failure above; the scores cannot be compared then.
             return;
         }
         let scores = self.oracle.scores(&ours);
@@ -349,12 +349,12 @@ fn raise(worst: &mut f64, error: f64) {
     *worst = worst.max(error);
 }
 
-/// How far a sample's score is below the best.
+/// Difference of a sample's score from the best.
 fn loss(scores: &[f64], place: usize) -> f64 {
     scores.iter().copied().fold(f64::NEG_INFINITY, f64::max) - scores[place]
 }
 
-/// A record's terms in radians, metres and metres per second.
+/// The terms of a record in radians, metres and metres per second.
 fn in_si(problem: &Problem, record: &SampleRecord) -> Terms {
     let unit_m = problem.field.unit_m();
     Terms {

@@ -1,4 +1,5 @@
-//! What needs no adapter: threads, the pinned digest, and mistakes that the comparison must notice.
+//! Parity tests without an adapter: threads, instruction sets, the pinned digest, and faults that the comparison must
+//! report.
 
 use inbye::bench::{Difference, GOLDEN_DIGEST, compare, random_problem, verify, verify_golden};
 use inbye::local::{
@@ -14,12 +15,15 @@ use super::operations::{OPERATIONS, cases, differences};
 pub fn trials() -> Vec<Trial> {
     vec![
         Trial::test("threads_change_no_bit", threads_change_no_bit),
-        Trial::test("instructions_change_no_bit", instructions_change_no_bit),
-        Trial::test("many_speeds_change_no_bit", many_speeds_change_no_bit),
-        Trial::test("the_digest_is_the_pinned_one", the_digest_is_the_pinned_one),
+        Trial::test(
+            "instruction_sets_change_no_bit",
+            instruction_sets_change_no_bit,
+        ),
+        Trial::test("step_pruning_changes_no_bit", step_pruning_changes_no_bit),
+        Trial::test("digest_equals_the_pinned_one", digest_equals_the_pinned_one),
         Trial::test("one_flipped_bit_is_reported", one_flipped_bit_is_reported),
         Trial::test(
-            "a_flipped_bit_of_an_operation_is_reported",
+            "one_flipped_bit_of_an_operation_is_reported",
             a_flipped_bit_of_an_operation,
         ),
     ]
@@ -33,8 +37,8 @@ fn threads_change_no_bit() -> Result<(), Failed> {
     agree(&mut engines, 200, 31)
 }
 
-/// An engine for each set of instructions that is here, the scalar reference first.
-fn all_instructions() -> Result<Vec<Box<dyn Engine>>, Failed> {
+/// One engine per available instruction set, the scalar reference first.
+fn all_instruction_sets() -> Result<Vec<Box<dyn Engine>>, Failed> {
     let mut engines: Vec<Box<dyn Engine>> = Vec::new();
     for instructions in InstructionSet::ALL {
         if instructions.is_available() {
@@ -44,13 +48,13 @@ fn all_instructions() -> Result<Vec<Box<dyn Engine>>, Failed> {
     Ok(engines)
 }
 
-fn instructions_change_no_bit() -> Result<(), Failed> {
-    agree(&mut all_instructions()?, 600, 32)
+fn instruction_sets_change_no_bit() -> Result<(), Failed> {
+    agree(&mut all_instruction_sets()?, 600, 32)
 }
 
-/// Rows of several chunks and vectors, most of which stay on the field: there steps are left out.
-fn many_speeds_change_no_bit() -> Result<(), Failed> {
-    let mut engines = all_instructions()?;
+/// Rows of several chunks and vectors, most of which stay on the field: step pruning applies.
+fn step_pruning_changes_no_bit() -> Result<(), Failed> {
+    let mut engines = all_instruction_sets()?;
     let rng = &mut Pcg64Mcg::seed_from_u64(35);
     let mut admissible = 0;
     for case in 0..400 {
@@ -61,7 +65,7 @@ fn many_speeds_change_no_bit() -> Result<(), Failed> {
             high: random.window.vx.high * slower,
             count: rng.random_range(1..=400),
         };
-        // In every other case the turn rates are many and near to one another, so that rows share a tile.
+        // In every other case there are many close turn rates, so that rows share a tile.
         let axis = random.window.vtheta;
         let angular = if case % 2 == 0 {
             Axis {
@@ -101,11 +105,11 @@ fn many_speeds_change_no_bit() -> Result<(), Failed> {
     Ok(())
 }
 
-fn the_digest_is_the_pinned_one() -> Result<(), Failed> {
+fn digest_equals_the_pinned_one() -> Result<(), Failed> {
     golden(Box::new(CpuEngine::single_threaded()))
 }
 
-/// Holds an engine's digest against the pinned one.
+/// Compares an engine's digest with the pinned one.
 pub fn golden(engine: Box<dyn Engine>) -> Result<(), Failed> {
     let verification = verify_golden(&mut [engine])?;
     match verification.digests.as_slice() {
@@ -133,7 +137,7 @@ pub fn agree(engines: &mut [Box<dyn Engine>], problems: u64, seed: u64) -> Resul
     .into())
 }
 
-/// A CPU engine whose answer to one problem is falsified.
+/// A CPU engine that falsifies the answer to one problem.
 struct Falsified {
     inner: CpuEngine,
     asked: u64,
@@ -168,7 +172,7 @@ impl Engine for Falsified {
     }
 }
 
-/// A number of the problem, what falsifies its evaluation, and what must be reported: quantity and flipped bits.
+/// Number of the problem, falsification of its evaluation, and expected report: quantity and flipped bits.
 type Falsification = (fn(&mut Evaluation), &'static str, u64);
 
 const FALSIFICATIONS: [Falsification; 9] = [
@@ -215,7 +219,7 @@ fn winner(evaluation: &mut Evaluation) -> &mut inbye::local::Winner {
     evaluation.winner.as_mut().expect("a problem with a winner")
 }
 
-/// The first problem of the seed that has a winner and more than three samples.
+/// The first problem of the seed with a winner and more than three samples.
 fn case_with_a_winner(seed: u64) -> Result<u64, Failed> {
     for case in 0..100 {
         let problem = QuantizedProblem::new(&random_problem(seed, case))?;

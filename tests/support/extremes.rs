@@ -1,4 +1,4 @@
-//! A plain problem, and problems at the very limits of what is accepted, where an integer would overflow first.
+//! A plain problem, and problems at the limits of the accepted ranges, where an integer would overflow first.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use inbye::local::{
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid};
 use inbye::robot::{Disc, Footprint};
 
-/// Cells of this size have the largest unit of length but for rounding: 0.2441 mm.
+/// Cells of this size have almost the largest unit of length, 0.2441 mm.
 const RESOLUTION_M: f64 = 0.124_99;
 
-/// A square grid with its corner at the map's origin, free but for these cells (column and row).
+/// A square grid with its corner at the map's origin, free except for these cells (column and row).
 pub fn field(side: i32, resolution_m: f64, blocked: &[[i32; 2]]) -> Arc<ClearanceField> {
     let frame = GridFrame {
         width: side,
@@ -27,7 +27,7 @@ pub fn field(side: i32, resolution_m: f64, blocked: &[[i32; 2]]) -> Arc<Clearanc
     Arc::new(ClearanceField::new(&obstacles).expect("a resolution within the range"))
 }
 
-/// One disc, nine samples, five steps, in the middle of a grid of 40 by 40 cells, one of them blocked.
+/// One disc, nine samples and five steps, in the middle of a grid of 40 by 40 cells with one blocked cell.
 pub fn plain() -> Problem {
     Problem {
         field: field(40, RESOLUTION_M, &[[39, 0]]),
@@ -58,14 +58,14 @@ pub fn footprint(discs: &[[f64; 3]]) -> Footprint {
     Footprint::new(discs.iter().map(disc).collect()).expect("at least one disc with a radius")
 }
 
-/// A problem with a name.
+/// Name and problem.
 type Named = (&'static str, Problem);
 
-/// Problems at the limits, each with a name.
+/// Problems at the limits.
 pub fn extremes() -> Vec<Named> {
-    let mut all = long_ways();
+    let mut all = long_distances();
     all.extend(crowds());
-    all.extend(standstills());
+    all.extend(stationary_windows());
     all
 }
 
@@ -73,9 +73,9 @@ fn axis(low: f64, high: f64, count: u32) -> Axis {
     Axis { low, high, count }
 }
 
-/// Forwards and backwards by this much in a step, turning as fast as allowed, whatever is in the way.
-fn fast(metres_a_step: f64, steps: u32, step_s: f64) -> Problem {
-    let (speed, rate) = (metres_a_step / step_s, 1.5 / step_s);
+/// Forwards and backwards by this distance per step, with the fastest allowed turn, ignoring obstacles.
+fn fast(metres_per_step: f64, steps: u32, step_s: f64) -> Problem {
+    let (speed, rate) = (metres_per_step / step_s, 1.5 / step_s);
     Problem {
         window: Window {
             vx: axis(-speed, speed, 7),
@@ -91,7 +91,7 @@ fn fast(metres_a_step: f64, steps: u32, step_s: f64) -> Problem {
     }
 }
 
-fn long_ways() -> Vec<Named> {
+fn long_distances() -> Vec<Named> {
     let unit_m = plain().field.unit_m();
     let longest_m = 262_143.9 * unit_m;
     let far = 32_767.0 * unit_m;
@@ -136,7 +136,7 @@ fn long_ways() -> Vec<Named> {
 
 fn crowds() -> Vec<Named> {
     let unit_m = plain().field.unit_m();
-    // From up to 480 m away, they meet at the robot just after the last step.
+    // From up to 480 m away, they reach the robot just after the last step.
     let body = |index: i32| {
         let from_middle = |place: i32| f64::from(place) - 15.5;
         let (across, along) = (from_middle(index % 32), from_middle(index / 32));
@@ -168,7 +168,7 @@ fn crowds() -> Vec<Named> {
         (
             "greatest clearance",
             Problem {
-                // The plain robot's radius and the obstacle's make up the rest.
+                // The radii of the plain robot and of the obstacle complete the sum.
                 max_clearance_m: 46_329.9 * unit_m - 0.5,
                 obstacles: vec![lone],
                 ..fast(0.05, 40, 0.1)
@@ -177,7 +177,7 @@ fn crowds() -> Vec<Named> {
     ]
 }
 
-fn standstills() -> Vec<Named> {
+fn stationary_windows() -> Vec<Named> {
     let with = |rate: f64| Problem {
         window: Window {
             vx: axis(-rate, rate, 5),

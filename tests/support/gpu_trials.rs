@@ -1,4 +1,4 @@
-//! What runs on each adapter.
+//! Parity tests on each adapter.
 
 use inbye::bench::compare;
 use inbye::geometry::Pose;
@@ -23,42 +23,42 @@ pub const TRIALS: [(&str, GpuTest); 16] = [
         "random_problems_return_the_bits_of_the_cpu",
         random_problems,
     ),
-    ("the_digest_is_the_pinned_one", the_digest),
-    ("problems_of_any_size_follow_one_another", sizes),
-    ("a_field_that_changes_is_noticed", fields),
-    ("the_limits_return_the_bits_of_the_cpu", limits),
-    ("a_lost_device_is_an_error", lost_device),
+    ("digest_equals_the_pinned_one", the_digest),
     (
-        "batches_return_the_bits_of_one_at_a_time",
+        "problems_of_any_size_in_sequence_return_the_bits_of_the_cpu",
+        sizes,
+    ),
+    ("changed_field_is_uploaded", fields),
+    ("problems_at_the_limits_return_the_bits_of_the_cpu", limits),
+    ("lost_device_is_an_error", lost_device),
+    (
+        "batches_return_the_bits_of_single_problems",
         batch_trials::growth,
     ),
     ("batches_share_and_change_fields", batch_trials::fields),
+    ("batches_replace_large_fields", batch_trials::large_fields),
     (
-        "batches_of_large_fields_make_room",
-        batch_trials::large_fields,
-    ),
-    (
-        "a_batch_refuses_what_is_refused_alone",
+        "batch_rejects_a_problem_that_is_rejected_alone",
         batch_trials::refusals,
     ),
     (
-        "a_falsified_answer_of_a_batch_is_noticed",
+        "falsified_answer_of_a_batch_is_reported",
         batch_trials::falsified,
     ),
     (
-        "a_late_answer_is_never_taken_for_a_later_one",
+        "late_answer_is_never_used_for_another_problem",
         loss_trials::late_answers,
     ),
     (
-        "a_device_lost_in_the_middle_is_an_error_or_an_answer",
+        "device_lost_during_a_decision_gives_an_error_or_the_answer",
         loss_trials::lost_in_the_middle,
     ),
     (
-        "a_refused_call_is_an_error_of_its_kind",
+        "rejected_call_is_an_error_of_its_kind",
         loss_trials::refused_calls,
     ),
     (
-        "ten_losses_leave_the_trace_as_it_was",
+        "ten_gpu_failures_do_not_change_the_trace",
         loss_trials::ten_losses,
     ),
 ];
@@ -85,7 +85,7 @@ fn the_digest(adapter: &Adapter) -> Result<(), Failed> {
     golden(Box::new(GpuEngine::new(adapter)?))
 }
 
-/// Puts a problem to an engine that has answered others before, with samples and without.
+/// Evaluates a problem with and without samples, on an engine with earlier answers.
 fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Failed> {
     let problem = QuantizedProblem::new(problem)?;
     for detail in [Detail::Samples, Detail::Answer] {
@@ -97,7 +97,7 @@ fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Fai
             count += 1;
             first.get_or_insert(format!("{what}: {found}, not {expected}"));
         });
-        // The comparison and equality are two readings of the same promise.
+        // Checks the comparison against equality.
         if let Some(first) = first {
             return Err(format!("{name}, {detail:?}: {count} differences, first: {first}").into());
         }
@@ -202,12 +202,13 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
     let engine = &mut GpuEngine::new(adapter)?;
     for (what, problem) in extremes() {
         match engine.evaluate(&QuantizedProblem::new(&problem)?, Detail::Answer) {
-            // llvmpipe leaves off in the middle of so many loops: then a refusal is the right answer, silence is not.
+            // llvmpipe abandons invocations with this many loop iterations: an error is correct then, a wrong answer is
+            // not.
             Err(EngineError::TooLarge { message, .. }) if message.contains("loop iterations") => {}
             _ => same(engine, what, &problem)?,
         }
     }
-    // 4.8 GB of tables: more than an adapter binds.
+    // 4.8 GB of tables: more than an adapter can bind.
     let too_large = Problem {
         window: window(1, 65_536),
         steps: 1023,
@@ -220,7 +221,7 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
         other => return Err(format!("too large, yet {other:?}").into()),
     }
     same(engine, "after one that was too large", &plain())?;
-    // The most samples; on a processor they would take minutes.
+    // The largest number of samples; a CPU would take minutes.
     let side = if adapter.summary.software {
         1 << 8
     } else {

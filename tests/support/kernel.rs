@@ -7,10 +7,10 @@ use rand_pcg::Pcg64Mcg;
 
 use super::operations::{Arguments, OPERATIONS, Operation, Outcome, cases, differences};
 
-/// Numbers of the bindings: cases in, outcomes out.
+/// Numbers of the bindings: cases and results.
 pub const BINDINGS: [u32; 2] = [20, 21];
 
-/// The parts of the shaders under test, and an entry point for each operation.
+/// The tested parts of the shaders, and an entry point per operation.
 pub fn source() -> String {
     let parts = shaders::PARTS
         .iter()
@@ -43,7 +43,7 @@ fn operation_{number}(@builtin(global_invocation_id) id: vec3<u32>) {{
     source.join("\n")
 }
 
-/// The operation's entry point.
+/// The entry point of an operation.
 pub fn entry_point(operation: &Operation) -> Result<String, Failed> {
     let number = OPERATIONS.iter().position(|one| one.name == operation.name);
     let number = number.ok_or("not an operation of the kernel")?;
@@ -55,7 +55,7 @@ pub fn workgroups(cases: &[Arguments]) -> u32 {
     (cases.len() as u32).div_ceil(64)
 }
 
-/// What every operation's outcomes differ in when `run` computes them.
+/// Describes the differences of every operation, computed by `run`.
 pub fn every_difference(
     mut run: impl FnMut(&Operation, &[Arguments]) -> Result<Vec<Outcome>, Failed>,
 ) -> Result<Vec<String>, Failed> {
@@ -69,7 +69,7 @@ pub fn every_difference(
     Ok(all)
 }
 
-/// The kernel on a device of its own.
+/// The kernel on its own device.
 pub struct Kernel {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -77,7 +77,7 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// The kernel on the adapter that has this one's name and driver.
+    /// The kernel on the adapter with the same name and driver.
     pub fn new(adapter: &Adapter) -> Result<Self, Failed> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         descriptor.backends = wgpu::Backends::PRIMARY;

@@ -1,4 +1,4 @@
-//! What becomes of answers and of a drive when a real device is lost.
+//! Answers and drives when a real device is lost.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex};
@@ -22,7 +22,7 @@ use rand_pcg::Pcg64Mcg;
 use super::extremes::plain;
 use super::gpu_trials::window;
 
-/// A problem that keeps an adapter busy for longer than a millisecond, by much.
+/// A problem that keeps an adapter busy for much more than a millisecond.
 fn heavy(adapter: &Adapter) -> Result<QuantizedProblem, Failed> {
     let (side, steps) = if adapter.summary.software {
         (256, 20)
@@ -38,8 +38,8 @@ fn heavy(adapter: &Adapter) -> Result<QuantizedProblem, Failed> {
     Ok(QuantizedProblem::new(&problem)?)
 }
 
-/// More turn rates than may be dispatched, for no speed at all, so that no buffer is too large: no problem that was
-/// checked is like it.
+/// More turn rates than one dispatch allows and no forward speed, so that no buffer is too large: no checked problem is
+/// like this.
 fn refused() -> Result<QuantizedProblem, Failed> {
     let mut problem = QuantizedProblem::new(&Problem {
         window: window(1, 1),
@@ -56,7 +56,7 @@ fn kind_of(outcome: Result<Evaluation, EngineError>) -> Option<GpuFailureKind> {
     outcome.err().map(|error| error.failure_kind())
 }
 
-/// Neither the answer that was not waited for nor its buffers may turn up later.
+/// Neither the abandoned answer nor its buffers may appear later.
 pub fn late_answers(adapter: &Adapter) -> Result<(), Failed> {
     let mut engine = GpuEngine::new(adapter)?;
     let late = heavy(adapter)?;
@@ -80,8 +80,8 @@ pub fn late_answers(adapter: &Adapter) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Destroyed at several moments of a decision: before, within, perhaps after it. The driver may still finish what it has
-/// begun, and then the answer is right; it is never half an answer, a panic or an endless wait.
+/// Destroys the device at several moments of a decision: before, during and perhaps after it. The driver may still
+/// finish, and then the answer is right. It is never half an answer, a panic or an endless wait.
 pub fn lost_in_the_middle(adapter: &Adapter) -> Result<(), Failed> {
     let problem = heavy(adapter)?;
     let expected = CpuEngine::single_threaded().evaluate(&problem, Detail::Answer)?;
@@ -111,7 +111,7 @@ pub fn lost_in_the_middle(adapter: &Adapter) -> Result<(), Failed> {
     Ok(())
 }
 
-/// A call that wgpu refuses would be a panic by its own default.
+/// wgpu panics at a rejected call by default.
 pub fn refused_calls(adapter: &Adapter) -> Result<(), Failed> {
     let mut engine = GpuEngine::new(adapter)?;
     match kind_of(engine.evaluate(&refused()?, Detail::Answer)) {
@@ -120,16 +120,16 @@ pub fn refused_calls(adapter: &Adapter) -> Result<(), Failed> {
     }
 }
 
-/// What happens to a device at a decision.
+/// A failure of a device at a decision.
 #[derive(Clone, Copy, Debug)]
 enum Blow {
     Destroyed,
     Slow,
     Refused,
-    /// Told, and not brought about: other programs need the memory.
+    /// Simulated: other programs need the memory.
     OutOfMemory,
     Corrupted,
-    /// The answer to the problem before.
+    /// The answer to the previous problem.
     Stale,
 }
 
@@ -146,10 +146,10 @@ const BLOWS: [Blow; 10] = [
     Blow::Destroyed,
 ];
 
-/// Blows to come, each after so many more answers.
+/// Scheduled failures, each after a number of answers.
 type Plan = Arc<Mutex<VecDeque<(u32, Blow)>>>;
 
-/// A real device that is dealt blows.
+/// A real device with scheduled failures.
 struct Battered {
     gpu: GpuEngine,
     plan: Plan,
@@ -167,7 +167,7 @@ impl Battered {
         }))
     }
 
-    /// The blow that is due.
+    /// The failure that is due.
     fn blow(&self) -> Option<Blow> {
         let mut plan = self.plan.lock().expect("nobody panics");
         let (left, _) = plan.front_mut()?;
@@ -231,7 +231,7 @@ impl Engine for Battered {
     }
 }
 
-/// Around the pillars among people, there and back: long enough for ten losses and the waits after them.
+/// Around the pillars among people, back and forth: long enough for ten failures and the delays after them.
 fn mission(config: &Config) -> Result<Mission, Failed> {
     let scene = crossing();
     let goal = |position| Goal {
@@ -253,7 +253,7 @@ fn mission(config: &Config) -> Result<Mission, Failed> {
 
 fn drive(engine: Box<dyn Engine>) -> Result<MissionResult, Failed> {
     let mut config = Config::default();
-    // Software adapters drive it as well, on the cores that the tests share.
+    // Small enough for software adapters, which use the cores of the tests.
     config.local.vx_samples = 8;
     config.local.vtheta_samples = 16;
     config.local.sim_time_s = 2.0;
@@ -269,10 +269,10 @@ fn drive(engine: Box<dyn Engine>) -> Result<MissionResult, Failed> {
     }
 }
 
-/// Ten blows at decisions drawn by a seed, and two attempts to open the device anew that fail: the trace is as it was.
+/// Ten failures at random decisions and two failed attempts to reopen the device: the trace is unchanged.
 pub fn ten_losses(adapter: &Adapter) -> Result<(), Failed> {
     let rng = &mut Pcg64Mcg::seed_from_u64(10);
-    // After a hundred good answers the wait for the next device is the shortest again.
+    // A hundred correct answers reset the delay.
     let mut later = || rng.random_range(100..=110);
     let plan: VecDeque<(u32, Blow)> = BLOWS.map(|blow| (later(), blow)).into();
     let plan: Plan = Arc::new(Mutex::new(plan));
@@ -309,7 +309,7 @@ fn check_counts(met: &Incidents) -> Result<(), Failed> {
         (GpuFailureKind::OutOfMemory, 1),
         (GpuFailureKind::WrongAnswer, 3),
     ]);
-    // Ten waits of 10 decisions, and one more of 20 after each attempt in vain.
+    // Ten delays of 10 decisions, and one more of 20 after each failed attempt.
     if met.failures != expected || (met.reopened, met.reopen_failures, met.on_cpu) != (10, 2, 140) {
         return Err(format!("{met:#?}").into());
     }

@@ -1,70 +1,70 @@
-//! The oracle: the paper's equations 27 to 35 in f64, written as plainly as possible and without the engines' code.
+//! The oracle: the paper's equations 27 to 35 in f64, written as simply as possible and without the engines' code.
 //!
-//! It reads a problem's numbers and a list of blocked cells; a clearance is found by trying every blocked cell.
-//! Lengths are metres, angles radians, all in the grid's own frame with the grid's corner as origin.
+//! It reads the numbers of a problem and a list of blocked cells; a clearance tries every blocked cell. Lengths are
+//! metres and angles radians, in the grid's own frame with its corner as origin.
 
 use core::f64::consts::{PI, TAU};
 
 use inbye::local::{Normalization, Outside, Problem, SampleStatus, Stopping};
 use inbye::map::Cell;
 
-/// A mistake made on purpose, to see that the comparison notices.
+/// A deliberate fault that the comparison must report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// None.
+    /// No fault.
     No,
     /// Turns before it moves: eq. 27 moves along the old heading.
     TurnsFirst,
-    /// Adds the path term, as eq. 35 prints, where smaller is better.
+    /// Adds the path term, as eq. 35 prints, although smaller is better.
     AddsPath,
-    /// Meets moving obstacles where they were one step ago.
+    /// Uses the positions of moving obstacles one step ago.
     ObstaclesLate,
-    /// Forgets that the footprint turns with the robot.
+    /// Does not turn the footprint with the robot.
     StiffFootprint,
-    /// Holds the turn rate against the limit for speed in eq. 30.
+    /// Compares the turn rate with the limit for the speed in eq. 30.
     WrongBraking,
 }
 
-/// What one disc meets at one step.
+/// Clearances of one disc at one step.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
-    /// Distance to the nearest blocked cell's centre, less the disc's radius; infinite without any.
+pub struct DiscClearance {
+    /// Distance to the nearest blocked cell's centre minus the disc's radius; infinite without any.
     pub still: f64,
-    /// The same, measured from the centre of the cell that the disc's centre lies in, as a field of distances is
-    /// read: least and greatest over the cells that the centre may lie in after rounding.
+    /// The same from the centre of the cell that contains the disc's centre, as in a distance field: minimum and
+    /// maximum over the cells that can contain it after rounding.
     pub by_cell: [f64; 2],
-    /// Distance to the nearest moving obstacle, less both radii; infinite without any.
+    /// Distance to the nearest moving obstacle minus both radii; infinite without any.
     pub moving: f64,
-    /// How far the disc's centre is within the grid; below zero outside.
+    /// Distance of the disc's centre from the border, inside the grid; negative outside.
     pub inside: f64,
 }
 
-/// One sample, rolled out.
+/// The rollout of one sample.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
     /// Forward speed.
     pub v: f64,
     /// Turn rate.
     pub omega: f64,
-    /// Final x and y from the start, and final heading.
+    /// Final x and y relative to the start, and final heading.
     pub end: [f64; 3],
-    /// For each step what each disc meets.
-    pub steps: Vec<Vec<Meeting>>,
+    /// The clearances of each disc at each step.
+    pub steps: Vec<Vec<DiscClearance>>,
 }
 
-/// How a judgement leans.
+/// The direction in which tolerances count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lean {
-    /// As the equations have it.
+    /// No tolerance.
     Not,
-    /// Towards the sample: the field is read to its advantage, and rounding goes its way.
+    /// In favour of the sample: the field is read to its advantage.
     Towards,
     /// Against the sample.
     Against,
 }
 
 impl Lean {
-    /// A tolerance, with the sign that this lean gives it.
+    /// A tolerance with the sign of this lean.
     fn by(self, tolerance: f64) -> f64 {
         match self {
             Self::Not => 0.0,
@@ -74,11 +74,11 @@ impl Lean {
     }
 }
 
-/// A sample, judged.
+/// An evaluated sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Judgement {
     pub reason: SampleStatus,
-    /// Steps before the first that ends the trajectory; all of them where the rule is the smallest clearance.
+    /// Steps before the first that ends the trajectory; all steps if the rule is the smallest clearance.
     pub free_steps: usize,
 }
 
@@ -98,18 +98,18 @@ impl Terms {
     }
 }
 
-/// A problem as the oracle sees it.
+/// A problem with the oracle's inputs.
 pub struct Oracle<'a> {
     problem: &'a Problem,
     blocked: Vec<[f64; 2]>,
     start: [f64; 3],
-    /// How far lengths may be rounded, metres.
+    /// Largest rounding of lengths, metres.
     rounding_m: f64,
     fault: Fault,
 }
 
 impl<'a> Oracle<'a> {
-    /// The oracle of a problem whose static obstacles are these cells. Engines may round lengths by `rounding_m`.
+    /// The oracle of a problem with these blocked cells. Engines may round lengths by `rounding_m`.
     pub fn new(problem: &'a Problem, blocked: &[Cell], rounding_m: f64, fault: Fault) -> Self {
         let side = problem.field.frame().resolution_m;
         let center = |cell: &Cell| {
@@ -129,7 +129,7 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// Sample `index` rolled out (eq. 27).
+    /// Rolls out sample `index` (eq. 27).
     pub fn roll_out(&self, index: usize) -> Trajectory {
         let window = &self.problem.window;
         let speeds = window.vx.count as usize;
@@ -163,7 +163,7 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    fn meet(&self, x: f64, y: f64, heading: f64, step: u32) -> Vec<Meeting> {
+    fn meet(&self, x: f64, y: f64, heading: f64, step: u32) -> Vec<DiscClearance> {
         let frame = self.problem.field.frame();
         let side = frame.resolution_m;
         let (width, height) = (
@@ -188,7 +188,7 @@ impl<'a> Oracle<'a> {
                 let least = self.blocked.iter().map(squared);
                 least.fold(f64::INFINITY, f64::min).sqrt()
             };
-            // Centres of the cells along one axis that a coordinate may lie in: nearly always one.
+            // Centres of the cells along one axis that can contain a coordinate: almost always one.
             let centers = |along: f64| {
                 let center = |along: f64| ((along / side).floor() + 0.5) * side;
                 let mut centers = vec![
@@ -210,7 +210,7 @@ impl<'a> Oracle<'a> {
                 let [there_x, there_y] = to_grid(self.problem, there_x, there_y);
                 libm::hypot(there_x - at_x, there_y - at_y) - disc.radius - body.radius
             });
-            Meeting {
+            DiscClearance {
                 still: nearest(at_x, at_y) - disc.radius,
                 by_cell,
                 moving: moving.fold(f64::INFINITY, f64::min),
@@ -220,15 +220,15 @@ impl<'a> Oracle<'a> {
         self.problem.footprint.discs().iter().map(meet).collect()
     }
 
-    /// Smallest clearance of a step, not capped. Beyond the grid no static obstacle is known.
-    fn step_clearance(&self, discs: &[Meeting], lean: Lean) -> f64 {
-        let clearance = |disc: &Meeting| {
+    /// Smallest clearance of a step, not capped. Outside the grid there are no static obstacles.
+    fn step_clearance(&self, discs: &[DiscClearance], lean: Lean) -> f64 {
+        let clearance = |disc: &DiscClearance| {
             let still = match lean {
                 Lean::Not => disc.still,
                 Lean::Towards => disc.by_cell[1],
                 Lean::Against => disc.by_cell[0],
             };
-            // Leaning towards the sample, cells count only where the centre is surely inside.
+            // Leaning towards the sample, cells count only if the centre is certainly inside.
             let on_grid = disc.inside >= lean.by(self.rounding_m);
             let still = if on_grid { still } else { f64::INFINITY };
             still.min(disc.moving) + lean.by(self.rounding_m)
@@ -238,7 +238,7 @@ impl<'a> Oracle<'a> {
 
     /// Smallest clearance of the first steps, capped.
     pub fn clearance(&self, trajectory: &Trajectory, steps: usize, lean: Lean) -> f64 {
-        let clearance = |discs: &Vec<Meeting>| self.step_clearance(discs, lean);
+        let clearance = |discs: &Vec<DiscClearance>| self.step_clearance(discs, lean);
         let least = trajectory.steps[..steps].iter().map(clearance);
         least.fold(
             self.problem.max_clearance_m + lean.by(self.rounding_m),
@@ -246,16 +246,16 @@ impl<'a> Oracle<'a> {
         )
     }
 
-    /// Whether a sample is admissible, and why not (eqs. 30 and 31).
+    /// Status of a sample (eqs. 30 and 31).
     pub fn judge(&self, trajectory: &Trajectory, lean: Lean) -> Judgement {
         let by_arc = self.problem.stopping == Stopping::Arc;
-        let contact = |discs: &[Meeting]| self.step_clearance(discs, lean) <= 0.0;
-        let off_grid = |discs: &[Meeting]| {
-            let off = |disc: &Meeting| disc.inside < -lean.by(self.rounding_m);
+        let contact = |discs: &[DiscClearance]| self.step_clearance(discs, lean) <= 0.0;
+        let off_grid = |discs: &[DiscClearance]| {
+            let off = |disc: &DiscClearance| disc.inside < -lean.by(self.rounding_m);
             self.problem.outside == Outside::Obstacle && discs.iter().any(off)
         };
         let steps = &trajectory.steps;
-        let ends = |discs: &Vec<Meeting>| contact(discs) || off_grid(discs);
+        let ends = |discs: &Vec<DiscClearance>| contact(discs) || off_grid(discs);
         let free_steps = match steps.iter().position(ends) {
             Some(free_steps) if by_arc => free_steps,
             _ => steps.len(),
@@ -290,18 +290,18 @@ impl<'a> Oracle<'a> {
                 Stopping::Clearance => self.clearance(trajectory, free_steps, lean),
                 Stopping::Arc => rate.abs() * free_steps as f64 * problem.step_s,
             };
-            // Rounding in f64 itself, where both sides are equal.
+            // Rounding of f64, if both sides are equal.
             rate * rate <= 2.0 * dist * braking * (1.0 + lean.by(1e-9))
         })
     }
 
-    /// Distance from a sample's end to the target.
+    /// Distance from the final position of a sample to the target.
     pub fn to_target(&self, trajectory: &Trajectory) -> f64 {
         let [x, y] = self.seen_from_end(trajectory, self.problem.target.x, self.problem.target.y);
         libm::hypot(x, y)
     }
 
-    /// The terms of a sample with this clearance (eqs. 32 and 34). Reverse earns no velocity.
+    /// The terms of a sample with this clearance (eqs. 32 and 34). A reversing sample has no velocity term.
     pub fn terms(&self, trajectory: &Trajectory, clearance: f64) -> Terms {
         let [x, y] = self.seen_from_end(trajectory, self.problem.target.x, self.problem.target.y);
         let off = libm::atan2(y, x) - trajectory.end[2];
@@ -324,7 +324,7 @@ impl<'a> Oracle<'a> {
         ]
     }
 
-    /// What each term is taken from and divided by (eq. 33): zero and the sum, or the least value and the range.
+    /// Offset and divisor of each term (eq. 33): zero and the sum, or the minimum and the range.
     pub fn scales(&self, terms: &[Terms]) -> [(f64, f64); 4] {
         core::array::from_fn(|term| {
             let values = || terms.iter().map(|terms| terms.list()[term]);
@@ -337,7 +337,7 @@ impl<'a> Oracle<'a> {
         })
     }
 
-    /// The scores (eqs. 33 and 35) of the admissible samples, whose terms these are; the weights brought to a sum of one.
+    /// The scores (eqs. 33 and 35) of the admissible samples with these terms; the weights are scaled to a sum of one.
     pub fn scores(&self, terms: &[Terms]) -> Vec<f64> {
         let weights = &self.problem.weights;
         let sign = if self.fault == Fault::AddsPath {

@@ -1,4 +1,4 @@
-//! Every integer helper that engines share, in Rust and as the shaders call it, over the same cases.
+//! Every integer helper that the engines share, in Rust and as called in the shaders, over the same cases.
 
 use inbye::local::internals::score::{Normalizer, normalizer, share};
 use inbye::local::internals::select::better;
@@ -9,9 +9,9 @@ use inbye::numeric::{
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-/// What an operation is given.
+/// Arguments of an operation.
 pub type Arguments = [u32; 6];
-/// What it returns; words that it does not need are zero.
+/// Results; unused words are zero.
 pub type Outcome = [u32; 4];
 
 /// One operation.
@@ -20,11 +20,11 @@ pub struct Operation {
     /// A WGSL expression of the arguments `a`, of type `vec4<u32>`; see `kernel.rs` for `one`, `two` and `int`.
     pub wgsl: &'static str,
     pub rust: fn(Arguments) -> Outcome,
-    /// Moves any arguments into the operation's domain.
+    /// Maps any arguments to the operation's domain.
     pub fit: fn(Arguments) -> Arguments,
 }
 
-/// All of them.
+/// All operations.
 pub const OPERATIONS: [Operation; 20] = [
     Operation {
         name: "mul_wide",
@@ -109,7 +109,7 @@ pub const OPERATIONS: [Operation; 20] = [
         name: "squared_length",
         wgsl: "two(squared_length(bitcast<i32>(a[0]), bitcast<i32>(a[1])))",
         rust: |a| two(squared_length(a[0] as i32, a[1] as i32)),
-        // Below 2^30 in size.
+        // Below 2^30 in absolute value.
         fit: |a| {
             let inside = |word: u32| (word as i32 % (1 << 30)) as u32;
             [inside(a[0]), inside(a[1]), 0, 0, 0, 0]
@@ -155,7 +155,7 @@ pub const OPERATIONS: [Operation; 20] = [
             let (one, other) = (wide(a[0], a[1]), wide(a[2], a[3]));
             [u32::from(one < other), one.leading_zeros(), 0, 0]
         },
-        // Equal upper halves half of the time.
+        // Half of the upper halves are equal.
         fit: |a| {
             [
                 a[0],
@@ -192,7 +192,7 @@ pub const OPERATIONS: [Operation; 20] = [
             };
             two(share(a[0], &by))
         },
-        // A term is not below its offset.
+        // A term is at least its offset.
         fit: |a| {
             [
                 a[0].max(a[1]),
@@ -213,7 +213,7 @@ pub const OPERATIONS: [Operation; 20] = [
             let [low, high, ..] = two(score as u64);
             [low, high, index, 0]
         },
-        // Equal scores, or upper halves, often enough.
+        // Often equal scores or upper halves.
         fit: |mut a| {
             if a[2] & 1 == 0 {
                 a[4] = a[1];
@@ -226,7 +226,7 @@ pub const OPERATIONS: [Operation; 20] = [
     },
 ];
 
-/// Words where integer arithmetic breaks first.
+/// Edge cases of integer arithmetic.
 const EDGES: [u32; 16] = [
     0,
     1,
@@ -246,7 +246,7 @@ const EDGES: [u32; 16] = [
     0xffff_ffff,
 ];
 
-/// Cases of an operation: every pair of edges in the first two places, then random ones of every size.
+/// Cases of an operation: every pair of edge cases in the first two arguments, then random words of every size.
 pub fn cases(operation: &Operation, rng: &mut Pcg64Mcg) -> Vec<Arguments> {
     let mut cases = Vec::new();
     for first in EDGES {
@@ -269,7 +269,7 @@ fn random(rng: &mut Pcg64Mcg) -> Arguments {
     })
 }
 
-/// What to say of an operation whose outcomes differ from Rust's: how many, and the first few in hexadecimal.
+/// Describes how an operation's results differ from Rust's: their number, and the first few in hexadecimal.
 pub fn differences(
     operation: &Operation,
     cases: &[Arguments],

@@ -1,4 +1,4 @@
-//! Every limit of a problem: just inside it is evaluated, just outside it is refused by name.
+//! Every limit of a problem: just inside it the problem is evaluated, just outside it the error names the quantity.
 
 use core::f64::consts::PI;
 
@@ -11,11 +11,11 @@ use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 
 use super::extremes::{extremes, field, footprint, plain};
 
-/// Evaluates a problem that must be accepted. Overflow is a panic here: release builds check for it.
-fn accepted(what: &str, problem: &Problem) -> Evaluation {
+/// Evaluates a problem that must be accepted. Release builds check for overflow too, so it would panic.
+fn assert_accepted(what: &str, problem: &Problem) -> Evaluation {
     let quantized = match QuantizedProblem::new(problem) {
         Ok(quantized) => quantized,
-        Err(error) => panic!("{what}, just inside, was refused: {error}"),
+        Err(error) => panic!("{what}, just inside the limit, was rejected: {error}"),
     };
     CpuEngine::single_threaded()
         .evaluate(&quantized, Detail::Answer)
@@ -33,9 +33,9 @@ fn quantity(error: &ProblemError) -> String {
     }
 }
 
-fn refused(what: &str, problem: &Problem) {
+fn assert_rejected(what: &str, problem: &Problem) {
     let Err(error) = QuantizedProblem::new(problem) else {
-        panic!("{what}, just outside, was accepted");
+        panic!("{what}, just outside the limit, was accepted");
     };
     assert_eq!(quantity(&error), what, "{error}");
     let message = error.to_string();
@@ -52,8 +52,8 @@ fn limit(what: &str, inside: f64, outside: f64, set: impl Fn(&mut Problem, f64))
         set(&mut problem, value);
         problem
     };
-    accepted(what, &with(inside));
-    refused(what, &with(outside));
+    assert_accepted(what, &with(inside));
+    assert_rejected(what, &with(outside));
 }
 
 fn linear(low: f64, high: f64, count: u32) -> Axis {
@@ -61,7 +61,7 @@ fn linear(low: f64, high: f64, count: u32) -> Axis {
 }
 
 #[test]
-fn resolution() {
+fn resolution_out_of_range_is_rejected() {
     for (inside, outside) in [(0.001, 0.000_999), (2.0, 2.001)] {
         let with = |resolution_m| {
             let frame = GridFrame {
@@ -80,7 +80,7 @@ fn resolution() {
 }
 
 #[test]
-fn counts_of_samples_and_steps() {
+fn counts_out_of_range_are_rejected() {
     let counts = |linear, angular, steps| {
         let mut problem = plain();
         problem.window.vx.count = linear;
@@ -88,20 +88,20 @@ fn counts_of_samples_and_steps() {
         problem.steps = steps;
         problem
     };
-    let evaluation = accepted("number of samples", &counts(2048, 2048, 1));
+    let evaluation = assert_accepted("number of samples", &counts(2048, 2048, 1));
     assert_eq!(evaluation.counts.admissible, 1 << 22);
-    refused("number of samples", &counts(2048, 2049, 1));
-    refused("number of samples", &counts(u32::MAX, u32::MAX, 1));
-    accepted("number of samples", &counts(1, 1, 1));
-    refused("number of samples", &counts(0, 5, 1));
-    refused("number of samples", &counts(5, 0, 1));
-    accepted("number of steps", &counts(3, 3, 1023));
-    refused("number of steps", &counts(3, 3, 1024));
-    refused("number of steps", &counts(3, 3, 0));
+    assert_rejected("number of samples", &counts(2048, 2049, 1));
+    assert_rejected("number of samples", &counts(u32::MAX, u32::MAX, 1));
+    assert_accepted("number of samples", &counts(1, 1, 1));
+    assert_rejected("number of samples", &counts(0, 5, 1));
+    assert_rejected("number of samples", &counts(5, 0, 1));
+    assert_accepted("number of steps", &counts(3, 3, 1023));
+    assert_rejected("number of steps", &counts(3, 3, 1024));
+    assert_rejected("number of steps", &counts(3, 3, 0));
 }
 
 #[test]
-fn distances_of_a_trajectory() {
+fn trajectory_distances_out_of_range_are_rejected() {
     let unit_m = plain().field.unit_m();
     let longest_m = 16_384.0 * unit_m;
     limit(
@@ -152,7 +152,7 @@ fn distances_of_a_trajectory() {
 }
 
 #[test]
-fn rates() {
+fn rates_out_of_range_are_rejected() {
     limit("forward speed", 15.99, 16.0, |problem, speed| {
         problem.window.vx = linear(0.0, speed, 3);
     });
@@ -162,7 +162,7 @@ fn rates() {
 }
 
 #[test]
-fn footprints_and_clearances() {
+fn footprints_and_clearances_out_of_range_are_rejected() {
     let unit_m = plain().field.unit_m();
     let offset_m = 32_767.0 * unit_m;
     limit(
@@ -206,7 +206,7 @@ fn body(x: f64, radius: f64, vx: f64) -> MovingDisc {
 }
 
 #[test]
-fn moving_obstacles() {
+fn moving_obstacles_out_of_range_are_rejected() {
     limit("moving obstacles", 1024.0, 1025.0, |problem, count| {
         problem.obstacles = vec![body(4.0, 0.1, 0.1); count as usize];
     });
@@ -234,7 +234,7 @@ fn moving_obstacles() {
             body(3.0, -0.1, 0.0),
         ] {
             let obstacles = vec![body(4.0, 0.1, 0.0), broken];
-            refused(
+            assert_rejected(
                 "moving obstacle 1",
                 &Problem {
                     obstacles,
@@ -243,9 +243,9 @@ fn moving_obstacles() {
             );
         }
     }
-    // One too far off to matter may have any size and speed.
+    // An obstacle too far away to matter may have any size and speed.
     let obstacles = vec![body(-1e6, 0.1, 3.0)];
-    accepted(
+    assert_accepted(
         "moving obstacles",
         &Problem {
             obstacles,
@@ -255,7 +255,7 @@ fn moving_obstacles() {
 }
 
 #[test]
-fn numbers_that_must_be_above_zero_or_not_negative() {
+fn non_positive_numbers_are_rejected() {
     type Set = fn(&mut Problem, f64);
     let above_zero: [(&str, Set); 4] = [
         ("braking along the path", |problem, value| {
@@ -294,7 +294,7 @@ fn numbers_that_must_be_above_zero_or_not_negative() {
 }
 
 #[test]
-fn numbers_that_must_be_finite() {
+fn numbers_that_are_not_finite_are_rejected() {
     type Set = fn(&mut Problem, f64);
     let sets: [(&str, Set); 5] = [
         ("pose", |problem, value| problem.pose.yaw = value),
@@ -315,14 +315,14 @@ fn numbers_that_must_be_finite() {
 }
 
 #[test]
-fn nothing_overflows_at_the_limits() {
+fn problems_at_the_limits_do_not_overflow() {
     for (name, problem) in extremes() {
-        let evaluation = accepted(name, &problem);
+        let evaluation = assert_accepted(name, &problem);
         let counts = evaluation.counts;
         let judged = counts.admissible + counts.collision + counts.cannot_stop + counts.outside;
         assert_eq!(judged as usize, problem.window.len(), "{name}");
     }
-    // The window is one place; the largest grid that is not absurd in a test is another.
+    // The window is one way to many samples; the largest grid that suits a test is another.
     let large = Problem {
         field: field(3000, 0.05, &[[0, 0]]),
         pose: Pose::new(75.0, 75.0, 1.0),
@@ -334,5 +334,8 @@ fn nothing_overflows_at_the_limits() {
         },
         ..plain()
     };
-    assert_eq!(accepted("a large grid", &large).counts.admissible, 400);
+    assert_eq!(
+        assert_accepted("a large grid", &large).counts.admissible,
+        400
+    );
 }

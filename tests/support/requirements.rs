@@ -1,6 +1,6 @@
-//! What must be there for tests that are otherwise ignored with their reason: the words of `INBYE_REQUIRE`.
+//! Requirements of tests that are otherwise ignored with the reason: the words of `INBYE_REQUIRE`.
 
-/// Its name.
+/// Name of the variable.
 pub const VARIABLE: &str = "INBYE_REQUIRE";
 
 /// Its words, in lower case.

@@ -1,4 +1,4 @@
-//! Random problems that come with the list of their blocked cells, so that an oracle needs nothing of the engines.
+//! Random problems with the list of their blocked cells, so that an oracle needs nothing of the engines.
 
 use std::sync::Arc;
 
@@ -14,13 +14,13 @@ use inbye::robot::{Disc, Footprint};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// A problem and where its static obstacles are.
+/// A problem and its static obstacles.
 pub struct Scene {
     pub problem: Problem,
     pub blocked: Vec<Cell>,
 }
 
-/// All but the field, which the blocked cells give.
+/// Everything except the field, which the blocked cells determine.
 impl fmt::Debug for Scene {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let problem = &self.problem;
@@ -56,7 +56,7 @@ impl Scene {
     }
 
     /// A scene with trajectories of up to `reach_m` metres: 10 to 200 steps, 1 to 400 samples, 1 to 8 discs, 0 to 8
-    /// moving obstacles, none to 150 blocked cells, any origin.
+    /// moving obstacles, 0 to 150 blocked cells, any origin.
     pub fn random(seed: u64, case: u64, reach_m: f64) -> Self {
         let seed = seed ^ case.wrapping_mul(0xD134_2543_DE82_EF95);
         let rng = &mut Pcg64Mcg::seed_from_u64(seed);

@@ -1,7 +1,7 @@
-//! Every engine returns the same bits: operation by operation, sample by sample, in its totals and in its winner.
+//! Every engine returns the same bits: for each operation, each sample, the totals and the winner.
 //!
-//! Runs on each adapter present, and in Chromium, whose WGSL compiler is another; see `support/adapters.rs` for what
-//! happens where there is none.
+//! Runs on each adapter of the machine, and in Chromium, which has another WGSL compiler. `support/adapters.rs`
+//! describes what happens without an adapter.
 
 use libtest_mimic::Trial;
 

@@ -1,4 +1,4 @@
-//! What goes to the GPU in one submission, without a GPU.
+//! The division of problems into submissions, tested without a GPU.
 #![cfg(feature = "gpu")]
 
 use std::sync::Arc;
@@ -7,12 +7,17 @@ use inbye::bench::{Roadway, roadway_field};
 use inbye::local::internals::gpu::Batch;
 use inbye::local::{ClearanceField, Problem, QuantizedProblem};
 
-const MOST_BYTES: u64 = 128 << 20;
+const MAX_BYTES: u64 = 128 << 20;
 
-fn problem(field: &Arc<ClearanceField>, speeds: u32, turns: u32, steps: u32) -> QuantizedProblem {
+fn problem(
+    field: &Arc<ClearanceField>,
+    vx_samples: u32,
+    vtheta_samples: u32,
+    steps: u32,
+) -> QuantizedProblem {
     let roadway = Roadway {
-        vx_samples: speeds,
-        vtheta_samples: turns,
+        vx_samples,
+        vtheta_samples,
         steps,
         ..Roadway::default()
     };
@@ -23,34 +28,34 @@ fn problem(field: &Arc<ClearanceField>, speeds: u32, turns: u32, steps: u32) -> 
     QuantizedProblem::new(&problem).expect("a problem within the ranges")
 }
 
-/// How many problems each submission takes.
+/// Number of problems of each submission.
 fn submissions(problems: &[QuantizedProblem]) -> Vec<usize> {
-    let mut rest = problems;
+    let mut remaining = problems;
     let mut counts = Vec::new();
-    while !rest.is_empty() {
-        let batch = Batch::first_of(rest);
-        assert!(core::ptr::eq(batch.problems.as_ptr(), rest.as_ptr()));
+    while !remaining.is_empty() {
+        let batch = Batch::first_of(remaining);
+        assert!(core::ptr::eq(batch.problems.as_ptr(), remaining.as_ptr()));
         assert!(!batch.problems.is_empty());
         counts.push(batch.problems.len());
-        rest = &rest[batch.problems.len()..];
+        remaining = &remaining[batch.problems.len()..];
     }
     counts
 }
 
 #[test]
-fn no_problem_is_no_submission() {
+fn no_problem_makes_no_submission() {
     assert!(Batch::first_of(&[]).problems.is_empty());
 }
 
 #[test]
-fn a_submission_takes_256_problems() {
+fn submission_holds_256_problems() {
     let easy = problem(&roadway_field(), 2, 2, 1);
     assert_eq!(submissions(&vec![easy.clone(); 256]), [256]);
     assert_eq!(submissions(&vec![easy; 600]), [256, 256, 88]);
 }
 
 #[test]
-fn a_submission_takes_as_many_samples_as_one_problem_may_have() {
+fn submission_holds_as_many_samples_as_one_problem() {
     let field = &roadway_field();
     let (easy, half, whole) = (
         problem(field, 2, 2, 1),
@@ -62,23 +67,23 @@ fn a_submission_takes_as_many_samples_as_one_problem_may_have() {
 }
 
 #[test]
-fn several_problems_keep_to_buffers_that_every_adapter_binds() {
+fn submission_of_several_problems_fits_buffers_of_every_adapter() {
     let field = &roadway_field();
-    // 16 kB of table for each turn rate.
+    // 16 kB of table per turn rate.
     let (most, half) = (problem(field, 1, 9000, 1023), problem(field, 1, 4000, 1023));
     assert!(
         Batch::first_of(core::slice::from_ref(&most))
             .sizes()
             .largest()
-            > MOST_BYTES
+            > MAX_BYTES
     );
     let all = [half.clone(), most, half.clone(), half.clone(), half];
     assert_eq!(submissions(&all), [1, 1, 2, 1]);
-    assert!(Batch::first_of(&all[2..]).sizes().largest() <= MOST_BYTES);
+    assert!(Batch::first_of(&all[2..]).sizes().largest() <= MAX_BYTES);
 }
 
 #[test]
-fn a_field_that_problems_share_is_held_once() {
+fn shared_field_is_held_once() {
     let (one, other) = (roadway_field(), roadway_field());
     let problems = [
         problem(&one, 1, 1, 1),
@@ -88,7 +93,7 @@ fn a_field_that_problems_share_is_held_once() {
     let batch = Batch::first_of(&problems);
     let ids: Vec<u64> = batch.fields.iter().map(|field| field.id()).collect();
     assert_eq!(ids, [one.id(), other.id()]);
-    // Two cells a word.
+    // Two cells per word.
     let cells = one.units().len() + other.units().len();
     assert_eq!(batch.sizes().field, cells as u64 * 2);
 }

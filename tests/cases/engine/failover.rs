@@ -1,6 +1,6 @@
-//! The CPU that stands by for a GPU, without a GPU: engines that fail to order, and answers falsified in every part.
+//! The CPU fallback, tested without a GPU: engines that fail on demand, and answers falsified in every part.
 //!
-//! What happens to real devices is in `support/loss_trials.rs`.
+//! `support/loss_trials.rs` tests real devices.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -14,40 +14,40 @@ use inbye::local::{
     Incidents, QuantizedProblem, SampleStatus,
 };
 
-type Opened = Result<Box<dyn Engine>, EngineError>;
+type OpenResult = Result<Box<dyn Engine>, EngineError>;
 
-/// What an engine does at a decision in place of its work.
-type Trick =
+/// Replaces the answer of an engine at a decision.
+type Falsify =
     Box<dyn FnMut(u32, &QuantizedProblem, Evaluation) -> Result<Evaluation, EngineError> + Send>;
 
-/// The CPU in a GPU's place, with a trick.
-struct Tricky {
+/// A CPU engine in the place of a GPU, with falsified answers.
+struct FaultyGpu {
     cpu: CpuEngine,
     decisions: u32,
-    trick: Trick,
+    falsify: Falsify,
 }
 
-impl Tricky {
+impl FaultyGpu {
     fn boxed(
-        trick: impl FnMut(u32, &QuantizedProblem, Evaluation) -> Result<Evaluation, EngineError>
+        falsify: impl FnMut(u32, &QuantizedProblem, Evaluation) -> Result<Evaluation, EngineError>
         + Send
         + 'static,
     ) -> Box<dyn Engine> {
         Box::new(Self {
             cpu: CpuEngine::single_threaded(),
             decisions: 0,
-            trick: Box::new(trick),
+            falsify: Box::new(falsify),
         })
     }
 
-    fn honest() -> Box<dyn Engine> {
+    fn correct() -> Box<dyn Engine> {
         Self::boxed(|_, _, answer| Ok(answer))
     }
 }
 
-impl Engine for Tricky {
+impl Engine for FaultyGpu {
     fn name(&self) -> String {
-        "tricky".to_owned()
+        "faulty".to_owned()
     }
 
     fn kind(&self) -> &'static str {
@@ -65,15 +65,15 @@ impl Engine for Tricky {
     ) -> Result<Evaluation, EngineError> {
         let answer = self.cpu.evaluate(problem, detail)?;
         self.decisions += 1;
-        (self.trick)(self.decisions, problem, answer)
+        (self.falsify)(self.decisions, problem, answer)
     }
 }
 
 fn lost(kind: GpuFailureKind) -> EngineError {
     EngineError::Lost {
-        adapter: "tricky".to_owned(),
+        adapter: "faulty".to_owned(),
         kind,
-        message: "as told".to_owned(),
+        message: "simulated".to_owned(),
     }
 }
 
@@ -81,22 +81,22 @@ fn problem(case: u64) -> QuantizedProblem {
     QuantizedProblem::new(&random_problem(8, case)).expect("a problem within the ranges")
 }
 
-fn truth(problem: &QuantizedProblem, detail: Detail) -> Evaluation {
+fn expected_answer(problem: &QuantizedProblem, detail: Detail) -> Evaluation {
     let answer = CpuEngine::single_threaded().evaluate(problem, detail);
     answer.expect("the CPU does not fail")
 }
 
-fn with_cpu(gpu: Opened, source: impl FnMut() -> Opened + Send + 'static) -> Failover {
+fn with_fallback(gpu: OpenResult, source: impl FnMut() -> OpenResult + Send + 'static) -> Failover {
     Failover::new(gpu, source, CpuEngine::single_threaded())
 }
 
-fn met(failover: &Failover) -> &Incidents {
-    failover.incidents().expect("a failover keeps count")
+fn incidents_of(failover: &Failover) -> &Incidents {
+    failover.incidents().expect("a failover has incidents")
 }
 
-/// Puts problems to it, one after the other, and holds each answer against the CPU's.
+/// Evaluates problems one after the other and compares each answer with the CPU's.
 #[track_caller]
-fn ask(failover: &mut Failover, cases: core::ops::Range<u64>) {
+fn check_answers(failover: &mut Failover, cases: core::ops::Range<u64>) {
     for case in cases {
         let problem = problem(case);
         let detail = if case % 3 == 0 {
@@ -105,12 +105,12 @@ fn ask(failover: &mut Failover, cases: core::ops::Range<u64>) {
             Detail::Answer
         };
         let answer = failover.evaluate(&problem, detail);
-        assert_eq!(answer, Ok(truth(&problem, detail)), "case {case}");
+        assert_eq!(answer, Ok(expected_answer(&problem, detail)), "case {case}");
     }
 }
 
 #[test]
-fn whatever_fails_the_cpu_answers_in_the_same_tick_with_the_same_bits() {
+fn every_gpu_failure_gets_the_same_bits_from_the_cpu_in_the_same_tick() {
     for kind in [
         GpuFailureKind::DeviceLost,
         GpuFailureKind::TimedOut,
@@ -120,80 +120,92 @@ fn whatever_fails_the_cpu_answers_in_the_same_tick_with_the_same_bits() {
         GpuFailureKind::Stale,
         GpuFailureKind::Panicked,
     ] {
-        let gpu = Tricky::boxed(move |decision, _, answer| match decision {
-            4 if kind == GpuFailureKind::Panicked => panic!("as told"),
+        let gpu = FaultyGpu::boxed(move |decision, _, answer| match decision {
+            4 if kind == GpuFailureKind::Panicked => panic!("simulated"),
             4 => Err(lost(kind)),
             _ => Ok(answer),
         });
-        let mut failover = with_cpu(Ok(gpu), || Ok(Tricky::honest()));
-        ask(&mut failover, 0..30);
-        let met = met(&failover);
-        assert_eq!(met.failures.iter().collect::<Vec<_>>(), [(&kind, &1)]);
+        let mut failover = with_fallback(Ok(gpu), || Ok(FaultyGpu::correct()));
+        check_answers(&mut failover, 0..30);
+        let incidents = incidents_of(&failover);
+        assert_eq!(incidents.failures.iter().collect::<Vec<_>>(), [(&kind, &1)]);
         let on_cpu = u64::from(FIRST_RETRY);
-        assert_eq!((met.decisions, met.on_cpu, met.reopened), (30, on_cpu, 1));
-        let told: Vec<_> = met
+        assert_eq!(
+            (incidents.decisions, incidents.on_cpu, incidents.reopened),
+            (30, on_cpu, 1)
+        );
+        let reported: Vec<_> = incidents
             .messages
             .iter()
             .map(|one| (one.decision, one.kind))
             .collect();
-        assert_eq!(told, [(4, Some(kind)), (4 + on_cpu, None)]);
+        assert_eq!(reported, [(4, Some(kind)), (4 + on_cpu, None)]);
         assert_eq!(failover.kind(), "gpu");
     }
 }
 
 #[test]
-fn a_gpu_that_is_not_there_is_looked_for_after_longer_and_longer_waits() {
-    let asked = Arc::new(Mutex::new(0_u32));
-    let count = Arc::clone(&asked);
-    let mut failover = with_cpu(Err(EngineError::NoAdapter), move || {
-        *count.lock().expect("nobody panics") += 1;
+fn missing_gpu_is_retried_after_growing_delays() {
+    let attempts = Arc::new(Mutex::new(0_u32));
+    let count = Arc::clone(&attempts);
+    let mut failover = with_fallback(Err(EngineError::NoAdapter), move || {
+        *count.lock().expect("no thread panics") += 1;
         Err(EngineError::NoAdapter)
     });
     assert_eq!(failover.kind(), "cpu");
     let mut at = Vec::new();
     for case in 0..160 {
-        let before = *asked.lock().expect("nobody panics");
-        ask(&mut failover, case..case + 1);
-        if *asked.lock().expect("nobody panics") > before {
+        let before = *attempts.lock().expect("no thread panics");
+        check_answers(&mut failover, case..case + 1);
+        if *attempts.lock().expect("no thread panics") > before {
             at.push(case + 1);
         }
     }
     assert_eq!(at, [10, 30, 70, 150]);
-    let met = met(&failover);
-    assert_eq!(met.failures.get(&GpuFailureKind::Absent), Some(&1));
-    assert_eq!((met.on_cpu, met.reopen_failures, met.reopened), (160, 4, 0));
-    let words = serde_json::to_value(met).expect("counts are JSON");
-    assert_eq!(words["losses"], serde_json::json!({ "absent": 1 }));
+    let incidents = incidents_of(&failover);
+    assert_eq!(incidents.failures.get(&GpuFailureKind::Absent), Some(&1));
+    assert_eq!(
+        (
+            incidents.on_cpu,
+            incidents.reopen_failures,
+            incidents.reopened
+        ),
+        (160, 4, 0)
+    );
+    let words = serde_json::to_value(incidents).expect("counts are JSON");
+    assert_eq!(words["failures"], serde_json::json!({ "absent": 1 }));
 }
 
 #[test]
-fn a_problem_too_large_for_the_adapter_costs_one_decision_and_not_the_device() {
-    let gpu = Tricky::boxed(|decision, _, answer| match decision {
+fn problem_too_large_for_the_adapter_keeps_the_device() {
+    let gpu = FaultyGpu::boxed(|decision, _, answer| match decision {
         2 | 3 => Err(EngineError::TooLarge {
-            adapter: "tricky".to_owned(),
-            message: "as told".to_owned(),
+            adapter: "faulty".to_owned(),
+            message: "simulated".to_owned(),
         }),
         _ => Ok(answer),
     });
-    let mut failover = with_cpu(Ok(gpu), || panic!("nothing was lost"));
-    ask(&mut failover, 0..9);
-    let met = met(&failover);
-    assert_eq!((met.on_cpu, met.reopened), (2, 0));
-    assert_eq!(met.failures.get(&GpuFailureKind::TooLarge), Some(&2));
+    let mut failover = with_fallback(Ok(gpu), || panic!("no device was lost"));
+    check_answers(&mut failover, 0..9);
+    let incidents = incidents_of(&failover);
+    assert_eq!((incidents.on_cpu, incidents.reopened), (2, 0));
+    assert_eq!(incidents.failures.get(&GpuFailureKind::TooLarge), Some(&2));
 }
 
-/// What was done to an answer; false where it changes nothing.
+/// Name and falsification of an answer; it returns false if it changes nothing.
 type Falsification = (&'static str, fn(&QuantizedProblem, &mut Evaluation) -> bool);
 
 const FALSIFICATIONS: [Falsification; 13] = [
     ("the next sample", |_, answer| {
         edit(answer, |winner| winner.index ^= 1)
     }),
-    ("no such sample", |_, answer| {
+    ("an index out of range", |_, answer| {
         edit(answer, |winner| winner.index = u32::MAX)
     }),
-    ("a sample that collides", |problem, answer| {
-        let all = truth(problem, Detail::Samples).samples.unwrap_or_default();
+    ("a colliding sample", |problem, answer| {
+        let all = expected_answer(problem, Detail::Samples)
+            .samples
+            .unwrap_or_default();
         let bad = all
             .iter()
             .position(|one| one.status == SampleStatus::Collision);
@@ -208,32 +220,30 @@ const FALSIFICATIONS: [Falsification; 13] = [
     ("a score", |_, answer| {
         edit(answer, |winner| winner.score ^= 1)
     }),
-    ("nothing but zeros", |_, answer| {
+    ("all zeros", |_, answer| {
         *answer = Evaluation::default();
         true
     }),
-    ("nothing but ones", |_, answer| {
+    ("all ones", |_, answer| {
         answer.counts.admissible = u32::MAX;
         answer.totals.sums = [u64::MAX; 4];
         answer.totals.max = [u32::MAX; 4];
         edit(answer, |winner| winner.score = -1)
     }),
-    ("a winner kept back", |_, answer| {
-        answer.winner.take().is_some()
-    }),
-    ("a sample counted twice", |_, answer| {
+    ("no winner", |_, answer| answer.winner.take().is_some()),
+    ("one sample too many", |_, answer| {
         answer.counts.collision += 1;
         true
     }),
-    ("totals of less", |_, answer| {
+    ("smaller totals", |_, answer| {
         answer.totals.sums[1] >>= 9;
         answer.totals.sums[1] > 0
     }),
-    ("a greatest below the winner", |_, answer| {
+    ("a maximum below the winner", |_, answer| {
         answer.totals.max[0] = 0;
         answer.winner.is_some_and(|winner| winner.terms.heading > 0)
     }),
-    ("a list cut short", |_, answer| {
+    ("a truncated list", |_, answer| {
         let list = answer.samples.as_mut();
         list.is_some_and(|list| list.pop().is_some())
     }),
@@ -244,59 +254,62 @@ fn edit(answer: &mut Evaluation, change: impl FnOnce(&mut inbye::local::Winner))
 }
 
 #[test]
-fn no_falsified_winner_is_used() {
+fn falsified_winner_is_never_used() {
     for (what, falsify) in FALSIFICATIONS {
         let mut falsified = 0;
         for case in 0..200 {
             let problem = problem(case);
-            let truth = truth(&problem, Detail::Samples);
-            let mut changed = truth.clone();
-            if !falsify(&problem, &mut changed) || changed == truth {
+            let expected = expected_answer(&problem, Detail::Samples);
+            let mut changed = expected.clone();
+            if !falsify(&problem, &mut changed) || changed == expected {
                 continue;
             }
             falsified += 1;
-            let gpu = Tricky::boxed(move |_, _, _| Ok(changed.clone()));
-            let mut failover = with_cpu(Ok(gpu), || Ok(Tricky::honest()));
+            let gpu = FaultyGpu::boxed(move |_, _, _| Ok(changed.clone()));
+            let mut failover = with_fallback(Ok(gpu), || Ok(FaultyGpu::correct()));
             let answer = failover.evaluate(&problem, Detail::Samples);
-            assert_eq!(answer, Ok(truth), "{what}, case {case}");
-            let met = met(&failover);
+            assert_eq!(answer, Ok(expected), "{what}, case {case}");
+            let incidents = incidents_of(&failover);
             assert_eq!(
-                met.failures.get(&GpuFailureKind::WrongAnswer),
+                incidents.failures.get(&GpuFailureKind::WrongAnswer),
                 Some(&1),
                 "{what}"
             );
-            assert_eq!((met.on_cpu, failover.kind()), (1, "cpu"), "{what}");
+            assert_eq!((incidents.on_cpu, failover.kind()), (1, "cpu"), "{what}");
         }
         assert!(falsified > 8, "{what}: only {falsified} problems show it");
     }
 }
 
-/// The answer to the problem before, as a buffer that was not written again would have it.
+/// The answer to the previous problem, as from a buffer that was not written again.
 #[test]
-fn the_answer_to_another_problem_is_not_used() {
+fn answer_to_another_problem_is_not_used() {
     let mut last = None;
-    let gpu = Tricky::boxed(move |_, _, answer| {
+    let gpu = FaultyGpu::boxed(move |_, _, answer| {
         let stale = last.replace(answer.clone());
         Ok(stale.unwrap_or(answer))
     });
-    let mut failover = with_cpu(Ok(gpu), || panic!("not so soon"));
-    ask(&mut failover, 0..8);
-    let met = met(&failover);
-    assert_eq!(met.failures.get(&GpuFailureKind::WrongAnswer), Some(&1));
-    assert_eq!((met.messages[0].decision, met.on_cpu), (2, 7));
+    let mut failover = with_fallback(Ok(gpu), || panic!("too early for a retry"));
+    check_answers(&mut failover, 0..8);
+    let incidents = incidents_of(&failover);
+    assert_eq!(
+        incidents.failures.get(&GpuFailureKind::WrongAnswer),
+        Some(&1)
+    );
+    assert_eq!((incidents.messages[0].decision, incidents.on_cpu), (2, 7));
 }
 
-/// What the doc of [`Failover`] admits: another safe sample, rightly scored, passes. Should this begin to fail, the doc
-/// promises too little.
+/// A limit that the documentation of [`Failover`] states: another admissible sample with the right score passes. If
+/// this fails, the documentation promises too little.
 #[test]
-fn a_safe_sample_that_is_not_the_best_is_believed() {
+fn admissible_sample_that_is_not_the_best_passes_the_check() {
     let mut answers = (0..).map(problem).map(|problem| {
-        let answer = truth(&problem, Detail::Samples);
+        let answer = expected_answer(&problem, Detail::Samples);
         (problem, answer)
     });
     let several = |(_, answer): &(QuantizedProblem, Evaluation)| answer.counts.admissible > 1;
-    let (problem, mut answer) = answers.find(several).expect("a problem of many");
-    let all = answer.samples.take().expect("asked for");
+    let (problem, mut answer) = answers.find(several).expect("one of many problems");
+    let all = answer.samples.take().expect("requested");
     let winner = answer.winner.as_mut().expect("an admissible sample");
     let other = (0..)
         .zip(&all)
@@ -306,40 +319,47 @@ fn a_safe_sample_that_is_not_the_best_is_believed() {
     winner.index = index;
     winner.terms = other.terms;
     winner.score = inbye::local::internals::score::score(&other.terms, &normalizers);
-    let told = answer.clone();
-    let gpu = Tricky::boxed(move |_, _, _| Ok(told.clone()));
-    let mut failover = with_cpu(Ok(gpu), || panic!("nothing was lost"));
+    let reported = answer.clone();
+    let gpu = FaultyGpu::boxed(move |_, _, _| Ok(reported.clone()));
+    let mut failover = with_fallback(Ok(gpu), || panic!("no device was lost"));
     assert_eq!(failover.evaluate(&problem, Detail::Answer), Ok(answer));
 }
 
 #[test]
-fn a_batch_falls_to_the_cpu_as_a_whole() {
-    let gpu = Tricky::boxed(|decision, _, mut answer| {
+fn batch_with_a_wrong_answer_runs_on_the_cpu_as_a_whole() {
+    let gpu = FaultyGpu::boxed(|decision, _, mut answer| {
         if decision == 3 {
             answer.counts.outside += 1;
         }
         Ok(answer)
     });
-    let mut failover = with_cpu(Ok(gpu), || panic!("not so soon"));
+    let mut failover = with_fallback(Ok(gpu), || panic!("too early for a retry"));
     let problems: Vec<QuantizedProblem> = (0..5).map(problem).collect();
     let expected: Vec<_> = problems
         .iter()
-        .map(|one| truth(one, Detail::Answer))
+        .map(|one| expected_answer(one, Detail::Answer))
         .collect();
     let answers = failover.evaluate_batch(&problems, Detail::Answer);
     assert_eq!(answers, Ok(expected));
-    let met = met(&failover);
-    assert_eq!((met.decisions, met.on_cpu, met.total_failures()), (1, 1, 1));
+    let incidents = incidents_of(&failover);
+    assert_eq!(
+        (
+            incidents.decisions,
+            incidents.on_cpu,
+            incidents.total_failures()
+        ),
+        (1, 1, 1)
+    );
 }
 
-/// An engine that takes its time to go: it waits to be let go of, and says when it is gone.
-struct Lingering {
+/// An engine whose destructor blocks until it is released, then reports.
+struct SlowToClose {
     engine: Box<dyn Engine>,
-    let_go: Receiver<()>,
-    gone: Arc<AtomicBool>,
+    release: Receiver<()>,
+    closed: Arc<AtomicBool>,
 }
 
-impl Engine for Lingering {
+impl Engine for SlowToClose {
     fn name(&self) -> String {
         self.engine.name()
     }
@@ -361,63 +381,63 @@ impl Engine for Lingering {
     }
 }
 
-impl Drop for Lingering {
+impl Drop for SlowToClose {
     fn drop(&mut self) {
-        // Bounded, so that a decision that waits for this fails below and does not hang.
-        let _ = self.let_go.recv_timeout(Duration::from_secs(60));
-        self.gone.store(true, Ordering::SeqCst);
+        // With a timeout, so that a decision that waits for this fails below instead of hanging.
+        let _ = self.release.recv_timeout(Duration::from_secs(60));
+        self.closed.store(true, Ordering::SeqCst);
     }
 }
 
 #[test]
-fn no_decision_waits_for_a_device_to_close_or_to_open() {
-    let (let_go, when_let_go) = channel();
-    let gone = Arc::new(AtomicBool::new(false));
-    let gpu = Lingering {
-        engine: Tricky::boxed(|_, _, _| Err(lost(GpuFailureKind::TimedOut))),
-        let_go: when_let_go,
-        gone: Arc::clone(&gone),
+fn decisions_do_not_wait_for_a_device_to_close_or_open() {
+    let (release, released) = channel();
+    let closed = Arc::new(AtomicBool::new(false));
+    let gpu = SlowToClose {
+        engine: FaultyGpu::boxed(|_, _, _| Err(lost(GpuFailureKind::TimedOut))),
+        release: released,
+        closed: Arc::clone(&closed),
     };
     let (opens, when_open) = channel();
     let when_open = Mutex::new(when_open);
     let source = BackgroundOpener::new(move || {
-        let told = when_open.lock().expect("nobody panics").recv();
-        told.map_err(|_| EngineError::NoAdapter)?;
-        Ok(Tricky::honest())
+        let reported = when_open.lock().expect("no thread panics").recv();
+        reported.map_err(|_| EngineError::NoAdapter)?;
+        Ok(FaultyGpu::correct())
     });
     let cpu = CpuEngine::single_threaded();
     let mut failover = Failover::new(Ok(Box::new(gpu)), source, cpu);
-    ask(&mut failover, 0..30);
-    assert!(!gone.load(Ordering::SeqCst));
-    let still = met(&failover);
+    check_answers(&mut failover, 0..30);
+    assert!(!closed.load(Ordering::SeqCst));
+    let still = incidents_of(&failover);
     assert_eq!(
         (still.on_cpu, still.reopened, still.reopen_failures),
         (30, 0, 0)
     );
-    let_go.send(()).expect("it is being closed");
+    release.send(()).expect("it is being closed");
     opens.send(()).expect("it is being opened");
     let mut case = 30;
     while failover.kind() == "cpu" {
-        ask(&mut failover, case..case + 1);
+        check_answers(&mut failover, case..case + 1);
         case += 1;
     }
-    assert_eq!(met(&failover).reopened, 1);
+    assert_eq!(incidents_of(&failover).reopened, 1);
     drop(failover);
-    assert!(gone.load(Ordering::SeqCst));
+    assert!(closed.load(Ordering::SeqCst));
 }
 
 #[test]
-fn a_thread_that_panics_while_it_opens_a_device_is_an_attempt_in_vain() {
-    let source = BackgroundOpener::new(|| panic!("as told"));
+fn panic_while_opening_a_device_is_a_failed_attempt() {
+    let source = BackgroundOpener::new(|| panic!("simulated"));
     let cpu = CpuEngine::single_threaded();
     let mut failover = Failover::new(Err(EngineError::NoAdapter), source, cpu);
     let mut case = 0;
-    while met(&failover).reopen_failures == 0 {
-        ask(&mut failover, case..case + 1);
+    while incidents_of(&failover).reopen_failures == 0 {
+        check_answers(&mut failover, case..case + 1);
         case += 1;
     }
     assert_eq!(
-        met(&failover).messages[1].kind,
+        incidents_of(&failover).messages[1].kind,
         Some(GpuFailureKind::OpenFailed)
     );
 }

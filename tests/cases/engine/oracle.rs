@@ -1,7 +1,7 @@
-//! The engines' integers against an oracle in real numbers, and the ranges within which that holds.
+//! Compares the engines' integers with an oracle in real numbers, and tests the ranges in which they agree.
 //!
-//! Trajectories of 0.5 to 32 m, 1 to 200 steps, cells of 0.02 to 0.5 m, 1300 scenes with 197,265 samples. Largest
-//! errors measured by these tests, which print them (`cargo test --test oracle -- --nocapture`):
+//! Trajectories of 0.5 to 32 m, 1 to 200 steps, cells of 0.02 to 0.5 m, 1300 scenes with 197,265 samples. The tests
+//! print the largest errors (`cargo test --test engine oracle -- --nocapture`):
 //!
 //! | quantity | allowed | measured |
 //! |---|---|---|
@@ -14,26 +14,23 @@
 //! | score of the winner, for its own terms | 1e-8 | 1.2e-9 |
 //! | score of the winner below the best, on the oracle's terms | 1e-4 | 0 |
 //!
-//! A sample's reason is the oracle's wherever it does not hang on a millimetre: on all but 0.4 % of the samples. A
-//! clearance is held twice: against the distance from the disc's centre, as above, and to 1 mm against the distance
-//! from the centre of the cell that it lies in, which is how the field is read. The last row reads it that way too, and
-//! is asked only where every term is divided by enough to tell it from rounding (`crate::support::closeness::SCALES`).
+//! A sample's status equals the oracle's unless it depends on a millimetre; 0.4 % of the samples do. A clearance is
+//! compared twice: with the distance from the disc's centre, as above, and to 1 mm with the distance from the centre of
+//! its cell, as the field is read. The last row uses the second distance, and only scenes in which every term has a
+//! divisor large enough against rounding (`crate::support::closeness::SCALES`).
 
 use crate::support::closeness::{Worst, compare};
 use crate::support::naive::Fault;
 use crate::support::scenes::Scene;
 
-#[expect(
-    clippy::print_stderr,
-    reason = "the measured errors are for people to read"
-)]
+#[expect(clippy::print_stderr, reason = "prints the measured errors")]
 fn report(what: &str, worst: &Worst) {
     eprintln!("{what}:\n{worst}");
     worst.assert_within_bounds();
 }
 
 #[test]
-fn random_problems_of_the_benchmark_are_close_to_the_oracle() {
+fn random_problems_are_close_to_the_oracle() {
     let mut worst = Worst::default();
     for case in 0..400 {
         let scene = Scene::of_bench(20, case);
@@ -43,7 +40,7 @@ fn random_problems_of_the_benchmark_are_close_to_the_oracle() {
 }
 
 #[test]
-fn trajectories_of_any_promised_length_are_close_to_the_oracle() {
+fn trajectories_of_every_length_are_close_to_the_oracle() {
     for reach_m in [0.5, 2.0, 4.0, 8.0, 16.0, 32.0] {
         let mut worst = Worst::default();
         for case in 0..150 {
@@ -59,9 +56,9 @@ fn trajectories_of_any_promised_length_are_close_to_the_oracle() {
     }
 }
 
-/// Each test above must be able to fail: an oracle with a mistake must be told from the engine.
+/// Each test above must be able to fail: it must report an oracle with a fault.
 #[test]
-fn an_oracle_with_one_mistake_is_caught() {
+fn oracle_with_a_fault_is_reported() {
     for (fault, quantity) in [
         (Fault::TurnsFirst, "end off by"),
         (

@@ -1,4 +1,4 @@
-//! The shaders without a GPU: they are valid, within the limits that every adapter has, and the twins of the Rust.
+//! The shaders, tested without a GPU: they are valid, within the limits of every adapter, and twins of the Rust code.
 
 use core::mem::{offset_of, size_of};
 
@@ -17,15 +17,15 @@ use naga::proc::Layouter;
 use naga::valid::{Capabilities, GlobalUse, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, ShaderStage, StorageAccess, TypeInner};
 
-/// What WebGPU promises of every adapter.
-const MOST_INVOCATIONS: u32 = 256;
-const MOST_WORKGROUP_BYTES: u32 = 16_384;
-const MOST_STORAGE_BUFFERS: usize = 8;
-const MOST_WORKGROUPS: u32 = 65_535;
-const MOST_UNIFORM_BYTES: usize = 65_536;
+/// Limits that WebGPU guarantees on every adapter.
+const MAX_INVOCATIONS: u32 = 256;
+const MAX_WORKGROUP_BYTES: u32 = 16_384;
+const MAX_STORAGE_BUFFERS: usize = 8;
+const MAX_WORKGROUPS: u32 = 65_535;
+const MAX_UNIFORM_BYTES: usize = 65_536;
 
-/// The most samples of a problem, and of a batch.
-const MOST_SAMPLES: u32 = 1 << 22;
+/// Largest number of samples of a problem, and of a batch.
+const MAX_SAMPLES: u32 = 1 << 22;
 
 fn module() -> (Module, ModuleInfo) {
     let source = source();
@@ -42,7 +42,7 @@ fn module() -> (Module, ModuleInfo) {
 }
 
 #[test]
-fn the_assembled_module_is_valid_and_has_its_entry_points() {
+fn assembled_module_is_valid_and_has_its_entry_points() {
     let (module, _) = module();
     let names: Vec<&str> = module
         .entry_points
@@ -59,13 +59,13 @@ fn the_assembled_module_is_valid_and_has_its_entry_points() {
 }
 
 #[test]
-fn a_mistake_in_a_shader_is_not_valid() {
+fn invalid_shader_is_rejected() {
     let broken = source().replacen("header.steps", "header.step", 1);
     assert!(wgsl::parse_str(&broken).is_err());
 }
 
 #[test]
-fn every_entry_point_is_within_the_limits_of_every_adapter() {
+fn entry_points_are_within_the_limits_of_every_adapter() {
     let (module, info) = module();
     let mut layouter = Layouter::default();
     layouter
@@ -74,7 +74,7 @@ fn every_entry_point_is_within_the_limits_of_every_adapter() {
     for (index, entry) in module.entry_points.iter().enumerate() {
         let invocations: u32 = entry.workgroup_size.iter().product();
         assert!(
-            invocations <= MOST_INVOCATIONS,
+            invocations <= MAX_INVOCATIONS,
             "{}: {invocations}",
             entry.name
         );
@@ -89,13 +89,13 @@ fn every_entry_point_is_within_the_limits_of_every_adapter() {
             .map(|(_, global)| layouter[global.ty].size)
             .sum();
         assert!(
-            shared <= MOST_WORKGROUP_BYTES,
+            shared <= MAX_WORKGROUP_BYTES,
             "{}: {shared} bytes",
             entry.name
         );
         let buffers = used(|space| matches!(space, AddressSpace::Storage { .. })).count();
         assert!(
-            buffers <= MOST_STORAGE_BUFFERS,
+            buffers <= MAX_STORAGE_BUFFERS,
             "{}: {buffers} buffers",
             entry.name
         );
@@ -106,15 +106,15 @@ fn every_entry_point_is_within_the_limits_of_every_adapter() {
         };
         if let Some(per_group) = one_invocation_for_each {
             assert_eq!(entry.workgroup_size, [per_group, 1, 1], "{}", entry.name);
-            // Each problem of a batch fills up its last workgroup.
+            // Each problem of a batch rounds up to whole workgroups.
             assert!(
-                MOST_SAMPLES.div_ceil(per_group) + MAX_PROBLEMS as u32 <= MOST_WORKGROUPS,
+                MAX_SAMPLES.div_ceil(per_group) + MAX_PROBLEMS as u32 <= MAX_WORKGROUPS,
                 "{}",
                 entry.name
             );
         }
     }
-    // One bind group layout serves all of them.
+    // All entry points share one bind group layout.
     let storage =
         |global: &naga::GlobalVariable| matches!(global.space, AddressSpace::Storage { .. });
     let all = module
@@ -122,16 +122,16 @@ fn every_entry_point_is_within_the_limits_of_every_adapter() {
         .iter()
         .filter(|(_, global)| storage(global))
         .count();
-    assert!(all <= MOST_STORAGE_BUFFERS, "{all} storage buffers");
+    assert!(all <= MAX_STORAGE_BUFFERS, "{all} storage buffers");
     let uniform = struct_of(&module, "Batch").0;
     assert!(
-        uniform <= MOST_UNIFORM_BYTES,
+        uniform <= MAX_UNIFORM_BYTES,
         "{uniform} bytes of uniform buffer"
     );
 }
 
 #[test]
-fn bindings_are_reached_as_the_shaders_declare() {
+fn bindings_have_the_access_that_the_shaders_declare() {
     let (module, _) = module();
     let declared = module.global_variables.iter().filter_map(|(_, global)| {
         let access = match global.space {
@@ -171,7 +171,7 @@ fn functions(text: &str, test_module: &str) -> Vec<String> {
     names
 }
 
-/// A Rust file, the functions that only it has, and those that only its twin has.
+/// A Rust file, its functions without a twin, and the shader's functions without a twin.
 struct Twins {
     rust: &'static str,
     shader: &'static str,
@@ -202,22 +202,22 @@ const TWINS: [Twins; 4] = [
     Twins {
         rust: include_str!("../../../src/local/score.rs"),
         shader: "score.wgsl",
-        // All four at once on the CPU, one at a time in the shader.
+        // Rust computes all four together, the shader one at a time.
         only_rust: &["normalizers"],
         only_shader: &["term_normalizer"],
     },
     Twins {
         rust: include_str!("../../../src/local/select.rs"),
         shader: "select.wgsl",
-        // The shader adds up in its workgroups, in evaluate.wgsl.
+        // The shader accumulates in its workgroups, in evaluate.wgsl.
         only_rust: &["count", "accumulate", "merge"],
-        // A constant, and the `<` of i64, in Rust.
+        // Rust uses a constant and the `<` of i64.
         only_shader: &["no_candidate", "less_signed"],
     },
 ];
 
 #[test]
-fn the_twins_have_the_same_functions_in_the_same_order() {
+fn twins_have_the_same_functions_in_the_same_order() {
     for twins in TWINS {
         let name = twins.shader;
         let part = PARTS.iter().find(|(part, _)| *part == name);
@@ -247,7 +247,7 @@ fn the_twins_have_the_same_functions_in_the_same_order() {
     }
 }
 
-/// A struct's size, and its fields' names and offsets in bytes.
+/// Size of a struct, and names and offsets of its fields in bytes.
 type Layout = (usize, Vec<(&'static str, usize)>);
 
 macro_rules! layout {
@@ -260,7 +260,7 @@ macro_rules! layout {
 }
 
 #[test]
-fn structs_are_laid_out_alike_on_both_sides() {
+fn structs_have_the_same_layout_on_both_sides() {
     let (module, _) = module();
     #[rustfmt::skip]
     let all: [(&str, Layout); 9] = [
@@ -294,7 +294,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
     assert_eq!(struct_of(&module, "Batch"), (BATCH_BYTES, batch));
 }
 
-/// The shaders' own structs of the same words as Rust's, which never cross over as such.
+/// Structs of both sides that are never copied between host and device.
 #[test]
 fn terms_and_normalizers_have_the_same_fields() {
     let (module, _) = module();
@@ -305,7 +305,7 @@ fn terms_and_normalizers_have_the_same_fields() {
             .map(|(member, _)| member)
             .collect::<Vec<_>>()
     };
-    // Destructured without `..`, so that a new field does not compile here.
+    // Destructured without `..`, so that a new field is a compile error here.
     let Terms {
         heading,
         clearance,
