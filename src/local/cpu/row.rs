@@ -40,7 +40,7 @@ pub struct LaneOutcome<L: Lanes> {
 }
 
 impl<L: Lanes> LaneOutcome<L> {
-    /// The result of samples that stay on the field and are judged by their smallest clearance.
+    /// The result of samples that stay on the field and whose status depends on the smallest clearance.
     #[inline(always)]
     fn of_clearance(token: L::FeatureToken, least: L) -> Self {
         let zero = L::splat(token, 0);

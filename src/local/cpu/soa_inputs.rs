@@ -55,7 +55,7 @@ pub struct SoaInputs {
     pub stride: usize,
     /// Number of steps, rounded up to whole vectors.
     pub steps: usize,
-    /// Whether the order of the steps is free. This needs samples that are judged by their smallest clearance, and
+    /// Whether the order of the steps is free. This needs samples whose status depends on the smallest clearance, and
     /// positions small enough for the short conversion from product to cell
     /// ([`super::displacement_table::DisplacementTable`]).
     pub order_free: bool,
