@@ -1,9 +1,9 @@
-//! The interface to a base: frames, sessions, the sender, and the program against an emulated base in another process.
+//! Bases: protocols, sessions, the supervisor, and the program with an emulated base in another process.
 
 mod cases {
     mod base {
+        mod emulated_base;
         mod interface;
         mod wire;
-        mod wired;
     }
 }

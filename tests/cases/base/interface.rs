@@ -1,4 +1,4 @@
-//! The wire to a base: WHEELTEC frames as bytes, and a serial line over a pair of pseudo-terminals.
+//! WHEELTEC frames as bytes, and a serial base over a pair of pseudo-terminals.
 
 use inbye::base::BaseError;
 use inbye::base::wheeltec::{COMMAND_LENGTH, Command, Decoder, FEEDBACK_LENGTH, Report};
@@ -11,7 +11,7 @@ const GOLDEN_COMMAND: [u8; COMMAND_LENGTH] = [
     0x7B, 0x00, 0x00, 0x01, 0xF4, 0x00, 0x00, 0xFF, 0x9C, 0xED, 0x7D,
 ];
 
-/// The stop command, whose check byte is the head's.
+/// The stop command; its check byte equals the head mark.
 const GOLDEN_STOP: [u8; COMMAND_LENGTH] = [
     0x7B, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x7B, 0x7D,
 ];
@@ -33,7 +33,7 @@ fn decode(bytes: &[u8]) -> Vec<Report> {
     decoder.collect()
 }
 
-/// Reports whose numbers are full of the head and tail bytes.
+/// Reports whose numbers contain many head and tail marks.
 fn random_report(rng: &mut Pcg64Mcg) -> Report {
     let mut number = |scale: f64| match rng.random_range(0..4) {
         0 => f64::from(0x7B7D) / scale,
@@ -73,7 +73,7 @@ fn commands_round_halves_away_from_zero_and_saturate() {
 }
 
 #[test]
-fn commands_that_are_not_finite_are_refused() {
+fn commands_that_are_not_finite_are_rejected() {
     for (linear, angular) in [
         (f64::NAN, 0.0),
         (0.0, f64::INFINITY),
@@ -102,7 +102,7 @@ fn feedback_decodes_the_golden_frame() {
 }
 
 #[test]
-fn a_base_reads_the_commands_a_host_writes() {
+fn base_decodes_commands_of_host() {
     let mut decoder = Decoder::<Command>::default();
     decoder.push(&GOLDEN_STOP);
     decoder.push(&GOLDEN_COMMAND);
@@ -112,7 +112,7 @@ fn a_base_reads_the_commands_a_host_writes() {
 }
 
 #[test]
-fn a_frame_may_be_split_at_every_byte() {
+fn frame_may_be_split_at_every_byte() {
     for split in 0..=FEEDBACK_LENGTH {
         let mut decoder = Decoder::<Report>::default();
         decoder.push(&GOLDEN_FEEDBACK[..split]);
@@ -132,7 +132,7 @@ fn a_frame_may_be_split_at_every_byte() {
 }
 
 #[test]
-fn marks_inside_frames_do_not_confuse_a_clean_stream_in_random_pieces() {
+fn marks_inside_frames_are_harmless_in_clean_stream() {
     let mut rng = Pcg64Mcg::seed_from_u64(11);
     for _ in 0..200 {
         let sent: Vec<Report> = (0..10).map(|_| random_report(&mut rng)).collect();
@@ -154,7 +154,7 @@ fn marks_inside_frames_do_not_confuse_a_clean_stream_in_random_pieces() {
 }
 
 #[test]
-fn every_damaged_byte_costs_its_own_frame_and_not_the_next() {
+fn damaged_byte_loses_own_frame_only() {
     for at in 0..FEEDBACK_LENGTH {
         for flip in [0x01, 0x80, 0xFF] {
             let mut damaged = GOLDEN_FEEDBACK;
@@ -174,7 +174,7 @@ fn every_damaged_byte_costs_its_own_frame_and_not_the_next() {
 }
 
 #[test]
-fn a_cut_frame_and_noise_are_dropped_and_counted() {
+fn truncated_frame_and_noise_are_dropped_and_counted() {
     for cut in 1..FEEDBACK_LENGTH {
         let mut decoder = Decoder::<Report>::default();
         decoder.push(&[0x00, 0x7D, 0x55]);
@@ -197,8 +197,8 @@ mod serial {
 
     use super::{GOLDEN_COMMAND, GOLDEN_FEEDBACK, GOLDEN_STOP};
 
-    /// Bounds so generous that a busy machine does not trip them.
-    const PATIENT: SerialSettings = SerialSettings {
+    /// Generous enough for a busy machine.
+    const LONG_TIMEOUTS: SerialSettings = SerialSettings {
         send_timeout: Duration::from_secs(20),
         request_timeout: Duration::from_secs(20),
         feedback_timeout: Duration::from_secs(60),
@@ -211,16 +211,17 @@ mod serial {
     }
 
     fn connect(settings: SerialSettings) -> (TTYPort, Wheeltec) {
-        let (mut peer, port) = TTYPort::pair().expect("pseudo-terminals");
-        peer.set_timeout(Duration::from_secs(20))
+        let (mut device, port) = TTYPort::pair().expect("pseudo-terminals");
+        device
+            .set_timeout(Duration::from_secs(20))
             .expect("a timeout");
         (
-            peer,
+            device,
             SerialBase::from_port(Box::new(port), "pty", session(), settings),
         )
     }
 
-    /// The first answer that is not "nothing yet": bytes take a moment through the terminal.
+    /// Waits for the first feedback: bytes take a moment through the terminal.
     fn await_feedback(base: &mut Wheeltec) -> Result<Feedback, BaseError> {
         loop {
             match base.feedback() {
@@ -232,38 +233,38 @@ mod serial {
 
     #[test]
     fn command_bytes_arrive() {
-        let (mut peer, mut base) = connect(PATIENT);
+        let (mut device, mut base) = connect(LONG_TIMEOUTS);
         base.send(&Twist::new(0.5, -0.1)).unwrap();
         base.send(&Twist::STOP).unwrap();
         let mut bytes = [0; 22];
-        peer.read_exact(&mut bytes).unwrap();
+        device.read_exact(&mut bytes).unwrap();
         assert_eq!(bytes, [GOLDEN_COMMAND, GOLDEN_STOP].concat()[..]);
     }
 
     #[test]
-    fn a_command_that_is_not_finite_is_refused_and_nothing_is_sent() {
-        let (mut peer, mut base) = connect(PATIENT);
+    fn command_that_is_not_finite_sends_nothing() {
+        let (mut device, mut base) = connect(LONG_TIMEOUTS);
         let refusal = base.send(&Twist::new(f64::NAN, 0.0)).unwrap_err();
         assert!(matches!(refusal, BaseError::NotFinite { .. }), "{refusal}");
         base.send(&Twist::STOP).unwrap();
         let mut bytes = [0; 11];
-        peer.read_exact(&mut bytes).unwrap();
+        device.read_exact(&mut bytes).unwrap();
         assert_eq!(bytes, GOLDEN_STOP);
     }
 
     #[test]
-    fn feedback_in_pieces_is_decoded_and_the_newest_kept() {
-        let (mut peer, mut base) = connect(PATIENT);
+    fn feedback_in_pieces_is_decoded_and_latest_kept() {
+        let (mut device, mut base) = connect(LONG_TIMEOUTS);
         assert!(matches!(
             base.feedback(),
             Err(BaseError::NoFeedbackYet { .. })
         ));
-        peer.write_all(&GOLDEN_FEEDBACK[..10]).unwrap();
+        device.write_all(&GOLDEN_FEEDBACK[..10]).unwrap();
         assert!(matches!(
             base.feedback(),
             Err(BaseError::NoFeedbackYet { .. })
         ));
-        peer.write_all(&GOLDEN_FEEDBACK[10..]).unwrap();
+        device.write_all(&GOLDEN_FEEDBACK[10..]).unwrap();
         let feedback = await_feedback(&mut base).unwrap();
         let golden = Feedback {
             twist: Twist::new(0.5, -0.1),
@@ -273,13 +274,13 @@ mod serial {
             ..Feedback::default()
         };
         assert_eq!(feedback, golden);
-        assert_eq!(base.feedback(), Ok(golden), "until a newer one comes");
+        assert_eq!(base.feedback(), Ok(golden), "until a newer one arrives");
 
         let stopped = Report {
             motors_disabled: true,
             ..Report::default()
         };
-        peer.write_all(&stopped.encode()).unwrap();
+        device.write_all(&stopped.encode()).unwrap();
         let newer = std::iter::repeat_with(|| base.feedback().unwrap())
             .find(|feedback| *feedback != golden)
             .unwrap();
@@ -288,14 +289,14 @@ mod serial {
     }
 
     #[test]
-    fn silence_beyond_the_bound_is_an_error_even_after_feedback() {
-        let (mut peer, mut base) = connect(SerialSettings {
+    fn silence_after_feedback_times_out() {
+        let (mut device, mut base) = connect(SerialSettings {
             feedback_timeout: Duration::from_millis(200),
-            ..PATIENT
+            ..LONG_TIMEOUTS
         });
-        peer.write_all(&GOLDEN_FEEDBACK).unwrap();
-        // The bound may pass before the first answer on a busy machine; silence must be told in either case.
-        let told = std::iter::repeat_with(|| base.feedback()).find(|answer| {
+        device.write_all(&GOLDEN_FEEDBACK).unwrap();
+        // On a busy machine the timeout may pass before the first answer.
+        let timed_out = std::iter::repeat_with(|| base.feedback()).find(|answer| {
             matches!(
                 answer,
                 Err(BaseError::TimedOut {
@@ -304,27 +305,27 @@ mod serial {
                 })
             )
         });
-        assert!(told.is_some());
+        assert!(timed_out.is_some());
     }
 
     #[test]
-    fn a_dropped_peer_is_an_error_and_no_hang() {
-        let (peer, mut base) = connect(PATIENT);
-        drop(peer);
-        let gone = BaseError::Disconnected {
+    fn closed_device_is_disconnected() {
+        let (device, mut base) = connect(LONG_TIMEOUTS);
+        drop(device);
+        let disconnected = BaseError::Disconnected {
             port: "pty".to_owned(),
         };
-        assert_eq!(base.send(&Twist::STOP), Err(gone.clone()));
-        assert_eq!(base.feedback(), Err(gone));
+        assert_eq!(base.send(&Twist::STOP), Err(disconnected.clone()));
+        assert_eq!(base.feedback(), Err(disconnected));
     }
 
     #[test]
-    fn a_peer_that_never_reads_does_not_block_beyond_the_bound() {
-        let (mut peer, mut base) = connect(SerialSettings {
+    fn device_that_never_reads_times_out() {
+        let (mut device, mut base) = connect(SerialSettings {
             send_timeout: Duration::from_millis(50),
-            ..PATIENT
+            ..LONG_TIMEOUTS
         });
-        // The terminal holds a few thousand commands; that it fills up at all is what ends this loop.
+        // The terminal holds a few thousand commands before it is full.
         let refusal = (0..100_000)
             .find_map(|_| base.send(&Twist::new(0.5, -0.1)).err())
             .expect("the line never filled up");
@@ -332,11 +333,11 @@ mod serial {
             matches!(refusal, BaseError::TimedOut { timeout_ms: 50, .. }),
             "{refusal}"
         );
-        // Once the peer reads again the line recovers, and what it reads are whole commands but for the one cut off.
+        // When the device reads again the line recovers; all commands are complete except the truncated one.
         let mut decoder = Decoder::<Command>::default();
         let mut bytes = [0; 4096];
-        peer.set_timeout(Duration::from_millis(100)).unwrap();
-        while let Ok(count) = peer.read(&mut bytes) {
+        device.set_timeout(Duration::from_millis(100)).unwrap();
+        while let Ok(count) = device.read(&mut bytes) {
             decoder.push(&bytes[..count]);
         }
         assert!(
@@ -345,9 +346,9 @@ mod serial {
                 .all(|command| command.twist == Twist::new(0.5, -0.1))
         );
         base.send(&Twist::STOP).unwrap();
-        peer.set_timeout(Duration::from_secs(20)).unwrap();
+        device.set_timeout(Duration::from_secs(20)).unwrap();
         let last = loop {
-            let count = peer.read(&mut bytes).unwrap();
+            let count = device.read(&mut bytes).unwrap();
             decoder.push(&bytes[..count]);
             if let Some(command) = decoder.next() {
                 break command;
@@ -358,7 +359,7 @@ mod serial {
     }
 
     #[test]
-    fn a_port_that_is_not_there_is_named() {
+    fn missing_port_is_named() {
         let error = SerialBase::open("no-such-port", session(), SerialSettings::default())
             .err()
             .unwrap();

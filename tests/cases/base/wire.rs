@@ -1,17 +1,17 @@
-//! The wire to a base, without a wire: frames in damaged streams, conversations in memory, track speeds, and the judge of
-//! what a base does.
+//! Protocols and safety without a serial port: frames in damaged streams, sessions with simulated devices, ramps, the fault
+//! detector and the supervisor.
 
-mod conversations;
 mod emulator;
 mod fault_detector;
 mod goldens;
 mod ld19;
-mod line;
-mod mixing;
+mod mixer;
 #[cfg(all(unix, feature = "serial"))]
 mod port;
+mod property;
 mod safety;
+mod sessions;
+mod simulated_link;
 mod stops;
 mod streams;
 mod supervisor;
-mod sure;

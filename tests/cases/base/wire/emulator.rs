@@ -1,4 +1,4 @@
-//! The emulated base against every session: it drives as it is told, and each trouble is found and named.
+//! The emulated base with every session: it follows commands, and each injected fault is detected.
 
 use inbye::base::{
     BaseSample, BaseSettings, CommandStats, Emulator, FaultDetector, FaultDetectorSettings, Faults,
@@ -7,21 +7,21 @@ use inbye::base::{
 use inbye::geometry::Twist;
 use inbye::robot::{Mixer, Side};
 
-/// One turn of both loops, seconds.
-const TURN_S: f64 = 0.002;
-/// Turns from one command to the next: 50 a second.
-const TURNS_PER_COMMAND: usize = 10;
+/// Simulation step, seconds.
+const STEP_S: f64 = 0.002;
+/// Steps between commands: 50 commands per second.
+const STEPS_PER_COMMAND: usize = 10;
 
 const CURVE: Twist = Twist::new(0.4, 0.3);
 
-/// A session with its ramp and its judge, and an emulated base, without a line between them.
+/// A session with ramps and fault detector, and an emulated base, without a line between them.
 struct Pair {
     emulator: Emulator,
     session: Box<dyn Session>,
     mixer: Mixer,
-    judge: FaultDetector,
-    turns: usize,
-    verdict: Option<(f64, StopCause)>,
+    detector: FaultDetector,
+    steps: usize,
+    cause: Option<(f64, StopCause)>,
     bytes: Vec<u8>,
 }
 
@@ -32,64 +32,64 @@ impl Pair {
             emulator: Emulator::new(protocol, settings, seed).expect("valid settings"),
             session: protocol.session(settings).expect("valid settings"),
             mixer: Mixer::new(settings.drive(), settings.tracks),
-            judge: FaultDetector::new(&settings, FaultDetectorSettings::default())
+            detector: FaultDetector::new(&settings, FaultDetectorSettings::default())
                 .expect("valid settings"),
-            turns: 0,
-            verdict: None,
+            steps: 0,
+            cause: None,
             bytes: Vec::new(),
         }
     }
 
-    fn with(protocol: Protocol, troubles: &[ScheduledFault]) -> Self {
+    fn with(protocol: Protocol, faults: &[ScheduledFault]) -> Self {
         let mut pair = Self::new(protocol, 1);
-        for trouble in troubles {
-            pair.emulator.schedule(*trouble);
+        for fault in faults {
+            pair.emulator.schedule(*fault);
         }
         pair
     }
 
     fn now_s(&self) -> f64 {
-        TURN_S * self.turns as f64
+        STEP_S * self.steps as f64
     }
 
-    /// Commands a motion for a time, unless the judge has spoken.
-    fn keep_on(&mut self, wanted: Twist, time_s: f64) {
-        for _ in 0..(time_s / TURN_S).round() as usize {
-            if self.turns.is_multiple_of(TURNS_PER_COMMAND) {
-                let wanted = self.verdict.map_or(wanted, |_| Twist::STOP);
-                let told = self.mixer.mix(&wanted, TURN_S * TURNS_PER_COMMAND as f64);
-                let told = self.mixer.twist(&told);
-                self.session.command(&told).expect("a finite command");
-                self.update(told);
+    /// Commands a motion for a time, or zero after a fault was detected.
+    fn drive_for(&mut self, target: Twist, time_s: f64) {
+        for _ in 0..(time_s / STEP_S).round() as usize {
+            if self.steps.is_multiple_of(STEPS_PER_COMMAND) {
+                let target = self.cause.map_or(target, |_| Twist::STOP);
+                let speeds = self.mixer.mix(&target, STEP_S * STEPS_PER_COMMAND as f64);
+                let command = self.mixer.twist(&speeds);
+                self.session.command(&command).expect("a finite command");
+                self.detect(command);
             }
-            self.turn();
+            self.step();
         }
     }
 
-    fn update(&mut self, sent: Twist) {
+    fn detect(&mut self, sent: Twist) {
         let now_s = self.now_s();
-        let Some(heard) = self.session.latest() else {
+        let Some(latest) = self.session.latest() else {
             return;
         };
-        let look = BaseSample {
+        let sample = BaseSample {
             now_s,
             sent,
-            feedback: heard.feedback,
+            feedback: latest.feedback,
         };
-        if let (None, Some(verdict)) = (self.verdict, self.judge.update(&look)) {
-            self.verdict = Some((now_s, *verdict));
+        if let (None, Some(cause)) = (self.cause, self.detector.update(&sample)) {
+            self.cause = Some((now_s, *cause));
         }
     }
 
     fn wait(&mut self, time_s: f64) {
-        for _ in 0..(time_s / TURN_S).round() as usize {
-            self.turns += 1;
+        for _ in 0..(time_s / STEP_S).round() as usize {
+            self.steps += 1;
             self.emulator.step(self.now_s(), &mut Vec::new());
         }
     }
 
-    fn turn(&mut self) {
-        self.turns += 1;
+    fn step(&mut self) {
+        self.steps += 1;
         let now_s = self.now_s();
         let mut line = Vec::new();
         self.session.transmit(now_s, &mut line);
@@ -102,10 +102,10 @@ impl Pair {
 }
 
 #[test]
-fn every_protocol_drives_the_machine_and_reports_its_way() {
+fn every_protocol_drives_machine_and_reports_motion() {
     for protocol in Protocol::ALL {
         let mut pair = Pair::new(protocol, 1);
-        pair.keep_on(CURVE, 4.0);
+        pair.drive_for(CURVE, 4.0);
         let (truth, reported) = (
             pair.emulator.twist(),
             pair.session.latest().expect("feedback").feedback.twist,
@@ -117,20 +117,23 @@ fn every_protocol_drives_the_machine_and_reports_its_way() {
                 "{protocol:?}: {twist:?}"
             );
         }
-        let way_m = pair.emulator.travelled_m();
-        // 4 s at 0.4 m/s, less a ramp of 0.3 s, a lag and the connecting.
-        assert!((1.4..1.6).contains(&way_m), "{protocol:?}: {way_m}");
-        assert_eq!(pair.verdict, None);
-        pair.keep_on(Twist::STOP, 1.5);
+        let travelled_m = pair.emulator.travelled_m();
+        // 4 s at 0.4 m/s, less a ramp of 0.3 s, the lag and the time to connect.
+        assert!(
+            (1.4..1.6).contains(&travelled_m),
+            "{protocol:?}: {travelled_m}"
+        );
+        assert_eq!(pair.cause, None);
+        pair.drive_for(Twist::STOP, 1.5);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
-        let orders = pair.emulator.command_stats();
-        assert!(orders.commands > 200 && orders.final_zero_commands > 40);
-        assert_eq!(orders.watchdog_stops, 0);
+        let stats = pair.emulator.command_stats();
+        assert!(stats.commands > 200 && stats.final_zero_commands > 40);
+        assert_eq!(stats.watchdog_stops, 0);
     }
 }
 
 #[test]
-fn a_base_whose_host_is_gone_stops_by_its_watchdog_where_it_has_one() {
+fn watchdog_stops_base_without_host() {
     for (protocol, stops) in [
         (Protocol::Native, 1),
         (Protocol::Roboclaw, 1),
@@ -138,7 +141,7 @@ fn a_base_whose_host_is_gone_stops_by_its_watchdog_where_it_has_one() {
         (Protocol::Wheeltec, 0),
     ] {
         let mut pair = Pair::new(protocol, 1);
-        pair.keep_on(CURVE, 2.0);
+        pair.drive_for(CURVE, 2.0);
         pair.wait(4.0);
         let CommandStats {
             watchdog_stops,
@@ -156,57 +159,57 @@ fn a_base_whose_host_is_gone_stops_by_its_watchdog_where_it_has_one() {
 }
 
 #[test]
-fn the_battery_sags_under_load_and_runs_down() {
+fn battery_sags_under_load_and_discharges() {
     let mut pair = Pair::new(Protocol::Native, 1);
-    pair.keep_on(Twist::STOP, 0.1);
+    pair.drive_for(Twist::STOP, 0.1);
     let full_v = pair.emulator.machine().battery_v;
-    pair.keep_on(Twist::new(1.2, 0.0), 0.5);
-    let starting_v = pair.emulator.machine().battery_v;
-    pair.keep_on(Twist::new(1.2, 0.0), 10.0);
-    pair.keep_on(Twist::STOP, 3.0);
+    pair.drive_for(Twist::new(1.2, 0.0), 0.5);
+    let loaded_v = pair.emulator.machine().battery_v;
+    pair.drive_for(Twist::new(1.2, 0.0), 10.0);
+    pair.drive_for(Twist::STOP, 3.0);
     let rested_v = pair.emulator.machine().battery_v;
-    assert!(starting_v < full_v - 0.15, "{starting_v} of {full_v}");
+    assert!(loaded_v < full_v - 0.15, "{loaded_v} of {full_v}");
     assert!(
-        rested_v > starting_v && rested_v < full_v,
+        rested_v > loaded_v && rested_v < full_v,
         "{rested_v} of {full_v}"
     );
 }
 
-/// What a healthy machine is told, and when a trouble begins.
-fn judged(protocol: Protocol, fault: InjectedFault) -> Option<(f64, StopCause)> {
+/// The detected fault of a machine with an injected fault, and the time to detect it.
+fn detected(protocol: Protocol, fault: InjectedFault) -> Option<(f64, StopCause)> {
     let mut pair = Pair::with(protocol, &[ScheduledFault::from(fault, 2.0)]);
-    pair.keep_on(Twist::new(0.5, 0.0), 6.0);
-    let (at_s, verdict) = pair.verdict?;
-    Some((at_s - 2.0, verdict))
+    pair.drive_for(Twist::new(0.5, 0.0), 6.0);
+    let (at_s, cause) = pair.cause?;
+    Some((at_s - 2.0, cause))
 }
 
 #[test]
-fn each_trouble_of_the_machine_is_found_by_every_host() {
+fn every_machine_fault_is_detected_in_every_protocol() {
     for protocol in Protocol::ALL {
-        let side = |verdict: &StopCause| match verdict {
+        let side = |cause: &StopCause| match cause {
             StopCause::Stuck { side, .. } => Some(*side),
             _ => None,
         };
-        for (trouble, at) in [
+        for (fault, at) in [
             (InjectedFault::StuckLeft, Side::Left),
             (InjectedFault::StuckRight, Side::Right),
         ] {
-            let (after_s, verdict) = judged(protocol, trouble).expect("a verdict");
-            assert_eq!(side(&verdict), Some(at), "{protocol:?}: {verdict}");
+            let (after_s, cause) = detected(protocol, fault).expect("a cause");
+            assert_eq!(side(&cause), Some(at), "{protocol:?}: {cause}");
             assert!(after_s < 1.5, "{protocol:?}: {after_s}");
         }
-        let (after_s, verdict) = judged(protocol, InjectedFault::Runaway).expect("a verdict");
+        let (after_s, cause) = detected(protocol, InjectedFault::Runaway).expect("a cause");
         assert!(matches!(
-            verdict,
+            cause,
             StopCause::Runaway {
                 side: Side::Left,
                 ..
             }
         ));
         assert!(after_s < 1.0, "{protocol:?}: {after_s}");
-        let (after_s, verdict) = judged(protocol, InjectedFault::Reversed).expect("a verdict");
+        let (after_s, cause) = detected(protocol, InjectedFault::Reversed).expect("a cause");
         assert!(matches!(
-            verdict,
+            cause,
             StopCause::Reversed {
                 side: Side::Left,
                 ..
@@ -217,17 +220,17 @@ fn each_trouble_of_the_machine_is_found_by_every_host() {
 }
 
 #[test]
-fn the_button_stops_the_motors_and_is_told_where_the_protocol_can() {
+fn button_stops_motors_and_is_reported_if_protocol_can() {
     for protocol in Protocol::ALL {
         let button = ScheduledFault::from(InjectedFault::Button, 2.0);
         let mut pair = Pair::with(protocol, &[button]);
-        pair.keep_on(Twist::new(0.5, 0.0), 3.0);
+        pair.drive_for(Twist::new(0.5, 0.0), 3.0);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
         match protocol {
-            // It has no word for it: the tracks stand though they are told to run.
-            Protocol::Arduino => assert_eq!(pair.verdict, None),
+            // The protocol cannot report it.
+            Protocol::Arduino => assert_eq!(pair.cause, None),
             _ => assert_eq!(
-                pair.verdict.map(|(_, verdict)| verdict),
+                pair.cause.map(|(_, cause)| cause),
                 Some(StopCause::EmergencyStop),
                 "{protocol:?}"
             ),
@@ -235,9 +238,8 @@ fn the_button_stops_the_motors_and_is_told_where_the_protocol_can() {
     }
 }
 
-/// Two troubles at once, of which the button is the stronger.
 #[test]
-fn the_button_stops_even_a_runaway() {
+fn button_stops_runaway() {
     let mut pair = Pair::with(
         Protocol::Native,
         &[
@@ -245,48 +247,48 @@ fn the_button_stops_even_a_runaway() {
             "button@2..3".parse().expect("a name and times"),
         ],
     );
-    pair.keep_on(Twist::STOP, 1.9);
+    pair.drive_for(Twist::STOP, 1.9);
     assert!(pair.emulator.twist().linear > 0.7);
-    pair.keep_on(Twist::STOP, 1.0);
+    pair.drive_for(Twist::STOP, 1.0);
     assert_eq!(pair.emulator.twist(), Twist::STOP);
-    pair.keep_on(Twist::STOP, 1.0);
+    pair.drive_for(Twist::STOP, 1.0);
     assert!(pair.emulator.twist().linear > 0.5);
 }
 
 #[test]
-fn a_damaged_line_costs_commands_and_never_invents_motion() {
+fn damaged_line_loses_commands_but_invents_no_motion() {
     for protocol in [Protocol::Native, Protocol::Wheeltec, Protocol::Roboclaw] {
-        for trouble in [InjectedFault::Garbage, InjectedFault::BitFlips] {
-            let mut pair = Pair::with(protocol, &[ScheduledFault::from(trouble, 1.0)]);
+        for fault in [InjectedFault::Garbage, InjectedFault::BitFlips] {
+            let mut pair = Pair::with(protocol, &[ScheduledFault::from(fault, 1.0)]);
             for _ in 0..50 {
-                pair.keep_on(Twist::new(0.4, 0.0), 0.2);
+                pair.drive_for(Twist::new(0.4, 0.0), 0.2);
                 let speed = pair.emulator.twist().linear;
-                assert!(speed < 0.55, "{protocol:?} {trouble}: {speed}");
+                assert!(speed < 0.55, "{protocol:?} {fault}: {speed}");
             }
             let counters = pair.session.counters();
             assert!(
                 counters.dropped_bytes + counters.retries > 0,
-                "{protocol:?} {trouble}: {counters:?}"
+                "{protocol:?} {fault}: {counters:?}"
             );
-            assert!(pair.emulator.twist().linear > 0.3, "{protocol:?} {trouble}");
+            assert!(pair.emulator.twist().linear > 0.3, "{protocol:?} {fault}");
         }
     }
 }
 
 #[test]
-fn silence_ends_the_feedback_and_slow_reads_delay_the_commands() {
+fn silence_ends_feedback_and_slow_reads_delay_commands() {
     let silence = ScheduledFault::from(InjectedFault::Silence, 1.0);
     for protocol in Protocol::ALL {
         let mut pair = Pair::with(protocol, &[silence]);
-        pair.keep_on(CURVE, 2.0);
-        let heard_s = pair.session.latest().expect("feedback before").received_s;
-        assert!(heard_s < 1.01, "{protocol:?}: {heard_s}");
+        pair.drive_for(CURVE, 2.0);
+        let received_s = pair.session.latest().expect("feedback before").received_s;
+        assert!(received_s < 1.01, "{protocol:?}: {received_s}");
         assert!(pair.emulator.twist().linear > 0.3, "{protocol:?}");
-        // It still hears: the host's zeros stop it, by whichever conversation.
+        // It still receives: zeros of another session stop it.
         pair.session = protocol
             .session(BaseSettings::default())
             .expect("as before");
-        pair.keep_on(Twist::STOP, 1.5);
+        pair.drive_for(Twist::STOP, 1.5);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
         assert_eq!(
             pair.emulator.command_stats().watchdog_stops,
@@ -297,32 +299,32 @@ fn silence_ends_the_feedback_and_slow_reads_delay_the_commands() {
 
     let slow = ScheduledFault::from(InjectedFault::SlowReads, 0.0);
     let mut pair = Pair::with(Protocol::Native, &[slow]);
-    pair.keep_on(CURVE, 0.29);
+    pair.drive_for(CURVE, 0.29);
     assert_eq!(pair.emulator.command_stats().commands, 0);
-    pair.keep_on(CURVE, 0.1);
+    pair.drive_for(CURVE, 0.1);
     assert!(pair.emulator.command_stats().commands > 0);
 }
 
-/// Our own frames say which command was taken last; without that a late base looks like one that is slow to start.
+/// Native reports acknowledge commands; without that a late base looks like one that starts slowly.
 #[test]
-fn a_base_that_is_behind_with_its_commands_is_found_where_it_says_so() {
-    let (after_s, verdict) = judged(Protocol::Native, InjectedFault::SlowReads).expect("a verdict");
+fn command_delay_is_detected_in_native_protocol_only() {
+    let (after_s, cause) = detected(Protocol::Native, InjectedFault::SlowReads).expect("a cause");
     assert!(
-        matches!(verdict, StopCause::CommandDelay { delay_s } if (0.2..0.5).contains(&delay_s)),
-        "{verdict}"
+        matches!(cause, StopCause::CommandDelay { delay_s } if (0.2..0.5).contains(&delay_s)),
+        "{cause}"
     );
     assert!(after_s < 1.2, "{after_s}");
-    assert_eq!(judged(Protocol::Wheeltec, InjectedFault::SlowReads), None);
+    assert_eq!(detected(Protocol::Wheeltec, InjectedFault::SlowReads), None);
 }
 
 #[test]
-fn the_same_seed_is_the_same_base_and_another_is_not() {
+fn emulator_is_reproducible_by_seed() {
     let run = |seed| {
         let mut pair = Pair::new(Protocol::Native, seed);
-        for trouble in [InjectedFault::Garbage, InjectedFault::BitFlips] {
-            pair.emulator.schedule(ScheduledFault::from(trouble, 0.5));
+        for fault in [InjectedFault::Garbage, InjectedFault::BitFlips] {
+            pair.emulator.schedule(ScheduledFault::from(fault, 0.5));
         }
-        pair.keep_on(CURVE, 3.0);
+        pair.drive_for(CURVE, 3.0);
         pair.bytes
     };
     assert_eq!(run(1), run(1));
@@ -330,9 +332,9 @@ fn the_same_seed_is_the_same_base_and_another_is_not() {
 }
 
 #[test]
-fn a_healthy_base_reports_no_fault() {
+fn healthy_base_reports_no_fault() {
     let mut pair = Pair::new(Protocol::Native, 1);
-    pair.keep_on(CURVE, 1.0);
+    pair.drive_for(CURVE, 1.0);
     let feedback = pair.session.latest().expect("feedback").feedback;
     assert_eq!(feedback.faults, Faults::NONE);
     assert!(feedback.battery_v.is_some_and(|volts| volts > 24.0));

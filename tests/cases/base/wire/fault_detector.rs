@@ -1,4 +1,4 @@
-//! The judge of what a base does: each fault is found in time and named, and a healthy base is left alone.
+//! The fault detector finds each fault in time, and none on a healthy base.
 
 use inbye::base::{
     BaseSample, BaseSettings, FaultDetector, FaultDetectorSettings, Faults, Feedback, StopCause,
@@ -6,14 +6,14 @@ use inbye::base::{
 use inbye::geometry::Twist;
 use inbye::robot::{Mixer, PerTrack, Side};
 
-/// Time of a look, seconds.
-const LOOK_S: f64 = 0.05;
+/// Sample period, seconds.
+const PERIOD_S: f64 = 0.05;
 /// Time constant of the motors, seconds.
 const LAG_S: f64 = 0.1;
 
-/// A base with a fault, driven by ramped commands under the eyes of the judge.
+/// A base with a fault, driven by ramped commands.
 struct Drive {
-    judge: FaultDetector,
+    detector: FaultDetector,
     mixer: Mixer,
     settings: BaseSettings,
     speeds: PerTrack<f64>,
@@ -27,7 +27,7 @@ impl Drive {
             ..BaseSettings::default()
         };
         Self {
-            judge: FaultDetector::new(&settings, FaultDetectorSettings::default())
+            detector: FaultDetector::new(&settings, FaultDetectorSettings::default())
                 .expect("valid settings"),
             mixer: Mixer::new(settings.drive(), settings.tracks),
             settings,
@@ -36,21 +36,21 @@ impl Drive {
         }
     }
 
-    /// Drives for a time, and returns when the judge spoke, counted from now, and what it said.
-    fn keep_on(
+    /// Drives for a time. Returns the first fault with the time since the call.
+    fn drive_for(
         &mut self,
-        wanted: Twist,
+        target: Twist,
         time_s: f64,
         fault: impl Fn(&mut PerTrack<f64>, &mut Feedback),
     ) -> Option<(f64, StopCause)> {
         let start_s = self.now_s;
-        for _ in 0..(time_s / LOOK_S).round() as usize {
-            self.now_s += LOOK_S;
-            let told = self.mixer.mix(&wanted, LOOK_S);
-            let share = 1.0 - libm::exp(-LOOK_S / LAG_S);
+        for _ in 0..(time_s / PERIOD_S).round() as usize {
+            self.now_s += PERIOD_S;
+            let commanded = self.mixer.mix(&target, PERIOD_S);
+            let share = 1.0 - libm::exp(-PERIOD_S / LAG_S);
             self.speeds = self
                 .speeds
-                .zip(told.into(), |now, told| now + share * (told - now));
+                .zip(commanded.into(), |now, set| now + share * (set - now));
             let mut measured = self.speeds;
             let mut feedback = Feedback {
                 battery_v: Some(24.0),
@@ -61,13 +61,13 @@ impl Drive {
             if feedback.yaw_rate.is_none() {
                 feedback.yaw_rate = Some(feedback.twist.angular);
             }
-            let look = BaseSample {
+            let sample = BaseSample {
                 now_s: self.now_s,
-                sent: self.mixer.twist(&told),
+                sent: self.mixer.twist(&commanded),
                 feedback,
             };
-            if let Some(verdict) = self.judge.update(&look) {
-                return Some((self.now_s - start_s, *verdict));
+            if let Some(cause) = self.detector.update(&sample) {
+                return Some((self.now_s - start_s, *cause));
             }
         }
         None
@@ -77,10 +77,10 @@ impl Drive {
 fn healthy(_: &mut PerTrack<f64>, _: &mut Feedback) {}
 
 #[test]
-fn a_healthy_base_is_left_alone_through_starts_reversals_and_turns() {
+fn healthy_base_has_no_fault_in_starts_reversals_and_turns() {
     let mut drive = Drive::new();
     for round in 0..5 {
-        for wanted in [
+        for target in [
             Twist::new(1.0, 0.0),
             Twist::new(-1.0, 0.0),
             Twist::new(0.0, 2.0),
@@ -91,107 +91,108 @@ fn a_healthy_base_is_left_alone_through_starts_reversals_and_turns() {
             Twist::new(-0.4, 0.8),
         ] {
             let time_s = [0.3, 0.7, 1.5, 3.0, 6.0][round];
-            let verdict = drive.keep_on(wanted, time_s, healthy);
-            assert_eq!(verdict, None, "{wanted:?}");
+            let cause = drive.drive_for(target, time_s, healthy);
+            assert_eq!(cause, None, "{target:?}");
         }
     }
 }
 
 #[test]
-fn a_stuck_track_is_found_on_its_side_and_says_so() {
+fn stuck_track_is_found_on_its_side() {
     for side in [Side::Left, Side::Right] {
         let mut drive = Drive::new();
         let stuck = move |measured: &mut PerTrack<f64>, _: &mut Feedback| match side {
             Side::Left => measured.left = 0.002,
             Side::Right => measured.right = 0.002,
         };
-        let (after_s, verdict) = drive.keep_on(Twist::new(0.5, 0.0), 3.0, stuck).unwrap();
+        let (after_s, cause) = drive.drive_for(Twist::new(0.5, 0.0), 3.0, stuck).unwrap();
         assert!(
-            matches!(verdict, StopCause::Stuck { side: found, .. } if found == side),
-            "{verdict}"
+            matches!(cause, StopCause::Stuck { side: found, .. } if found == side),
+            "{cause}"
         );
         // A ramp to 0.1 m/s, and a second.
         assert!(after_s > 1.0 && after_s < 1.3, "{after_s}");
-        let words =
-            format!("the {side} track stands (measured 0.00 m/s) though it is told 0.50 m/s");
-        assert!(verdict.to_string().starts_with(&words), "{verdict}");
+        let words = format!("the {side} track stands (measured 0.00 m/s) while commanded 0.50 m/s");
+        assert!(cause.to_string().starts_with(&words), "{cause}");
     }
 }
 
 #[test]
-fn a_reversed_track_is_found_before_it_has_gone_far() {
+fn reversed_track_is_found_within_a_second() {
     let mut drive = Drive::new();
     let reversed =
         |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.right = -measured.right;
-    let (after_s, verdict) = drive.keep_on(Twist::new(0.5, 0.0), 3.0, reversed).unwrap();
+    let (after_s, cause) = drive
+        .drive_for(Twist::new(0.5, 0.0), 3.0, reversed)
+        .unwrap();
     assert!(
         matches!(
-            verdict,
+            cause,
             StopCause::Reversed {
                 side: Side::Right,
                 ..
             }
         ),
-        "{verdict}"
+        "{cause}"
     );
     assert!(after_s < 1.0, "{after_s}");
 }
 
 #[test]
-fn a_runaway_is_found_at_rest_and_under_way() {
-    let away = |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.left = 1.2;
-    for wanted in [Twist::STOP, Twist::new(0.5, 0.0)] {
+fn runaway_is_found_at_rest_and_in_motion() {
+    let runaway = |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.left = 1.2;
+    for target in [Twist::STOP, Twist::new(0.5, 0.0)] {
         let mut drive = Drive::new();
-        assert_eq!(drive.keep_on(wanted, 2.0, healthy), None);
-        let (after_s, verdict) = drive.keep_on(wanted, 3.0, away).unwrap();
+        assert_eq!(drive.drive_for(target, 2.0, healthy), None);
+        let (after_s, cause) = drive.drive_for(target, 3.0, runaway).unwrap();
         assert!(
             matches!(
-                verdict,
+                cause,
                 StopCause::Runaway {
                     side: Side::Left,
                     ..
                 }
             ),
-            "{verdict}"
+            "{cause}"
         );
         assert!(after_s < 0.6, "{after_s}");
     }
 }
 
 #[test]
-fn slip_is_found_by_the_gyro_and_only_where_it_is_gross() {
+fn only_gross_slip_is_found() {
     let turn = Twist::new(0.0, 1.5);
     for (share, found) in [(1.0, false), (0.8, false), (0.3, true), (-1.0, true)] {
         let mut drive = Drive::new();
         let slip = move |measured: &mut PerTrack<f64>, feedback: &mut Feedback| {
             feedback.yaw_rate = Some(share * (measured.right - measured.left) / 0.5);
         };
-        let verdict = drive.keep_on(turn, 4.0, slip);
+        let cause = drive.drive_for(turn, 4.0, slip);
         assert_eq!(
-            matches!(verdict, Some((_, StopCause::Slip { .. }))),
+            matches!(cause, Some((_, StopCause::Slip { .. }))),
             found,
-            "{share}: {verdict:?}"
+            "{share}: {cause:?}"
         );
     }
 }
 
 #[test]
-fn a_low_battery_is_found_and_a_sagging_one_is_not() {
+fn low_battery_is_found_but_not_voltage_sag() {
     let mut drive = Drive::new();
     let low = |_: &mut PerTrack<f64>, feedback: &mut Feedback| feedback.battery_v = Some(21.0);
-    assert_eq!(drive.keep_on(Twist::STOP, 4.0, low), None);
-    assert_eq!(drive.keep_on(Twist::STOP, 1.0, healthy), None);
-    let (after_s, verdict) = drive.keep_on(Twist::STOP, 6.0, low).unwrap();
+    assert_eq!(drive.drive_for(Twist::STOP, 4.0, low), None);
+    assert_eq!(drive.drive_for(Twist::STOP, 1.0, healthy), None);
+    let (after_s, cause) = drive.drive_for(Twist::STOP, 6.0, low).unwrap();
     assert!(after_s >= 5.0, "{after_s}");
-    assert!(verdict.to_string().contains("21.0 V"), "{verdict}");
+    assert!(cause.to_string().contains("21.0 V"), "{cause}");
 }
 
 #[test]
-fn what_the_base_says_itself_is_found_at_once() {
+fn reported_faults_are_found_at_once() {
     let reports = |feedback: Feedback| {
-        let say = move |_: &mut PerTrack<f64>, said: &mut Feedback| *said = feedback;
-        let verdict = Drive::new().keep_on(Twist::STOP, 0.1, say);
-        verdict.map(|(_, verdict)| verdict)
+        let report = move |_: &mut PerTrack<f64>, reported: &mut Feedback| *reported = feedback;
+        let cause = Drive::new().drive_for(Twist::STOP, 0.1, report);
+        cause.map(|(_, cause)| cause)
     };
     let faults = Faults::OVERHEATED.union(Faults::WATCHDOG);
     let fault = reports(Feedback {
@@ -212,22 +213,22 @@ fn what_the_base_says_itself_is_found_at_once() {
 }
 
 #[test]
-fn a_verdict_is_kept_until_it_is_released_and_found_again_where_it_still_holds() {
+fn fault_is_kept_until_release_and_found_again_if_it_persists() {
     let mut drive = Drive::new();
-    let away = |measured: &mut PerTrack<f64>, _: &mut Feedback| *measured = PerTrack::both(0.5);
-    let (_, first) = drive.keep_on(Twist::STOP, 3.0, away).unwrap();
-    let (after_s, kept) = drive.keep_on(Twist::STOP, 3.0, healthy).unwrap();
+    let runaway = |measured: &mut PerTrack<f64>, _: &mut Feedback| *measured = PerTrack::both(0.5);
+    let (_, first) = drive.drive_for(Twist::STOP, 3.0, runaway).unwrap();
+    let (after_s, kept) = drive.drive_for(Twist::STOP, 3.0, healthy).unwrap();
     assert_eq!((kept, after_s < 0.06), (first, true));
-    drive.judge.release();
-    assert_eq!(drive.keep_on(Twist::STOP, 3.0, healthy), None);
-    assert!(drive.keep_on(Twist::STOP, 3.0, away).is_some());
+    drive.detector.release();
+    assert_eq!(drive.drive_for(Twist::STOP, 3.0, healthy), None);
+    assert!(drive.drive_for(Twist::STOP, 3.0, runaway).is_some());
 }
 
 #[test]
-fn motion_that_is_not_a_number_is_refused() {
+fn motion_that_is_not_finite_is_fault() {
     let settings = BaseSettings::default();
-    let mut judge = FaultDetector::new(&settings, FaultDetectorSettings::default()).unwrap();
-    let look = BaseSample {
+    let mut detector = FaultDetector::new(&settings, FaultDetectorSettings::default()).unwrap();
+    let sample = BaseSample {
         now_s: 0.0,
         sent: Twist::STOP,
         feedback: Feedback {
@@ -235,5 +236,5 @@ fn motion_that_is_not_a_number_is_refused() {
             ..Feedback::default()
         },
     };
-    assert_eq!(judge.update(&look), Some(&StopCause::NotFinite));
+    assert_eq!(detector.update(&sample), Some(&StopCause::NotFinite));
 }

@@ -1,4 +1,4 @@
-//! Frames byte by byte. Ours and `RoboClaw`'s were computed by a program of its own, in Python, bit by bit:
+//! Golden frames. Those of the native protocol and of `RoboClaw` come from an independent Python program:
 //!
 //! ```python
 //! def crc(data, check):
@@ -34,7 +34,7 @@ fn decoded<F: Frame>(line: &[u8]) -> Vec<F> {
 
 #[test]
 fn native_commands_equal_the_golden_frames() {
-    let still = |sequence, stop, release| Command {
+    let zero = |sequence, stop, release| Command {
         sequence,
         stop,
         release,
@@ -50,15 +50,15 @@ fn native_commands_equal_the_golden_frames() {
             "00 04 01 43 01 01 03 E8 03 01 07 18 FC FF FF C0 CE 00",
         ),
         (
-            still(2, false, false),
+            zero(2, false, false),
             "00 04 01 43 02 01 01 01 01 01 01 01 01 01 03 03 15 00",
         ),
         (
-            still(3, true, false),
+            zero(3, true, false),
             "00 04 01 43 03 02 01 01 01 01 01 01 01 01 03 69 26 00",
         ),
         (
-            still(4, false, true),
+            zero(4, false, true),
             "00 04 01 43 04 02 02 01 01 01 01 01 01 01 03 90 22 00",
         ),
     ] {
@@ -104,8 +104,8 @@ fn native_reports_equal_the_golden_frames() {
 }
 
 #[test]
-fn another_version_another_kind_and_reserved_bits_are_refused() {
-    // Version 2; kind `D`; bit 2 of the flags: each with its right check.
+fn other_version_kind_or_reserved_bit_is_rejected() {
+    // Version 2; kind `D`; bit 2 of the flags: each with a valid CRC.
     for payload in ["02 43 01", "01 44 01", "01 43 01 00 04"] {
         let mut payload = bytes(payload);
         payload.resize(13, 0);
@@ -182,7 +182,7 @@ fn roboclaw_replies_equal_the_golden_bytes() {
             assert_eq!(request.reply(0x80, &damaged), None, "{request:?} bit {bit}");
         }
     }
-    // The answer to another question is none to this one.
+    // The reply to another request is invalid.
     let other = Request::Encoder { second: true };
     assert_eq!(other.reply(0x80, &bytes("00 00 00 64 00 76 93")), None);
 }

@@ -1,4 +1,4 @@
-//! The LD19's packets: as its manual has them, in damaged streams, and put together to turns.
+//! The LD19: its packets, damaged streams, revolutions, and the reader.
 
 use std::cell::Cell;
 use std::f64::consts::FRAC_PI_2;
@@ -18,11 +18,11 @@ use proptest::collection::vec;
 use proptest::prelude::{Strategy, any, prop_assert_eq};
 
 use super::goldens::bytes;
-use super::streams::{Language, holds_everywhere};
-use super::sure::for_all;
+use super::property::for_all;
+use super::streams::{Codec, check_streams};
 
 /// The packet of the manual's section on the protocol.
-const OF_THE_MANUAL: &str = "54 2C 68 08 AB 7E E0 00 E4 DC 00 E2 D9 00 E5 D5 00 E3 D3 00 E4 D0 00 E9 CD 00 E4 CA 00 E2 C7 00 E9 \
+const MANUAL_PACKET: &str = "54 2C 68 08 AB 7E E0 00 E4 DC 00 E2 D9 00 E5 D5 00 E3 D3 00 E4 D0 00 E9 CD 00 E4 CA 00 E2 C7 00 E9 \
     C5 00 E5 C2 00 E5 C0 00 E5 BE 82 3A 1A 50";
 
 fn packets(stream: &[u8]) -> Vec<Packet> {
@@ -32,8 +32,8 @@ fn packets(stream: &[u8]) -> Vec<Packet> {
 }
 
 #[test]
-fn the_packet_of_the_manual_is_read_as_the_manual_says_and_written_again() {
-    let line = bytes(OF_THE_MANUAL);
+fn manual_packet_round_trips() {
+    let line = bytes(MANUAL_PACKET);
     let found = packets(&line);
     let [packet] = found.as_slice() else {
         panic!("{found:?}")
@@ -55,7 +55,7 @@ fn the_packet_of_the_manual_is_read_as_the_manual_says_and_written_again() {
 
 struct Ld19;
 
-impl Language for Ld19 {
+impl Codec for Ld19 {
     type Item = Packet;
     fn encode(item: &Packet) -> Vec<u8> {
         item.encode().to_vec()
@@ -71,7 +71,7 @@ impl Language for Ld19 {
     }
 }
 
-/// Packets without the marks of a head in their points, so that damage makes no window over two of them.
+/// Packets without header bytes in their points, so that damage creates no packet across two of them.
 fn packet() -> impl Strategy<Value = Packet> {
     let point = (0..84_u16, 0..84_u8).prop_map(|(high, intensity)| Point {
         distance_mm: high << 8 | 0x11,
@@ -93,19 +93,19 @@ fn packet() -> impl Strategy<Value = Packet> {
 }
 
 #[test]
-fn packets_survive_every_stream() {
-    holds_everywhere::<Ld19>(packet());
+fn packets_are_found_in_every_stream() {
+    check_streams::<Ld19>(packet());
 }
 
-/// A CRC of 8 bits sees every wrong bit and every burst of up to 8 bits; of the rest one in 256 is believed, and not more.
+/// A CRC-8 detects every wrong bit and every burst of up to 8 bits; of other damage it accepts one in 256.
 #[test]
-fn no_packet_with_a_wrong_bit_or_burst_is_believed() {
-    let line = bytes(OF_THE_MANUAL);
+fn packet_with_wrong_bit_or_burst_is_rejected() {
+    let line = bytes(MANUAL_PACKET);
     let flipped = |first: usize, burst: u8| {
         let mut line = line.clone();
         for bit in 0..8 {
             if burst >> bit & 1 != 0 && first + bit < 8 * line.len() {
-                // In the order in which the check takes them: the highest bit of a byte first.
+                // In the order of the CRC: the highest bit of a byte first.
                 line[(first + bit) / 8] ^= 0x80 >> ((first + bit) % 8);
             }
         }
@@ -120,7 +120,7 @@ fn no_packet_with_a_wrong_bit_or_burst_is_believed() {
             );
         }
     }
-    let believed = Cell::new(0);
+    let accepted = Cell::new(0);
     for_all(
         20_000,
         (packet(), any::<u64>(), 6..41_usize),
@@ -131,20 +131,20 @@ fn no_packet_with_a_wrong_bit_or_burst_is_believed() {
             }
             let found = packets(&line);
             let is_wrong = !found.is_empty() && found != [packet];
-            believed.set(believed.get() + u32::from(is_wrong));
+            accepted.set(accepted.get() + u32::from(is_wrong));
             Ok(())
         },
     );
     assert!(
-        (20..160).contains(&believed.get()),
+        (20..160).contains(&accepted.get()),
         "{} of 20,000, not one in 256",
-        believed.get()
+        accepted.get()
     );
 }
 
 #[test]
-fn a_head_that_is_none_costs_no_packet_behind_it() {
-    let good = bytes(OF_THE_MANUAL);
+fn false_header_loses_no_later_packet() {
+    let good = bytes(MANUAL_PACKET);
     for noise in [
         "54",
         "54 2C",
@@ -164,10 +164,10 @@ fn a_head_that_is_none_costs_no_packet_behind_it() {
     }
 }
 
-/// Angles that are none, and packets too wide for twelve points, are not believed though their check is right.
+/// The CRC of these packets is right.
 #[test]
-fn impossible_angles_are_refused() {
-    let good = packets(&bytes(OF_THE_MANUAL))[0];
+fn impossible_angles_are_rejected() {
+    let good = packets(&bytes(MANUAL_PACKET))[0];
     for (first, last) in [(36_000, 100), (100, 36_001), (0, 9_001), (100, 99)] {
         let packet = Packet {
             first,
@@ -176,16 +176,16 @@ fn impossible_angles_are_refused() {
         };
         assert_eq!(packets(&packet.encode()), [], "{first} to {last}");
     }
-    let through_the_front = Packet {
+    let across_front = Packet {
         first: 35_800,
         last: 500,
         ..good
     };
-    assert_eq!(packets(&through_the_front.encode()), [through_the_front]);
+    assert_eq!(packets(&across_front.encode()), [across_front]);
 }
 
-/// Packets of a lidar that turns at 10 Hz and measures the same distance everywhere but at one angle, 0.01 degrees clockwise.
-fn turning(seconds: f64, post: u16) -> Vec<Packet> {
+/// Packets of a lidar that rotates at 10 Hz and measures the same distance except at one angle, 0.01 degrees clockwise.
+fn rotating(seconds: f64, post: u16) -> Vec<Packet> {
     let number = (seconds * 4500.0 / 12.0) as u32;
     let angle = |point: u32| ((point * 80) % 36_000) as u16;
     let packet = |number: u32| Packet {
@@ -205,51 +205,51 @@ fn turning(seconds: f64, post: u16) -> Vec<Packet> {
     (0..number).map(packet).collect()
 }
 
-/// The turns made of packets, each of which comes late by so much, seconds.
-fn turns(
+/// Assembles packets that arrive with a delay, seconds.
+fn assemble(
     settings: LidarSettings,
     packets: &[Packet],
-    late: impl Fn(usize) -> f64,
+    delay_s: impl Fn(usize) -> f64,
 ) -> Vec<TimedScan> {
-    let mut revolutions = RevolutionAssembler::new(settings);
+    let mut assembler = RevolutionAssembler::new(settings);
     let mut now_s = 0.0_f64;
     let mut all = Vec::new();
     for (number, packet) in packets.iter().enumerate() {
         let measured_s = 7.0 + (12 * number + 11) as f64 / 4500.0;
-        now_s = now_s.max(measured_s + late(number));
-        all.extend(revolutions.push(packet, now_s));
+        now_s = now_s.max(measured_s + delay_s(number));
+        all.extend(assembler.push(packet, now_s));
     }
     all
 }
 
-fn post(sweep: &TimedScan) -> (f64, f64) {
-    let mut near = sweep.beams.iter().filter(|beam| beam.range < 2.0);
+fn post(scan: &TimedScan) -> (f64, f64) {
+    let mut near = scan.beams.iter().filter(|beam| beam.range < 2.0);
     let beam = near.next().expect("the post is seen");
     assert!(near.next().is_none());
     (beam.angle, beam.range)
 }
 
 #[test]
-fn a_turn_runs_clockwise_on_the_line_and_counter_clockwise_here() {
-    // A quarter clockwise from the front is to the right.
-    let sweeps = turns(LidarSettings::default(), &turning(0.55, 9_040), |_| 0.0);
-    assert_eq!(sweeps.len(), 5);
-    for sweep in &sweeps {
-        let (angle, range) = post(sweep);
+fn beams_run_counter_clockwise_and_follow_mounting() {
+    // A quarter turn clockwise from the front is to the right.
+    let scans = assemble(LidarSettings::default(), &rotating(0.55, 9_040), |_| 0.0);
+    assert_eq!(scans.len(), 5);
+    for scan in &scans {
+        let (angle, range) = post(scan);
         assert!(
             (angle + FRAC_PI_2).abs() < 0.008 && (range - 1.0).abs() < 1e-9,
             "{angle}"
         );
-        assert_eq!(sweep.beams.len(), 450);
-        assert!(sweep.is_valid());
-        let times = sweep
+        assert_eq!(scan.beams.len(), 450);
+        assert!(scan.is_valid());
+        let times = scan
             .beams
             .windows(2)
             .map(|pair| pair[1].time_s - pair[0].time_s);
         assert!(times.clone().all(|step_s| (0.0..0.002).contains(&step_s)));
         assert!((times.sum::<f64>() - 449.0 / 4500.0).abs() < 2e-3);
     }
-    let mounted = |settings| post(&turns(settings, &turning(0.3, 9_040), |_| 0.0)[0]);
+    let mounted = |settings| post(&assemble(settings, &rotating(0.3, 9_040), |_| 0.0)[0]);
     let plain = LidarSettings::default();
     let (angle, _) = mounted(LidarSettings {
         upside_down: true,
@@ -267,28 +267,28 @@ fn a_turn_runs_clockwise_on_the_line_and_counter_clockwise_here() {
     );
 }
 
-/// Bytes come in bursts, late by what lies in buffers: the times of the points do not jump about by that.
+/// Buffers deliver bytes in late bursts.
 #[test]
-fn late_bytes_do_not_move_the_times_of_points() {
-    let late = |number: usize| 0.001 + 0.016 * ((number * 7919) % 16) as f64 / 16.0;
-    for (number, sweep) in turns(LidarSettings::default(), &turning(40.0, 0), late)
+fn point_times_are_independent_of_delays() {
+    let delay_s = |number: usize| 0.001 + 0.016 * ((number * 7919) % 16) as f64 / 16.0;
+    for (number, scan) in assemble(LidarSettings::default(), &rotating(40.0, 0), delay_s)
         .iter()
         .enumerate()
         .skip(5)
     {
-        // Turns end with the last point before the front.
-        let end_s = sweep.end_s().expect("beams");
+        // A revolution ends with the last point before the front.
+        let end_s = scan.end_s().expect("beams");
         let truth_s = 7.0 + (450 * (number + 1) - 1) as f64 / 4500.0;
         assert!(
             (end_s - truth_s).abs() < 0.004,
-            "turn {number}: {end_s} {truth_s}"
+            "revolution {number}: {end_s} {truth_s}"
         );
     }
 }
 
 #[test]
-fn lost_packets_cost_their_points_and_a_gap_costs_the_turn() {
-    let all = turning(1.0, 0);
+fn lost_packets_lose_points_and_gap_loses_revolution() {
+    let all = rotating(1.0, 0);
     let without = |lost: core::ops::Range<usize>| -> Vec<Packet> {
         let kept = all
             .iter()
@@ -297,30 +297,29 @@ fn lost_packets_cost_their_points_and_a_gap_costs_the_turn() {
         kept.map(|(_, packet)| *packet).collect()
     };
     let plain = LidarSettings::default();
-    let whole = turns(plain, &all, |_| 0.0).len();
-    let few = turns(plain, &without(100..103), |_| 0.0);
+    let whole = assemble(plain, &all, |_| 0.0).len();
+    let few = assemble(plain, &without(100..103), |_| 0.0);
     assert_eq!(few.len(), whole);
-    assert!(few.iter().any(|sweep| sweep.beams.len() == 450 - 36));
-    let gap = turns(plain, &without(100..160), |_| 0.0);
+    assert!(few.iter().any(|scan| scan.beams.len() == 450 - 36));
+    let gap = assemble(plain, &without(100..160), |_| 0.0);
     assert!(gap.len() < whole && gap.iter().all(TimedScan::is_valid));
-    // No distance, and one within the robot, are no measurement.
-    let mut blind = all;
-    for packet in &mut blind {
+    // Zero, too short and too long distances are no measurement.
+    let mut invalid = all;
+    for packet in &mut invalid {
         packet.points[3].distance_mm = 0;
         packet.points[4].distance_mm = 99;
         packet.points[5].distance_mm = 12_001;
     }
-    let sweeps = turns(plain, &blind, |_| 0.0);
-    let measured = sweeps[1].beams.iter().filter(|beam| beam.range.is_finite());
+    let scans = assemble(plain, &invalid, |_| 0.0);
+    let measured = scans[1].beams.iter().filter(|beam| beam.range.is_finite());
     assert!((336..=339).contains(&measured.count()));
 }
 
-/// Any packets at any times: turns are sound, and no longer than half a second.
 #[test]
-fn any_packets_make_sound_turns() {
+fn random_packets_make_valid_revolutions() {
     let packets = vec((packet(), 0..7200_u16, 0.0..0.1_f64), 0..200);
     for_all(200, packets, |packets| {
-        let mut revolutions = RevolutionAssembler::new(LidarSettings::default());
+        let mut assembler = RevolutionAssembler::new(LidarSettings::default());
         let mut now_s = 0.0;
         for (packet, speed_deg_s, pause_s) in packets {
             now_s += pause_s;
@@ -328,9 +327,9 @@ fn any_packets_make_sound_turns() {
                 speed_deg_s,
                 ..packet
             };
-            if let Some(sweep) = revolutions.push(&packet, now_s) {
-                prop_assert_eq!(sweep.is_valid(), true);
-                let times = || sweep.beams.iter().map(|beam| beam.time_s);
+            if let Some(scan) = assembler.push(&packet, now_s) {
+                prop_assert_eq!(scan.is_valid(), true);
+                let times = || scan.beams.iter().map(|beam| beam.time_s);
                 prop_assert_eq!(times().is_sorted(), true);
                 let (first_s, last_s) = (times().next(), times().next_back());
                 prop_assert_eq!(
@@ -345,9 +344,9 @@ fn any_packets_make_sound_turns() {
     });
 }
 
-/// A robot that drives a curve in a room: its emulated lidar's bytes, through all of it, end on the room's walls.
+/// The whole chain for a robot on a curve: emulated lidar, decoder, assembler, deskewing.
 #[test]
-fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
+fn deskewed_scans_of_moving_robot_hit_the_walls() {
     let frame = GridFrame::new(80, 60, 0.1, Pose::default()).expect("a frame");
     let open = |index| {
         let cell = frame.cell_at(index);
@@ -364,45 +363,45 @@ fn an_emulated_lidar_sees_the_walls_from_a_robot_that_moves() {
     };
     let mut lidar = RotatingLidar::new(quiet, world, 1).expect("good settings");
     let (start, twist) = (Pose::new(2.5, 2.0, 0.3), Twist::new(0.8, 0.7));
-    let (mut decoder, mut revolutions) = (
+    let (mut decoder, mut assembler) = (
         Decoder::default(),
         RevolutionAssembler::new(LidarSettings::default()),
     );
-    let (mut track, mut looks) = (PoseHistory::new(), 0);
+    let (mut history, mut scans) = (PoseHistory::new(), 0);
     for tick in 0..400 {
         let now_s = 0.005 * f64::from(tick);
         let pose = start.after(&twist, now_s);
         let mut line = Vec::new();
         lidar.step(now_s, &pose, &mut line);
-        track.record(now_s, &pose);
+        history.record(now_s, &pose);
         decoder.push(&line);
         for packet in decoder.by_ref() {
-            let Some(sweep) = revolutions.push(&packet, now_s) else {
+            let Some(scan) = assembler.push(&packet, now_s) else {
                 continue;
             };
-            let mut view = DeskewedScan::default();
-            view.deskew(&sweep, &track);
-            looks += 1;
-            assert!(view.hits.len() > 440);
-            for hit in &view.hits {
+            let mut deskewed = DeskewedScan::default();
+            deskewed.deskew(&scan, &history);
+            scans += 1;
+            assert!(deskewed.hits.len() > 440);
+            for hit in &deskewed.hits {
                 let Place { coords: at, .. } = pose.transform(&hit.end);
                 let off_x = (at.x - 1.0).abs().min((at.x - 7.0).abs());
                 let off_y = (at.y - 1.0).abs().min((at.y - 5.0).abs());
-                // Times are in whole milliseconds, in which it moves and turns a millimetre or so.
+                // Packet times have a resolution of 1 ms, in which the robot moves about 1 mm.
                 assert!(off_x.min(off_y) < 0.015, "{at} at {now_s}");
             }
         }
     }
-    assert_eq!((looks, decoder.dropped_bytes()), (19, 0));
+    assert_eq!((scans, decoder.dropped_bytes()), (19, 0));
 }
 
-/// A line in memory: what was put in is read; a reader that was closed has no more.
+/// A port in memory; once closed it returns no more bytes.
 #[derive(Clone, Default)]
-struct Line(Arc<Mutex<(Vec<u8>, bool)>>);
+struct Port(Arc<Mutex<(Vec<u8>, bool)>>);
 
-impl std::io::Read for Line {
+impl std::io::Read for Port {
     fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
-        let mut line = self.0.lock().expect("nobody panicked");
+        let mut line = self.0.lock().expect("not poisoned");
         if line.1 {
             return Ok(0);
         }
@@ -418,16 +417,16 @@ impl std::io::Read for Line {
     }
 }
 
-/// Waits, for longer than any machine needs, until the reader's status is as wanted.
+/// Waits until the reader's status satisfies a condition, long enough for a busy machine.
 fn await_status(
     reader: &LidarReader,
     what: &str,
-    wanted: impl Fn(&inbye::base::ld19::LidarStatus) -> bool,
+    condition: impl Fn(&inbye::base::ld19::LidarStatus) -> bool,
 ) {
-    let began = Instant::now();
-    while !wanted(&reader.status()) {
+    let started = Instant::now();
+    while !condition(&reader.status()) {
         assert!(
-            began.elapsed() < Duration::from_secs(20),
+            started.elapsed() < Duration::from_secs(20),
             "{what}: {:?}",
             reader.status()
         );
@@ -436,55 +435,55 @@ fn await_status(
 }
 
 #[test]
-fn a_keeper_says_what_is_wrong_and_goes_on_when_it_is_mended() {
-    let line = Line::default();
+fn reader_reports_faults_and_recovers() {
+    let line = Port::default();
     let opened = line.clone();
     let open = Box::new(
         move || -> Result<Box<dyn std::io::Read + Send>, BaseError> {
-            if opened.0.lock().expect("nobody panicked").1 {
+            if opened.0.lock().expect("not poisoned").1 {
                 return Err(BaseError::Disconnected {
-                    port: "a line".to_owned(),
+                    port: "port".to_owned(),
                 });
             }
             Ok(Box::new(opened.clone()))
         },
     );
     let reader = LidarReader::start(open, LidarSettings::default()).expect("open");
-    let say = |bytes: &[u8]| line.0.lock().expect("nobody panicked").0.extend(bytes);
+    let write = |bytes: &[u8]| line.0.lock().expect("not poisoned").0.extend(bytes);
     let stream =
         |packets: &[Packet]| -> Vec<u8> { packets.iter().flat_map(Packet::encode).collect() };
     let silent = |status: &inbye::base::ld19::LidarStatus| {
         matches!(status.fault, Some(LidarFault::Silent { .. }))
     };
     await_status(&reader, "nothing yet", silent);
-    say(&stream(&turning(0.5, 0)));
+    write(&stream(&rotating(0.5, 0)));
     await_status(&reader, "turns", |status| {
         status.revolutions == 4 && status.scan.is_some()
     });
     await_status(&reader, "silent", silent);
-    say(&[0x55; 5000]);
-    await_status(&reader, "strange", |status| {
+    write(&[0x55; 5000]);
+    await_status(&reader, "unknown data", |status| {
         status.fault == Some(LidarFault::UnknownData)
     });
     let standing = Packet {
         speed_deg_s: 0,
-        ..turning(0.1, 0)[0]
+        ..rotating(0.1, 0)[0]
     };
-    say(&standing.encode());
-    await_status(&reader, "stands", |status| {
+    write(&standing.encode());
+    await_status(&reader, "not rotating", |status| {
         status.fault == Some(LidarFault::NotRotating)
     });
-    line.0.lock().expect("nobody panicked").1 = true;
-    let gone = |status: &inbye::base::ld19::LidarStatus| matches!(&status.fault, Some(why @ LidarFault::Disconnected { .. }) if why.to_string().contains("plug it in"));
-    await_status(&reader, "gone", gone);
-    line.0.lock().expect("nobody panicked").1 = false;
+    line.0.lock().expect("not poisoned").1 = true;
+    let disconnected = |status: &inbye::base::ld19::LidarStatus| matches!(&status.fault, Some(fault @ LidarFault::Disconnected { .. }) if fault.to_string().contains("plug it in"));
+    await_status(&reader, "disconnected", disconnected);
+    line.0.lock().expect("not poisoned").1 = false;
     await_status(&reader, "open again", |status| status.connections == 2);
-    say(&stream(&turning(0.5, 0)));
+    write(&stream(&rotating(0.5, 0)));
     await_status(&reader, "turns again", |status| status.revolutions == 8);
 }
 
 #[test]
-fn settings_out_of_range_are_refused() {
+fn lidar_settings_reject_value_out_of_range() {
     let bad = LidarSettings {
         mount_yaw_rad: 4.0,
         ..LidarSettings::default()
@@ -493,9 +492,9 @@ fn settings_out_of_range_are_refused() {
         lidar: bad,
         ..BaseConfig::default()
     };
-    let refusal = config.validate().expect_err("out of range").to_string();
+    let message = config.validate().expect_err("out of range").to_string();
     assert_eq!(
-        refusal,
+        message,
         "[lidar] mount_yaw_rad is 4: it must be -3.2 to 3.2"
     );
 }

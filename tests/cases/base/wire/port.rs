@@ -1,4 +1,4 @@
-//! Every protocol over a pair of pseudo-terminals: the port in one thread, the controller in another.
+//! Every protocol over a pair of pseudo-terminals, with the controller in another thread.
 
 use std::io::{Read, Write};
 use std::sync::Arc;
@@ -14,15 +14,15 @@ use inbye::geometry::Twist;
 use inbye::robot::PerTrack;
 use serialport::{SerialPort, TTYPort};
 
-/// A bound so generous that a busy machine does not trip it.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// Generous enough for a busy machine.
+const TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Runs a controller whose motors are at once where they are told to be, until it is told to end.
+/// Runs a controller with ideal motors until the flag is set.
 fn control(
     mut port: TTYPort,
-    mut peer: Box<dyn DeviceProtocol>,
+    mut device: Box<dyn DeviceProtocol>,
     settings: &BaseSettings,
-    end: &AtomicBool,
+    shutdown: &AtomicBool,
 ) {
     port.set_timeout(Duration::from_millis(1))
         .expect("a timeout");
@@ -30,13 +30,13 @@ fn control(
     let (mut machine, mut travel_m, mut last_s) =
         (MachineState::default(), PerTrack::both(0.0), 0.0);
     let mut bytes = [0; 256];
-    while !end.load(Ordering::Relaxed) {
+    while !shutdown.load(Ordering::Relaxed) {
         let now_s = start.elapsed().as_secs_f64();
         if let Ok(count) = port.read(&mut bytes) {
-            peer.receive(&bytes[..count], now_s);
+            device.receive(&bytes[..count], now_s);
         }
         let mut line = Vec::new();
-        machine.speeds = peer.step(now_s, &machine, &mut line);
+        machine.speeds = device.step(now_s, &machine, &mut line);
         let _ = port.write_all(&line);
         let speeds = PerTrack::from(machine.speeds);
         travel_m = travel_m.zip(speeds, |travel_m, speed| {
@@ -49,12 +49,12 @@ fn control(
     }
 }
 
-/// Sends a command again and again until the base reports about that motion.
-fn drive_until_reported(base: &mut SerialBase, wanted: Twist) -> Result<(), BaseError> {
+/// Sends a command repeatedly until the base reports about that speed.
+fn drive_until_reported(base: &mut SerialBase, target: Twist) -> Result<(), BaseError> {
     loop {
-        base.send(&wanted)?;
+        base.send(&target)?;
         match base.feedback() {
-            Ok(feedback) if (feedback.twist.linear - wanted.linear).abs() < 0.05 => return Ok(()),
+            Ok(feedback) if (feedback.twist.linear - target.linear).abs() < 0.05 => return Ok(()),
             Ok(_) | Err(BaseError::NoFeedbackYet { .. }) => {}
             Err(error) => return Err(error),
         }
@@ -63,24 +63,24 @@ fn drive_until_reported(base: &mut SerialBase, wanted: Twist) -> Result<(), Base
 }
 
 #[test]
-fn every_protocol_drives_over_a_port() {
+fn every_protocol_drives_over_serial_port() {
     for protocol in Protocol::ALL {
         let settings = BaseSettings::default();
-        let (peer_port, port) = TTYPort::pair().expect("pseudo-terminals");
-        let peer = protocol.device(settings).expect("valid settings");
-        let end = AtomicBool::new(false);
+        let (device_port, port) = TTYPort::pair().expect("pseudo-terminals");
+        let device = protocol.device(settings).expect("valid settings");
+        let shutdown = AtomicBool::new(false);
         thread::scope(|scope| {
-            scope.spawn(|| control(peer_port, peer, &settings, &end));
-            let patient = SerialSettings {
-                send_timeout: PATIENCE,
-                feedback_timeout: PATIENCE,
+            scope.spawn(|| control(device_port, device, &settings, &shutdown));
+            let timeouts = SerialSettings {
+                send_timeout: TIMEOUT,
+                feedback_timeout: TIMEOUT,
                 ..SerialSettings::default()
             };
             let session = protocol.session(settings).expect("valid settings");
-            let mut base = SerialBase::from_port(Box::new(port), "pty", session, patient);
+            let mut base = SerialBase::from_port(Box::new(port), "pty", session, timeouts);
             let drove = drive_until_reported(&mut base, Twist::new(0.5, 0.0));
             let stopped = drive_until_reported(&mut base, Twist::STOP);
-            end.store(true, Ordering::Relaxed);
+            shutdown.store(true, Ordering::Relaxed);
             let counters = base.counters();
             assert_eq!(
                 (drove, stopped),
@@ -91,9 +91,8 @@ fn every_protocol_drives_over_a_port() {
     }
 }
 
-/// A base that must be asked and never answers costs no more than the bounds, and is told.
 #[test]
-fn a_base_that_never_answers_is_told_and_does_not_hang() {
+fn silent_base_times_out() {
     for protocol in [Protocol::Roboclaw, Protocol::Arduino] {
         let (_silent, port) = TTYPort::pair().expect("pseudo-terminals");
         let session = protocol
@@ -101,57 +100,57 @@ fn a_base_that_never_answers_is_told_and_does_not_hang() {
             .expect("valid settings");
         let mut base =
             SerialBase::from_port(Box::new(port), "pty", session, SerialSettings::default());
-        let told = std::iter::repeat_with(|| {
-            base.send(&Twist::new(0.3, 0.0)).expect("an open line");
+        let result = std::iter::repeat_with(|| {
+            base.send(&Twist::new(0.3, 0.0)).expect("an open port");
             base.feedback()
         })
         .find(|answer| !matches!(answer, Err(BaseError::NoFeedbackYet { .. })));
         assert!(
-            matches!(told, Some(Err(BaseError::TimedOut { .. }))),
-            "{told:?}"
+            matches!(result, Some(Err(BaseError::TimedOut { .. }))),
+            "{result:?}"
         );
         assert!(base.counters().retries > 0);
     }
 }
 
-/// A thread that the system lets wait past the bound has not found the line to be slow.
+/// A thread that was scheduled late must not count as a slow line.
 #[test]
-fn a_sender_that_was_held_up_past_its_bound_goes_on() {
-    let (_peer, port) = TTYPort::pair().expect("pseudo-terminals");
+fn write_succeeds_with_zero_timeout_while_there_is_space() {
+    let (_device, port) = TTYPort::pair().expect("pseudo-terminals");
     let session = Protocol::Native
         .session(BaseSettings::default())
         .expect("valid settings");
-    let held_up = SerialSettings {
+    let no_time = SerialSettings {
         send_timeout: Duration::ZERO,
         ..SerialSettings::default()
     };
-    let mut base = SerialBase::from_port(Box::new(port), "pty", session, held_up);
+    let mut base = SerialBase::from_port(Box::new(port), "pty", session, no_time);
     for _ in 0..20 {
         assert_eq!(base.send(&Twist::STOP), Ok(()));
     }
 }
 
-/// A base that reads no more: the line fills up, the sender gives it up within its bound, and its owner never waits.
+/// A base stops reading: the line fills up, the supervisor disconnects after its timeout, and its owner never waits.
 #[test]
-fn a_line_that_takes_no_more_is_given_up() {
-    let (_wedged, port) = TTYPort::pair().expect("pseudo-terminals");
+fn blocked_line_is_disconnected() {
+    let (_blocked, port) = TTYPort::pair().expect("pseudo-terminals");
     let mut port = Some(port);
     let open: OpenBase = Box::new(move || {
-        let gone = || BaseError::Disconnected {
+        let disconnected = || BaseError::Disconnected {
             port: "pty".to_owned(),
         };
-        let port = port.take().ok_or_else(gone)?;
+        let port = port.take().ok_or_else(disconnected)?;
         let session = Protocol::Native.session(BaseSettings::default())?;
-        // Its silence alone is no reason yet.
-        let patient = SerialSettings {
-            feedback_timeout: 10 * PATIENCE,
+        // Only the writes time out, not the feedback.
+        let timeouts = SerialSettings {
+            feedback_timeout: 10 * TIMEOUT,
             ..SerialSettings::default()
         };
         Ok(Box::new(SerialBase::from_port(
             Box::new(port),
             "pty",
             session,
-            patient,
+            timeouts,
         )))
     });
     let settings = SupervisorSettings {
@@ -162,15 +161,15 @@ fn a_line_that_takes_no_more_is_given_up() {
     };
     let supervisor =
         BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default())
-            .expect("an open line");
-    let began = Instant::now();
-    let why = loop {
+            .expect("an open port");
+    let started = Instant::now();
+    let error = loop {
         let _ = supervisor.set_target(&Twist::new(0.3, 0.0), supervisor.now_s());
-        if let DriveStatus::Disconnected(why) = supervisor.status().drive_status {
-            break why;
+        if let DriveStatus::Disconnected(error) = supervisor.status().drive_status {
+            break error;
         }
-        assert!(began.elapsed() < PATIENCE, "{:?}", supervisor.status());
+        assert!(started.elapsed() < TIMEOUT, "{:?}", supervisor.status());
         thread::sleep(Duration::from_millis(5));
     };
-    assert!(why.to_string().contains("writing a command"), "{why}");
+    assert!(error.to_string().contains("writing a command"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! The sender's policy by a made clock: what it tells a base when, and why.
+//! The safety controller with a simulated clock.
 
 use inbye::base::{
     BaseError, BaseSettings, CommandRejected, DriveStatus, Faults, Feedback, OutgoingCommand,
@@ -9,92 +9,92 @@ use inbye::geometry::Twist;
 const PERIOD_S: f64 = 0.02;
 const AHEAD: Twist = Twist::new(0.6, 0.0);
 
-/// A guard, a base that does what it is told, and a clock.
-struct Watch {
-    guard: SafetyController,
+/// A controller, a base that follows its commands, and a clock.
+struct Harness {
+    controller: SafetyController,
     now_s: f64,
-    /// What the base says besides its motion.
-    says: Feedback,
-    is_obedient: bool,
-    orders: Vec<OutgoingCommand>,
+    /// The base's feedback except its motion.
+    report: Feedback,
+    follows: bool,
+    commands: Vec<OutgoingCommand>,
 }
 
-impl Watch {
-    /// After the first report of a base that stands.
+impl Harness {
+    /// Starts after the first report of a base that stands.
     fn new() -> Self {
-        let mut watch = Self::unheard();
-        watch.round();
-        watch
+        let mut harness = Self::without_feedback();
+        harness.cycle();
+        harness
     }
 
-    fn unheard() -> Self {
+    fn without_feedback() -> Self {
         let settings = SupervisorSettings::default();
         Self {
-            guard: SafetyController::new(&BaseSettings::default(), settings)
+            controller: SafetyController::new(&BaseSettings::default(), settings)
                 .expect("valid settings"),
             now_s: 100.0,
-            says: Feedback::default(),
-            is_obedient: true,
-            orders: Vec::new(),
+            report: Feedback::default(),
+            follows: true,
+            commands: Vec::new(),
         }
     }
 
     fn next_command(&mut self) -> OutgoingCommand {
         self.now_s += PERIOD_S;
-        let order = self.guard.next_command(self.now_s);
-        self.orders.push(order);
-        order
+        let command = self.controller.next_command(self.now_s);
+        self.commands.push(command);
+        command
     }
 
-    fn round(&mut self) -> OutgoingCommand {
-        let order = self.next_command();
-        let motion = match order {
-            OutgoingCommand::Drive(twist) if self.is_obedient => twist,
-            OutgoingCommand::Drive(_) => self.says.twist,
+    fn cycle(&mut self) -> OutgoingCommand {
+        let command = self.next_command();
+        let motion = match command {
+            OutgoingCommand::Drive(twist) if self.follows => twist,
+            OutgoingCommand::Drive(_) => self.report.twist,
             OutgoingCommand::EngageStop | OutgoingCommand::ReleaseStop => Twist::STOP,
         };
         let feedback = Feedback {
             twist: motion,
-            ..self.says
+            ..self.report
         };
-        self.guard.on_feedback(&feedback, self.now_s);
-        order
+        self.controller.on_feedback(&feedback, self.now_s);
+        command
     }
 
-    fn rounds(&mut self, time_s: f64) {
+    fn cycles(&mut self, time_s: f64) {
         for _ in 0..(time_s / PERIOD_S).round() as usize {
-            self.round();
+            self.cycle();
         }
     }
 
-    /// A planner of ten plans a second.
-    fn plan(&mut self, twist: Twist, time_s: f64) {
+    /// Sets a target ten times per second.
+    fn drive(&mut self, twist: Twist, time_s: f64) {
         for _ in 0..(time_s / 0.1).round() as usize {
-            self.guard
+            self.controller
                 .set_target(&twist, self.now_s, self.now_s)
-                .expect("a good plan");
-            self.rounds(0.1);
+                .expect("a valid target");
+            self.cycles(0.1);
         }
     }
 
     fn speed(&self) -> f64 {
-        self.guard.sent().linear
+        self.controller.sent().linear
     }
 }
 
 #[test]
-fn a_plan_is_ramped_up_and_followed() {
-    let mut watch = Watch::new();
-    assert_eq!(*watch.guard.status(), DriveStatus::AwaitingFeedback);
-    watch.round();
-    assert_eq!(*watch.guard.status(), DriveStatus::NoTarget);
-    watch.plan(AHEAD, 1.0);
-    assert_eq!(*watch.guard.status(), DriveStatus::Driving);
-    assert_eq!(watch.speed(), 0.6);
-    let speeds: Vec<f64> = watch
-        .orders
+fn target_is_ramped_up_and_followed() {
+    let mut harness = Harness::new();
+    assert_eq!(*harness.controller.status(), DriveStatus::AwaitingFeedback);
+    harness.cycle();
+    assert_eq!(*harness.controller.status(), DriveStatus::NoTarget);
+    harness.drive(AHEAD, 1.0);
+    assert_eq!(*harness.controller.status(), DriveStatus::Driving);
+    assert_eq!(harness.speed(), 0.6);
+    let speeds: Vec<f64> = harness
+        .commands
         .iter()
-        .map(|order| match order {
+        .map(|command| match command {
             OutgoingCommand::Drive(twist) => twist.linear,
             other => panic!("{other:?}"),
         })
@@ -103,215 +103,230 @@ fn a_plan_is_ramped_up_and_followed() {
     assert!(speeds.windows(2).all(|pair| pair[1] - pair[0] < 0.0301));
 }
 
-/// The planner's thread may live and answer as it likes: what counts is what its last plan was made for.
+/// The time stamp of the target counts, not the activity of the planner's thread.
 #[test]
-fn a_plan_that_is_too_old_brakes_the_base_whoever_repeats_it() {
-    let mut watch = Watch::new();
-    watch.plan(AHEAD, 1.0);
-    let stuck_s = watch.now_s;
+fn expired_target_brakes_even_if_repeated() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    let stuck_s = harness.now_s;
     let mut stopped_after_s = None;
     for _ in 0..100 {
-        // A hung planner that sends the same plan again and again.
-        let _ = watch.guard.set_target(&AHEAD, stuck_s - 0.1, watch.now_s);
-        watch.round();
-        if watch.speed() == 0.0 {
-            stopped_after_s = stopped_after_s.or(Some(watch.now_s - stuck_s));
+        // A hung planner repeats the same target.
+        let _ = harness
+            .controller
+            .set_target(&AHEAD, stuck_s - 0.1, harness.now_s);
+        harness.cycle();
+        if harness.speed() == 0.0 {
+            stopped_after_s = stopped_after_s.or(Some(harness.now_s - stuck_s));
         }
     }
-    // 0.2 s until it is too old, and 0.4 s to brake from 0.6 m/s at 1.5 m/s^2.
+    // 0.2 s until it expires, and 0.4 s to brake from 0.6 m/s at 1.5 m/s^2.
     let stopped_after_s = stopped_after_s.expect("it stopped");
     assert!((0.55..0.67).contains(&stopped_after_s), "{stopped_after_s}");
     assert!(matches!(
-        watch.guard.status(),
+        harness.controller.status(),
         DriveStatus::TargetExpired { age_s } if *age_s > 1.0
     ));
-    watch.plan(AHEAD, 1.0);
-    assert_eq!(watch.speed(), 0.6, "a new plan is followed again");
+    harness.drive(AHEAD, 1.0);
+    assert_eq!(harness.speed(), 0.6, "a new target is followed again");
 }
 
 #[test]
-fn plans_that_make_no_sense_are_refused_counted_and_change_nothing() {
-    let mut watch = Watch::new();
-    watch.plan(AHEAD, 1.0);
-    let now_s = watch.now_s;
-    let mut want = |twist, for_s| watch.guard.set_target(&twist, for_s, now_s);
+fn invalid_targets_are_rejected_and_counted() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    let now_s = harness.now_s;
+    let mut set_target = |twist, stamp_s| harness.controller.set_target(&twist, stamp_s, now_s);
     let bad = Twist::new(f64::NAN, 0.0);
-    assert_eq!(want(bad, now_s), Err(CommandRejected::NotFinite));
+    assert_eq!(set_target(bad, now_s), Err(CommandRejected::NotFinite));
     assert_eq!(
-        want(Twist::new(0.0, f64::INFINITY), now_s),
+        set_target(Twist::new(0.0, f64::INFINITY), now_s),
         Err(CommandRejected::NotFinite)
     );
-    assert_eq!(want(Twist::STOP, f64::NAN), Err(CommandRejected::NotFinite));
+    assert_eq!(
+        set_target(Twist::STOP, f64::NAN),
+        Err(CommandRejected::NotFinite)
+    );
     assert!(matches!(
-        want(Twist::STOP, now_s - 0.5),
+        set_target(Twist::STOP, now_s - 0.5),
         Err(CommandRejected::OutOfOrder { .. })
     ));
     assert!(matches!(
-        want(Twist::STOP, now_s + 0.4),
+        set_target(Twist::STOP, now_s + 0.4),
         Err(CommandRejected::TooFarAhead { .. })
     ));
-    assert_eq!(watch.guard.rejected(), 5);
-    watch.round();
-    assert_eq!(watch.speed(), 0.6);
+    assert_eq!(harness.controller.rejected(), 5);
+    harness.cycle();
+    assert_eq!(harness.speed(), 0.6);
 }
 
 #[test]
-fn a_clock_that_runs_backwards_stops_the_base() {
-    let mut watch = Watch::new();
-    watch.plan(AHEAD, 1.0);
-    watch.now_s = 3.0;
-    watch.rounds(1.0);
-    assert_eq!(watch.speed(), 0.0);
+fn backward_clock_stops_base() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    harness.now_s = 3.0;
+    harness.cycles(1.0);
+    assert_eq!(harness.speed(), 0.0);
 }
 
 #[test]
-fn after_a_pause_of_the_sender_speeds_do_not_jump() {
-    let mut watch = Watch::new();
-    watch.plan(AHEAD, 0.1);
-    let before = watch.speed();
-    watch.now_s += 5.0;
-    let now_s = watch.now_s;
-    watch
-        .guard
+fn speed_does_not_jump_after_pause() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 0.1);
+    let before = harness.speed();
+    harness.now_s += 5.0;
+    let now_s = harness.now_s;
+    harness
+        .controller
         .set_target(&AHEAD, now_s, now_s)
-        .expect("a good plan");
-    watch.round();
-    assert!(watch.speed() - before <= 0.15 + 1e-9);
+        .expect("a valid target");
+    harness.cycle();
+    assert!(harness.speed() - before <= 0.15 + 1e-9);
 }
 
 #[test]
-fn a_stop_is_latched_until_it_is_released_and_then_a_new_plan_is_needed() {
-    let mut watch = Watch::new();
-    watch.plan(AHEAD, 1.0);
-    watch.guard.stop(StopCause::Requested);
-    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
-    let now_s = watch.now_s;
+fn stop_is_latched_until_release_and_new_target() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    harness.controller.stop(StopCause::Requested);
+    assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
+    let now_s = harness.now_s;
     assert_eq!(
-        watch.guard.set_target(&AHEAD, now_s, now_s),
+        harness.controller.set_target(&AHEAD, now_s, now_s),
         Err(CommandRejected::Stopped)
     );
-    watch.rounds(5.0);
-    assert_eq!(watch.guard.stop_cause(), Some(&StopCause::Requested));
+    harness.cycles(5.0);
+    assert_eq!(harness.controller.stop_cause(), Some(&StopCause::Requested));
     assert!(
-        watch.orders[watch.orders.len() - 200..]
+        harness.commands[harness.commands.len() - 200..]
             .iter()
-            .all(|order| *order == OutgoingCommand::EngageStop)
+            .all(|command| *command == OutgoingCommand::EngageStop)
     );
-    watch.guard.release().expect("it stands");
-    assert_eq!(watch.round(), OutgoingCommand::ReleaseStop);
-    watch.rounds(1.0);
-    assert_eq!(watch.round(), OutgoingCommand::Drive(Twist::STOP));
-    watch.plan(AHEAD, 1.0);
-    assert_eq!(watch.speed(), 0.6);
+    harness.controller.release().expect("it stands");
+    assert_eq!(harness.cycle(), OutgoingCommand::ReleaseStop);
+    harness.cycles(1.0);
+    assert_eq!(harness.cycle(), OutgoingCommand::Drive(Twist::STOP));
+    harness.drive(AHEAD, 1.0);
+    assert_eq!(harness.speed(), 0.6);
 }
 
 #[test]
-fn a_base_that_moves_is_not_released() {
-    let mut watch = Watch::new();
-    watch.guard.stop(StopCause::Requested);
-    watch.round();
-    let runs = Feedback {
+fn moving_base_is_not_released() {
+    let mut harness = Harness::new();
+    harness.controller.stop(StopCause::Requested);
+    harness.cycle();
+    let moving = Feedback {
         twist: Twist::new(0.3, 0.0),
         ..Feedback::default()
     };
-    watch.guard.on_feedback(&runs, watch.now_s);
-    assert_eq!(watch.guard.release(), Err(CommandRejected::StillMoving));
-    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
-    watch.guard.release().expect("it stands by now");
+    harness.controller.on_feedback(&moving, harness.now_s);
+    assert_eq!(
+        harness.controller.release(),
+        Err(CommandRejected::StillMoving)
+    );
+    assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
+    harness.controller.release().expect("it stands now");
 }
 
 #[test]
-fn a_base_that_is_doubted_is_stopped_with_the_judges_words() {
-    let mut watch = Watch::new();
-    watch.is_obedient = false;
-    // It stands, whatever it is told.
+fn detected_fault_latches_stop_with_its_cause() {
+    let mut harness = Harness::new();
+    harness.follows = false;
+    // The base ignores its commands.
     for _ in 0..20 {
-        let now_s = watch.now_s;
-        let _ = watch.guard.set_target(&AHEAD, now_s, now_s);
-        watch.rounds(0.1);
+        let now_s = harness.now_s;
+        let _ = harness.controller.set_target(&AHEAD, now_s, now_s);
+        harness.cycles(0.1);
     }
-    let reason = watch.guard.stop_cause().expect("a stuck base is stopped");
-    assert!(matches!(reason, StopCause::Stuck { .. }));
-    let words = reason.to_string();
+    let cause = harness
+        .controller
+        .stop_cause()
+        .expect("a stuck base is stopped");
+    assert!(matches!(cause, StopCause::Stuck { .. }));
+    let words = cause.to_string();
     assert!(words.starts_with("the left track stands"), "{words}");
-    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
+    assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
 }
 
 #[test]
-fn the_bases_own_stop_is_kept_and_may_end_late_after_a_release() {
-    let mut watch = Watch::new();
-    watch.says.emergency_stop = true;
-    watch.round();
+fn emergency_stop_may_be_reported_shortly_after_release() {
+    let mut harness = Harness::new();
+    harness.report.emergency_stop = true;
+    harness.cycle();
     let button = StopCause::EmergencyStop;
-    assert_eq!(watch.guard.stop_cause(), Some(&button));
-    // Released too early: it is found again.
-    watch.guard.release().expect("it stands");
-    watch.rounds(0.6);
-    assert_eq!(watch.guard.stop_cause(), Some(&button));
-    // The button is out, and the base needs a moment to say so.
-    watch.guard.release().expect("it stands");
-    watch.rounds(0.2);
-    watch.says.emergency_stop = false;
-    watch.rounds(1.0);
-    assert_eq!(watch.guard.stop_cause(), None);
-    watch.says.emergency_stop = true;
-    watch.round();
-    assert_eq!(watch.guard.stop_cause(), Some(&button));
+    assert_eq!(harness.controller.stop_cause(), Some(&button));
+    // Released too early: the stop is detected again.
+    harness.controller.release().expect("it stands");
+    harness.cycles(0.6);
+    assert_eq!(harness.controller.stop_cause(), Some(&button));
+    // The button is released; the report follows a moment later.
+    harness.controller.release().expect("it stands");
+    harness.cycles(0.2);
+    harness.report.emergency_stop = false;
+    harness.cycles(1.0);
+    assert_eq!(harness.controller.stop_cause(), None);
+    harness.report.emergency_stop = true;
+    harness.cycle();
+    assert_eq!(harness.controller.stop_cause(), Some(&button));
 }
 
 #[test]
-fn a_fault_of_the_base_is_a_stop_and_its_watchdog_is_none() {
-    let mut watch = Watch::new();
-    watch.says.faults = Faults::WATCHDOG;
-    watch.rounds(0.2);
-    assert_eq!(watch.guard.stop_cause(), None);
-    watch.says.faults = Faults::OVERHEATED;
-    watch.round();
-    let words = watch.guard.stop_cause().expect("a stop").to_string();
+fn reported_fault_stops_but_watchdog_does_not() {
+    let mut harness = Harness::new();
+    harness.report.faults = Faults::WATCHDOG;
+    harness.cycles(0.2);
+    assert_eq!(harness.controller.stop_cause(), None);
+    harness.report.faults = Faults::OVERHEATED;
+    harness.cycle();
+    let words = harness.controller.stop_cause().expect("a stop").to_string();
     assert_eq!(words, "the base reports: overheated");
 }
 
 #[test]
-fn a_lost_line_stops_and_a_new_one_begins_with_zeros() {
-    let mut watch = Watch::new();
-    watch.plan(AHEAD, 1.0);
-    let why = BaseError::Disconnected {
+fn new_connection_starts_with_zeros_until_feedback() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    let error = BaseError::Disconnected {
         port: "port".to_owned(),
     };
-    watch.guard.on_disconnect(why.clone());
-    watch.next_command();
-    assert_eq!(*watch.guard.status(), DriveStatus::Disconnected(why));
-    let new_line = |watch: &mut Watch| {
-        watch.guard.on_connect();
-        let now_s = watch.now_s;
-        watch
-            .guard
+    harness.controller.on_disconnect(error.clone());
+    harness.next_command();
+    assert_eq!(
+        *harness.controller.status(),
+        DriveStatus::Disconnected(error)
+    );
+    let reconnect = |harness: &mut Harness| {
+        harness.controller.on_connect();
+        let now_s = harness.now_s;
+        harness
+            .controller
             .set_target(&AHEAD, now_s, now_s)
-            .expect("a good plan");
-        watch.next_command()
+            .expect("a valid target");
+        harness.next_command()
     };
-    assert_eq!(new_line(&mut watch), OutgoingCommand::Drive(Twist::STOP));
-    // Zeros until the base is heard, and then the ramp from a standstill.
+    assert_eq!(reconnect(&mut harness), OutgoingCommand::Drive(Twist::STOP));
+    // Zeros until the first feedback, then a ramp from standstill.
     for _ in 0..5 {
-        assert_eq!(watch.next_command(), OutgoingCommand::Drive(Twist::STOP));
+        assert_eq!(harness.next_command(), OutgoingCommand::Drive(Twist::STOP));
     }
-    assert_eq!(*watch.guard.status(), DriveStatus::AwaitingFeedback);
-    watch.guard.on_feedback(&Feedback::default(), watch.now_s);
-    let OutgoingCommand::Drive(first) = watch.next_command() else {
-        panic!("no stop was asked for");
+    assert_eq!(*harness.controller.status(), DriveStatus::AwaitingFeedback);
+    harness
+        .controller
+        .on_feedback(&Feedback::default(), harness.now_s);
+    let OutgoingCommand::Drive(first) = harness.next_command() else {
+        panic!("no stop was requested");
     };
     assert!(first.linear <= 0.03 + 1e-9, "{first:?}");
 }
 
-/// A stop that was latched before the line was lost holds on the new one.
 #[test]
-fn a_stop_outlives_its_line() {
-    let mut watch = Watch::new();
-    watch.guard.stop(StopCause::Requested);
-    watch.guard.on_disconnect(BaseError::Disconnected {
+fn latched_stop_survives_reconnection() {
+    let mut harness = Harness::new();
+    harness.controller.stop(StopCause::Requested);
+    harness.controller.on_disconnect(BaseError::Disconnected {
         port: "port".to_owned(),
     });
-    watch.guard.on_connect();
-    assert_eq!(watch.round(), OutgoingCommand::EngageStop);
-    assert_eq!(watch.guard.stop_cause(), Some(&StopCause::Requested));
+    harness.controller.on_connect();
+    assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
+    assert_eq!(harness.controller.stop_cause(), Some(&StopCause::Requested));
 }

@@ -1,5 +1,5 @@
-//! Every decoder on streams that are split, merged and damaged: what is whole is found, what is damaged costs itself and
-//! never becomes something else.
+//! Every decoder on split, merged and damaged streams: valid frames are found, damaged frames are lost and never change into
+//! others.
 
 use std::cell::Cell;
 use std::fmt::Debug;
@@ -15,28 +15,28 @@ use proptest::prelude::{
 };
 use proptest::test_runner::TestCaseError;
 
-use super::sure::{counterexample, for_all};
+use super::property::{counterexample, for_all};
 
 /// A decoder under test.
-pub trait Language {
-    /// What it finds.
+pub trait Codec {
+    /// The decoded item.
     type Item: Clone + Debug + PartialEq;
-    /// The bytes of one.
+    /// Encodes an item.
     fn encode(item: &Self::Item) -> Vec<u8>;
-    /// What is found in pieces that arrive one after another.
+    /// Decodes a stream that arrives in pieces.
     fn decode(pieces: &[&[u8]]) -> Vec<Self::Item>;
 }
 
-macro_rules! language {
-    ($name:ident, $room:ident, $frame:ident, $encode:expr) => {
+macro_rules! codec {
+    ($name:ident, $module:ident, $frame:ident, $encode:expr) => {
         struct $name;
-        impl Language for $name {
-            type Item = $room::$frame;
+        impl Codec for $name {
+            type Item = $module::$frame;
             fn encode(item: &Self::Item) -> Vec<u8> {
                 $encode(item)
             }
             fn decode(pieces: &[&[u8]]) -> Vec<Self::Item> {
-                let mut decoder = $room::Decoder::<$room::$frame>::default();
+                let mut decoder = $module::Decoder::<$module::$frame>::default();
                 let mut found = Vec::new();
                 for piece in pieces {
                     decoder.push(piece);
@@ -48,15 +48,15 @@ macro_rules! language {
     };
 }
 
-language!(NativeCommands, native, Command, native::Command::encode);
-language!(NativeReports, native, Report, native::Report::encode);
-language!(
+codec!(NativeCommands, native, Command, native::Command::encode);
+codec!(NativeReports, native, Report, native::Report::encode);
+codec!(
     WheeltecCommands,
     wheeltec,
     Command,
     |command: &wheeltec::Command| { command.encode().expect("finite").to_vec() }
 );
-language!(
+codec!(
     WheeltecReports,
     wheeltec,
     Report,
@@ -103,7 +103,7 @@ fn native_report() -> impl Strategy<Value = native::Report> {
         })
 }
 
-/// Numbers full of zeros and of the marks of frames.
+/// Numbers with many zeros and frame marks.
 fn number() -> impl Strategy<Value = i32> {
     prop_oneof![
         Just(0),
@@ -114,12 +114,12 @@ fn number() -> impl Strategy<Value = i32> {
     ]
 }
 
-/// A rate that a base has.
+/// A rate within a base's range.
 fn rate() -> impl Strategy<Value = f64> {
     (-3000..3000_i16).prop_map(|thousandths| f64::from(thousandths) / 1000.0)
 }
 
-/// One without the marks of frames in its bytes.
+/// A rate without frame marks in its bytes.
 fn plain_rate() -> BoxedStrategy<f64> {
     let plain = |rate: &f64| {
         let bytes = ((rate * 1000.0).round() as i16).to_be_bytes();
@@ -128,7 +128,7 @@ fn plain_rate() -> BoxedStrategy<f64> {
     rate().prop_filter("no mark", plain).boxed()
 }
 
-/// One whose bytes are often those of the marks.
+/// A rate whose bytes are often frame marks.
 fn marked_rate() -> BoxedStrategy<f64> {
     let marks = prop_oneof![Just(0x7B), Just(0x7D), Just(0x7B - 256), Just(0)];
     prop_oneof![
@@ -155,7 +155,7 @@ fn wheeltec_report(rate: BoxedStrategy<f64>) -> impl Strategy<Value = wheeltec::
     )
 }
 
-/// Cuts a stream at places given as any numbers.
+/// Cuts a stream at arbitrary positions.
 fn pieces<'a>(stream: &'a [u8], cuts: &[usize]) -> Vec<&'a [u8]> {
     let mut ends: Vec<usize> = cuts.iter().map(|cut| cut % (stream.len() + 1)).collect();
     ends.push(stream.len());
@@ -166,15 +166,15 @@ fn pieces<'a>(stream: &'a [u8], cuts: &[usize]) -> Vec<&'a [u8]> {
         .collect()
 }
 
-/// A clean stream is found whole, however it is cut.
-fn whole<L: Language>(items: &[L::Item], cuts: &[usize]) -> Result<(), TestCaseError> {
+/// A clean stream is decoded completely, however it is cut.
+fn check_clean<L: Codec>(items: &[L::Item], cuts: &[usize]) -> Result<(), TestCaseError> {
     let stream: Vec<u8> = items.iter().flat_map(L::encode).collect();
     prop_assert_eq!(L::decode(&pieces(&stream, cuts)), items);
     Ok(())
 }
 
-/// One frame with one wrong bit, between good ones: it is not found, they all are.
-fn one_bit<L: Language>(
+/// One frame with a wrong bit between valid ones: only that frame is lost.
+fn check_one_bit<L: Codec>(
     items: &[L::Item],
     bit: usize,
     cuts: &[usize],
@@ -192,15 +192,15 @@ fn one_bit<L: Language>(
     let found = L::decode(&pieces(&stream, cuts));
     let mut without = items.to_vec();
     let lost = without.remove(damaged);
-    // A mark of our own frames that is damaged into nothing may leave its frame whole: then it is found unchanged.
+    // A damaged delimiter of a native frame may leave the frame itself intact.
     let mut kept = without.clone();
     kept.insert(damaged, lost);
     prop_assert!(found == without || found == kept, "found {found:?}");
     Ok(())
 }
 
-/// Noise before good frames: the second at the latest is found, and all behind it.
-fn after_noise<L: Language>(noise: &[u8], items: &[L::Item]) -> Result<(), TestCaseError> {
+/// Noise before valid frames: at most the first frame is lost.
+fn check_after_noise<L: Codec>(noise: &[u8], items: &[L::Item]) -> Result<(), TestCaseError> {
     let mut stream = noise.to_vec();
     stream.extend(items.iter().flat_map(L::encode));
     let found = L::decode(&[&stream]);
@@ -208,7 +208,7 @@ fn after_noise<L: Language>(noise: &[u8], items: &[L::Item]) -> Result<(), TestC
     Ok(())
 }
 
-pub fn holds_everywhere<L: Language>(item: impl Strategy<Value = L::Item>) {
+pub fn check_streams<L: Codec>(item: impl Strategy<Value = L::Item>) {
     let items = vec(item, 3..8);
     let cuts = vec(any::<usize>(), 0..12);
     let noise = vec(any::<u8>(), 0..80);
@@ -216,29 +216,28 @@ pub fn holds_everywhere<L: Language>(item: impl Strategy<Value = L::Item>) {
         300,
         (items, cuts, any::<usize>(), noise),
         |(items, cuts, bit, noise)| {
-            whole::<L>(&items, &cuts)?;
-            one_bit::<L>(&items, bit, &cuts)?;
-            after_noise::<L>(&noise, &items)
+            check_clean::<L>(&items, &cuts)?;
+            check_one_bit::<L>(&items, bit, &cuts)?;
+            check_after_noise::<L>(&noise, &items)
         },
     );
 }
 
 #[test]
-fn native_frames_survive_every_stream() {
-    holds_everywhere::<NativeCommands>(native_command());
-    holds_everywhere::<NativeReports>(native_report());
+fn native_frames_are_found_in_every_stream() {
+    check_streams::<NativeCommands>(native_command());
+    check_streams::<NativeReports>(native_report());
 }
 
 #[test]
-fn wheeltec_frames_survive_every_stream() {
-    holds_everywhere::<WheeltecCommands>(wheeltec_command(plain_rate()));
-    holds_everywhere::<WheeltecReports>(wheeltec_report(plain_rate()));
+fn wheeltec_frames_are_found_in_every_stream() {
+    check_streams::<WheeltecCommands>(wheeltec_command(plain_rate()));
+    check_streams::<WheeltecReports>(wheeltec_report(plain_rate()));
 }
 
-/// Marks inside frames do not confuse a clean stream. On a damaged one they begin and end windows across two frames, and
-/// then the check of 8 bits is all there is: few are believed.
+/// On a damaged stream, marks inside frames delimit false frames across two frames. Only the 8-bit check rejects those.
 #[test]
-fn wheeltec_frames_full_of_marks_are_confused_as_rarely_as_8_bits_promise() {
+fn wheeltec_false_frames_are_as_rare_as_8_bit_check_allows() {
     let wrong = Cell::new(0);
     let items = vec(wheeltec_command(marked_rate()), 3..8);
     let cuts = vec(any::<usize>(), 0..12);
@@ -246,20 +245,20 @@ fn wheeltec_frames_full_of_marks_are_confused_as_rarely_as_8_bits_promise() {
         20_000,
         (items, cuts, any::<usize>()),
         |(items, cuts, bit)| {
-            whole::<WheeltecCommands>(&items, &cuts)?;
-            let held = one_bit::<WheeltecCommands>(&items, bit, &cuts).is_ok();
-            wrong.set(wrong.get() + u32::from(!held));
+            check_clean::<WheeltecCommands>(&items, &cuts)?;
+            let is_ok = check_one_bit::<WheeltecCommands>(&items, bit, &cuts).is_ok();
+            wrong.set(wrong.get() + u32::from(!is_ok));
             Ok(())
         },
     );
     assert!(wrong.get() < 20_000 / 256, "{}", wrong.get());
 }
 
-/// The properties must be able to fail: a decoder that checks nothing but the marks.
+/// The properties must be able to fail: here a decoder checks the marks only.
 #[test]
-fn a_decoder_without_a_check_is_caught() {
-    struct Careless;
-    impl Language for Careless {
+fn decoder_without_check_fails_the_property() {
+    struct Unchecked;
+    impl Codec for Unchecked {
         type Item = wheeltec::Command;
         fn encode(item: &Self::Item) -> Vec<u8> {
             WheeltecCommands::encode(item)
@@ -278,15 +277,15 @@ fn a_decoder_without_a_check_is_caught() {
     }
     let items = vec(wheeltec_command(plain_rate()), 3..8);
     let failure = counterexample(300, (items, any::<usize>()), |(items, bit)| {
-        one_bit::<Careless>(&items, bit, &[])
+        check_one_bit::<Unchecked>(&items, bit, &[])
     });
     assert!(failure.is_some());
 }
 
-/// Three wrong bits of a payload are always seen by a CRC of 16 bits; on the line the stuffing may spread them, and then
-/// 1 of 65,536 is the chance. So many cases find none.
+/// A CRC-16 detects three wrong bits of a payload. Byte stuffing may spread wrong bits of the line, and then it misses 1 of
+/// 65,536: none in this number of cases.
 #[test]
-fn a_native_command_with_up_to_four_wrong_bits_is_no_other_command() {
+fn native_command_with_up_to_four_wrong_bits_is_no_other_command() {
     let bits = vec(any::<usize>(), 1..5);
     for_all(20_000, (native_command(), bits), |(command, bits)| {
         let mut frame = command.encode();
@@ -312,9 +311,9 @@ fn request() -> impl Strategy<Value = Request> {
     ]
 }
 
-/// A packet with one wrong bit is refused, or waits for more, or is another question; but it is never another command.
+/// A packet with a wrong bit is rejected, incomplete or another query, but never another command.
 #[test]
-fn a_damaged_roboclaw_packet_is_no_other_command() {
+fn damaged_roboclaw_packet_is_no_other_command() {
     for_all(2000, (request(), any::<usize>()), |(request, bit)| {
         let mut packet = request.encode(0x80);
         prop_assert_eq!(
@@ -332,9 +331,9 @@ fn a_damaged_roboclaw_packet_is_no_other_command() {
     });
 }
 
-/// Whatever a line says, it is an answer only when the firmware would have written it so.
+/// A line is an answer only in the firmware's own spelling.
 #[test]
-fn arduino_lines_are_read_only_as_they_are_written() {
+fn arduino_answers_round_trip_exactly() {
     for_all(2000, (number(), number()), |(first, second)| {
         let line = format!("{first} {second}");
         let counts = Answer::Counts([first as u32, second as u32]);
@@ -354,25 +353,24 @@ fn arduino_lines_are_read_only_as_they_are_written() {
     });
 }
 
-/// Bytes from anywhere, at any times: nothing panics, no motion is believed, and no base moves by them that has a check of
-/// 16 bits.
+/// Random bytes at random times never panic, give no feedback, and move no base with a 16-bit check.
 #[test]
-fn noise_moves_nothing() {
+fn noise_causes_no_motion() {
     let noise = vec((vec(any::<u8>(), 0..40), 0.0..0.1_f64), 0..40);
     for_all(500, noise, |noise| {
         for protocol in Protocol::ALL {
             let settings = BaseSettings::default();
             let mut session = protocol.session(settings).expect("valid settings");
-            let mut peer = protocol.device(settings).expect("valid settings");
+            let mut device = protocol.device(settings).expect("valid settings");
             let mut now_s = 0.0;
             for (bytes, pause_s) in &noise {
                 now_s += pause_s;
                 session.receive(bytes, now_s);
                 session.transmit(now_s, &mut Vec::new());
-                peer.receive(bytes, now_s);
-                let set = peer.step(now_s, &MachineState::default(), &mut Vec::new());
-                let guarded = matches!(protocol, Protocol::Native | Protocol::Roboclaw);
-                prop_assert!(!guarded || set == TrackSpeeds::default(), "{set:?}");
+                device.receive(bytes, now_s);
+                let set = device.step(now_s, &MachineState::default(), &mut Vec::new());
+                let has_crc16 = matches!(protocol, Protocol::Native | Protocol::Roboclaw);
+                prop_assert!(!has_crc16 || set == TrackSpeeds::default(), "{set:?}");
             }
             prop_assert!(session.latest().is_none());
         }

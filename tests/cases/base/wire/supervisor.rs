@@ -1,4 +1,4 @@
-//! The sender's thread on a line in memory: it stops the base however its owner ends, and opens lost lines anew.
+//! The supervisor on a connection in memory: it stops the base however its owner ends, and reconnects.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,48 +12,48 @@ use inbye::base::{
 };
 use inbye::geometry::Twist;
 
-/// A bound so generous that a busy machine does not trip it.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// Generous enough for a busy machine.
+const TIMEOUT: Duration = Duration::from_secs(20);
 const AHEAD: Twist = Twist::new(0.5, 0.0);
 
-/// What a base was told, line by line.
-type Told = Arc<Mutex<Vec<Vec<Twist>>>>;
+/// Commands received, by connection.
+type Commands = Arc<Mutex<Vec<Vec<Twist>>>>;
 
-/// A base that does at once what it is told, on a line that can be cut.
-struct Obedient {
-    told: Told,
+/// A base that follows every command at once, on a connection that can be cut.
+struct IdealBase {
+    commands: Commands,
     cut: Arc<AtomicBool>,
     now: Twist,
 }
 
-impl Obedient {
-    fn unplugged(&self) -> Result<(), BaseError> {
+impl IdealBase {
+    fn check(&self) -> Result<(), BaseError> {
         if self.cut.load(Ordering::Relaxed) {
-            Err(unplugged())
+            Err(disconnected())
         } else {
             Ok(())
         }
     }
 }
 
-fn unplugged() -> BaseError {
+fn disconnected() -> BaseError {
     BaseError::Disconnected {
         port: "memory".to_owned(),
     }
 }
 
-impl Base for Obedient {
+impl Base for IdealBase {
     fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
-        self.unplugged()?;
+        self.check()?;
         assert!(command.is_finite());
         self.now = *command;
-        let mut told = self.told.lock().expect("no test fails with it");
-        told.last_mut().expect("a line").push(*command);
+        let mut commands = self.commands.lock().expect("not poisoned");
+        commands.last_mut().expect("a connection").push(*command);
         Ok(())
     }
 
     fn feedback(&mut self) -> Result<Feedback, BaseError> {
-        self.unplugged()?;
+        self.check()?;
         Ok(Feedback {
             twist: self.now,
             ..Feedback::default()
@@ -61,30 +61,30 @@ impl Base for Obedient {
     }
 }
 
-struct Place {
-    told: Told,
+struct TestBase {
+    commands: Commands,
     cut: Arc<AtomicBool>,
-    end: Arc<AtomicBool>,
+    shutdown: Arc<AtomicBool>,
 }
 
-impl Place {
+impl TestBase {
     fn new() -> Self {
         Self {
-            told: Arc::default(),
+            commands: Arc::default(),
             cut: Arc::default(),
-            end: Arc::default(),
+            shutdown: Arc::default(),
         }
     }
 
     fn supervisor(&self) -> BaseSupervisor {
-        let (told, cut) = (Arc::clone(&self.told), Arc::clone(&self.cut));
+        let (commands, cut) = (Arc::clone(&self.commands), Arc::clone(&self.cut));
         let open: OpenBase = Box::new(move || {
             if cut.load(Ordering::Relaxed) {
-                return Err(unplugged());
+                return Err(disconnected());
             }
-            told.lock().expect("no test fails with it").push(Vec::new());
-            Ok(Box::new(Obedient {
-                told: Arc::clone(&told),
+            commands.lock().expect("not poisoned").push(Vec::new());
+            Ok(Box::new(IdealBase {
+                commands: Arc::clone(&commands),
                 cut: Arc::clone(&cut),
                 now: Twist::STOP,
             }))
@@ -93,35 +93,36 @@ impl Place {
             rate_hz: 200.0,
             reconnect_min_s: 0.01,
             reconnect_max_s: 0.04,
-            // A busy machine is not to be taken for a hung planner.
+            // A busy machine must not look like a hung planner.
             target_timeout_s: 2.0,
             ..SupervisorSettings::default()
         };
-        let end = Arc::clone(&self.end);
-        BaseSupervisor::start(open, &BaseSettings::default(), settings, end).expect("an open line")
+        let shutdown = Arc::clone(&self.shutdown);
+        BaseSupervisor::start(open, &BaseSettings::default(), settings, shutdown)
+            .expect("a connection")
     }
 
-    /// The last commands on the newest line.
+    /// The last commands on the latest connection.
     fn last(&self, count: usize) -> Vec<Twist> {
-        let told = self.told.lock().expect("no test fails with it");
-        let line = told.last().expect("a line");
+        let commands = self.commands.lock().expect("not poisoned");
+        let line = commands.last().expect("a connection");
         line[line.len().saturating_sub(count)..].to_vec()
     }
 }
 
-/// Plans until something holds.
+/// Sets the target until a condition holds.
 fn drive_until(
     supervisor: &BaseSupervisor,
     holds: impl Fn(&SupervisorStatus) -> bool,
 ) -> SupervisorStatus {
-    let began = Instant::now();
+    let started = Instant::now();
     loop {
         let _ = supervisor.set_target(&AHEAD, supervisor.now_s());
         let status = supervisor.status();
         if holds(&status) {
             return status;
         }
-        assert!(began.elapsed() < PATIENCE, "{status:?}");
+        assert!(started.elapsed() < TIMEOUT, "{status:?}");
         thread::sleep(Duration::from_millis(5));
     }
 }
@@ -131,97 +132,98 @@ fn is_fast(status: &SupervisorStatus) -> bool {
 }
 
 #[test]
-fn it_ends_with_three_zeros_when_it_is_dropped() {
-    let place = Place::new();
-    let supervisor = place.supervisor();
+fn dropped_supervisor_sends_three_zeros() {
+    let base = TestBase::new();
+    let supervisor = base.supervisor();
     drive_until(&supervisor, is_fast);
-    assert_ne!(place.last(1), [Twist::STOP]);
+    assert_ne!(base.last(1), [Twist::STOP]);
     drop(supervisor);
-    assert_eq!(place.last(3), [Twist::STOP; 3]);
-    assert_ne!(place.last(6)[0], Twist::STOP, "it drove to the last");
+    assert_eq!(base.last(3), [Twist::STOP; 3]);
+    assert_ne!(base.last(6)[0], Twist::STOP, "it drove until the end");
 }
 
 #[test]
-fn it_ends_with_three_zeros_when_its_owner_panics() {
-    let place = Place::new();
-    let supervisor = place.supervisor();
+fn panicking_owner_leaves_three_zeros() {
+    let base = TestBase::new();
+    let supervisor = base.supervisor();
     let outcome = catch_unwind(AssertUnwindSafe(move || {
         drive_until(&supervisor, is_fast);
         panic!("a planner's error");
     }));
     assert!(outcome.is_err());
-    assert_eq!(place.last(3), [Twist::STOP; 3]);
+    assert_eq!(base.last(3), [Twist::STOP; 3]);
 }
 
 #[test]
-fn it_ends_with_three_zeros_when_its_end_is_asked_for() {
-    let place = Place::new();
-    let supervisor = place.supervisor();
+fn shutdown_flag_leaves_three_zeros() {
+    let base = TestBase::new();
+    let supervisor = base.supervisor();
     drive_until(&supervisor, is_fast);
-    place.end.store(true, Ordering::Relaxed);
-    // The owner goes on to plan, in vain.
+    base.shutdown.store(true, Ordering::Relaxed);
+    // Further targets have no effect.
     drive_until(&supervisor, |status| !status.is_running);
     drop(supervisor);
-    assert_eq!(place.last(3), [Twist::STOP; 3]);
+    assert_eq!(base.last(3), [Twist::STOP; 3]);
 }
 
 #[test]
-fn a_hung_planner_whose_threads_live_is_stopped_by_the_age_of_its_plan() {
-    let place = Place::new();
-    let supervisor = place.supervisor();
+fn repeated_old_target_expires() {
+    let base = TestBase::new();
+    let supervisor = base.supervisor();
     drive_until(&supervisor, is_fast);
-    let planned_s = supervisor.now_s();
+    let stamp_s = supervisor.now_s();
     supervisor
-        .set_target(&AHEAD, planned_s)
-        .expect("a good plan");
-    let began = Instant::now();
-    // It lives and speaks, and repeats what it planned.
+        .set_target(&AHEAD, stamp_s)
+        .expect("a valid target");
+    let started = Instant::now();
+    // The planner's thread runs, but repeats an old target.
     loop {
-        let _ = supervisor.set_target(&AHEAD, planned_s);
+        let _ = supervisor.set_target(&AHEAD, stamp_s);
         let status = supervisor.status();
         if matches!(status.drive_status, DriveStatus::TargetExpired { .. })
             && status.sent == Twist::STOP
         {
             break;
         }
-        assert!(began.elapsed() < PATIENCE, "{status:?}");
+        assert!(started.elapsed() < TIMEOUT, "{status:?}");
         thread::sleep(Duration::from_millis(5));
     }
-    assert_eq!(place.last(1), [Twist::STOP]);
+    assert_eq!(base.last(1), [Twist::STOP]);
 }
 
 #[test]
-fn a_lost_line_is_opened_anew_and_begins_with_zero() {
-    let place = Place::new();
-    let supervisor = place.supervisor();
+fn lost_connection_is_reopened_and_starts_with_zero() {
+    let base = TestBase::new();
+    let supervisor = base.supervisor();
     drive_until(&supervisor, is_fast);
-    place.cut.store(true, Ordering::Relaxed);
+    base.cut.store(true, Ordering::Relaxed);
     let status = drive_until(&supervisor, |status| {
         status.counters.connection_failures >= 3
     });
     assert!(matches!(status.drive_status, DriveStatus::Disconnected(_)));
     assert_eq!(status.sent, Twist::STOP);
-    place.cut.store(false, Ordering::Relaxed);
+    base.cut.store(false, Ordering::Relaxed);
     drive_until(&supervisor, is_fast);
-    let told = place.told.lock().expect("no test fails with it");
-    assert_eq!(told.len(), 2);
-    assert_eq!(told[1][0], Twist::STOP);
-    drop(told);
+    let commands = base.commands.lock().expect("not poisoned");
+    assert_eq!(commands.len(), 2);
+    assert_eq!(commands[1][0], Twist::STOP);
+    drop(commands);
     assert_eq!(supervisor.status().counters.connections, 2);
 }
 
 #[test]
-fn a_line_that_cannot_be_opened_at_first_is_told_at_once() {
-    let open: OpenBase = Box::new(|| Err(unplugged()));
+fn start_fails_if_first_open_fails() {
+    let open: OpenBase = Box::new(|| Err(disconnected()));
     let settings = SupervisorSettings::default();
-    let kept = BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
-    assert_eq!(kept.err(), Some(unplugged()));
+    let supervisor =
+        BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
+    assert_eq!(supervisor.err(), Some(disconnected()));
 }
 
-/// A base whose driver has a bug: it panics in the sender's own thread.
+/// The driver panics in the supervisor's thread.
 #[test]
-fn a_panic_of_the_sender_itself_leaves_zeros() {
-    struct Buggy(Obedient, u32);
+fn panicking_supervisor_thread_leaves_zeros() {
+    struct Buggy(IdealBase, u32);
     impl Base for Buggy {
         fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
             self.0.send(command)
@@ -232,12 +234,12 @@ fn a_panic_of_the_sender_itself_leaves_zeros() {
             self.0.feedback()
         }
     }
-    let place = Place::new();
-    let told = Arc::clone(&place.told);
+    let base = TestBase::new();
+    let commands = Arc::clone(&base.commands);
     let open: OpenBase = Box::new(move || {
-        told.lock().expect("no test fails with it").push(Vec::new());
-        let base = Obedient {
-            told: Arc::clone(&told),
+        commands.lock().expect("not poisoned").push(Vec::new());
+        let base = IdealBase {
+            commands: Arc::clone(&commands),
             cut: Arc::default(),
             now: Twist::STOP,
         };
@@ -250,8 +252,8 @@ fn a_panic_of_the_sender_itself_leaves_zeros() {
     };
     let supervisor =
         BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
-    let supervisor = supervisor.expect("an open line");
+    let supervisor = supervisor.expect("a connection");
     drive_until(&supervisor, |status| !status.is_running);
     drop(supervisor);
-    assert_eq!(place.last(3), [Twist::STOP; 3]);
+    assert_eq!(base.last(3), [Twist::STOP; 3]);
 }

@@ -1,4 +1,4 @@
-//! The program as processes: a base, and hosts that come and go.
+//! The program as processes: an emulated base and its hosts.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
@@ -8,14 +8,14 @@ use serde_json::Value;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_inbye");
 
-/// A run of the program; killed when it is dropped.
+/// A run of the program; dropping it kills the process.
 pub struct Process {
     child: Child,
     stdout: BufReader<ChildStdout>,
     stderr: BufReader<ChildStderr>,
 }
 
-/// How a run ended.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Ended {
     pub status: ExitStatus,
@@ -24,14 +24,14 @@ pub struct Ended {
 }
 
 impl Ended {
-    /// Its one object.
+    /// The JSON object on standard output.
     pub fn object(&self) -> Value {
         serde_json::from_str(&self.stdout).unwrap_or_else(|_| panic!("no object: {self:?}"))
     }
 }
 
 impl Process {
-    /// Starts the program with arguments parted by spaces.
+    /// Starts the program with arguments separated by spaces.
     pub fn start(arguments: &str) -> Self {
         let mut command = Command::new(PROGRAM);
         command.args(arguments.split_whitespace());
@@ -77,10 +77,10 @@ impl Process {
         let sent = Command::new("kill")
             .args(["-s", name, &self.child.id().to_string()])
             .status();
-        assert!(sent.expect("kill is everywhere").success());
+        assert!(sent.expect("`kill` is installed").success());
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the process.
     pub fn wait(mut self) -> Ended {
         let (mut stdout, mut stderr) = (String::new(), String::new());
         self.stdout.read_to_string(&mut stdout).expect("text");
@@ -101,14 +101,14 @@ impl Drop for Process {
     }
 }
 
-/// Bases and their hosts keep real time: two pairs at once on two cores hold each other up until lines count as dead.
+/// Bases and hosts run in real time: two pairs at once on two cores would delay each other until they time out.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// An emulated base in a process of its own, the only one of its time.
+/// An emulated base in its own process; only one exists at a time.
 pub struct Emulated {
     process: Process,
     pub port: String,
-    /// Of one that has a lidar.
+    /// Port of its lidar, if it has one.
     pub lidar: Option<String>,
     pub protocol: &'static str,
     _alone: MutexGuard<'static, ()>,
@@ -120,17 +120,17 @@ impl Emulated {
         let mut process = Process::start(&format!(
             "base emulate --protocol {protocol} --for 600 --json {more}"
         ));
-        let opened: Value = serde_json::from_str(&process.line()).expect("an object");
+        let ports: Value = serde_json::from_str(&process.line()).expect("an object");
         Self {
             process,
-            port: opened["port"].as_str().expect("a path").to_owned(),
-            lidar: opened["lidar"].as_str().map(str::to_owned),
+            port: ports["port"].as_str().expect("a path").to_owned(),
+            lidar: ports["lidar"].as_str().map(str::to_owned),
             protocol,
             _alone: alone,
         }
     }
 
-    /// The program with arguments, on this base's line.
+    /// Starts the program with arguments, on this base's port.
     pub fn host(&self, arguments: &str) -> Process {
         Process::start(&self.on_line(arguments))
     }
@@ -142,7 +142,7 @@ impl Emulated {
         )
     }
 
-    /// Ends it and returns its summary.
+    /// Ends the base and returns its summary.
     pub fn end(self) -> Value {
         self.process.signal("TERM");
         let ended = self.process.wait();

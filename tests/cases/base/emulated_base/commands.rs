@@ -15,20 +15,20 @@ fn number(object: &Value, name: &str) -> f64 {
 }
 
 #[test]
-fn a_motion_is_sent_in_every_protocol() {
+fn send_drives_in_every_protocol() {
     for protocol in PROTOCOLS {
         let base = Emulated::start(protocol, "");
         let ended = base.host("base send --linear 0.4 --for 1.5").wait();
         assert_eq!(ended.status.code(), Some(0), "{protocol}: {ended:?}");
         let sent = ended.object();
-        assert_eq!(sent["stopped"], Value::Null, "{sent}");
+        assert_eq!(sent["stop_cause"], Value::Null, "{sent}");
         assert_eq!(sent["interrupted"], json!(false), "{sent}");
         let summary = base.end();
-        // 0.4 m/s for 1.5 s; ramps up and down are alike. Wide bounds: a busy machine delays the first and the last command.
-        let way_m = number(&summary, "distance_m");
-        assert!((0.3..1.2).contains(&way_m), "{protocol}: {summary}");
-        let off_m = (number(&sent, "travelled_m") - way_m).abs();
-        assert!(off_m < 0.1, "{protocol}: {sent} {summary}");
+        // 0.4 m/s for 1.5 s. Wide bounds: a busy machine delays the first and the last command.
+        let travelled_m = number(&summary, "travelled_m");
+        assert!((0.3..1.2).contains(&travelled_m), "{protocol}: {summary}");
+        let difference_m = (number(&sent, "travelled_m") - travelled_m).abs();
+        assert!(difference_m < 0.1, "{protocol}: {sent} {summary}");
         assert_eq!(summary["linear"], json!(0.0), "{protocol}: {summary}");
         assert_eq!(summary["watchdog_stops"], json!(0), "{protocol}: {summary}");
         assert!(number(&summary, "final_zero_commands") >= 3.0, "{summary}");
@@ -36,26 +36,26 @@ fn a_motion_is_sent_in_every_protocol() {
 }
 
 #[test]
-fn a_stuck_track_stops_the_base_and_says_so() {
+fn stuck_track_stops_base_with_cause() {
     for protocol in PROTOCOLS {
         let base = Emulated::start(protocol, "--fault stuck-right");
         let ended = base.host("base send --linear 0.4 --for 60").wait();
         assert_eq!(ended.status.code(), Some(1), "{protocol}: {ended:?}");
         let sent = ended.object();
-        let why = sent["stopped"].as_str().expect("words");
-        assert!(why.starts_with("the right track stands"), "{why}");
+        let cause = sent["stop_cause"].as_str().expect("text");
+        assert!(cause.starts_with("the right track stands"), "{cause}");
         assert!(number(&base.end(), "final_zero_commands") >= 3.0);
     }
 }
 
 #[test]
-fn a_latched_stop_is_ended_only_by_an_explicit_release() {
+fn latched_stop_needs_explicit_release() {
     let base = Emulated::start("native", "--fault button@0..1.5");
     let ended = base.host("base send --linear 0.3 --for 60").wait();
     let sent = ended.object();
-    let why = sent["stopped"].as_str().expect("words");
-    assert!(why.contains("emergency stop"), "{why}");
-    // The button is out by then, and the base keeps its stop.
+    let cause = sent["stop_cause"].as_str().expect("text");
+    assert!(cause.contains("emergency stop"), "{cause}");
+    // The button is released by then; the base keeps its stop.
     std::thread::sleep(std::time::Duration::from_secs(2));
     let ended = base.host("base send --linear 0.3 --for 0.5").wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
@@ -63,11 +63,11 @@ fn a_latched_stop_is_ended_only_by_an_explicit_release() {
         .host("base send --linear 0.3 --for 0.5 --release")
         .wait();
     assert_eq!(ended.status.code(), Some(0), "{ended:?}");
-    assert!(number(&base.end(), "distance_m") > 0.02);
+    assert!(number(&base.end(), "travelled_m") > 0.02);
 }
 
 #[test]
-fn silence_of_the_base_is_told_and_it_is_left_standing() {
+fn silent_base_is_reported_and_stopped() {
     let base = Emulated::start("native", "--fault silence@1.5");
     let ended = base.host("base send --linear 0.3 --for 4").wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
@@ -82,17 +82,17 @@ fn silence_of_the_base_is_told_and_it_is_left_standing() {
 }
 
 #[test]
-fn a_base_that_falls_silent_for_a_while_is_driven_again() {
+fn base_drives_again_after_silence() {
     let base = Emulated::start("native", "--fault silence@1.5..3");
     let ended = base.host("base send --linear 0.3 --for 8").wait();
     assert_eq!(ended.status.code(), Some(0), "{ended:?}");
     let sent = ended.object();
-    assert!(number(&sent["counters"], "opened") >= 2.0, "{sent}");
+    assert!(number(&sent["counters"], "connections") >= 2.0, "{sent}");
     base.end();
 }
 
 #[test]
-fn the_monitor_tells_and_does_not_move_the_base() {
+fn monitor_prints_reports_and_does_not_move_base() {
     for protocol in PROTOCOLS {
         let base = Emulated::start(protocol, "");
         let ended = base.host("base monitor --for 0.5").wait();
@@ -101,19 +101,19 @@ fn the_monitor_tells_and_does_not_move_the_base() {
         for line in ended.stdout.lines() {
             let row: Value = serde_json::from_str(line).expect("each line is JSON");
             assert_eq!(row["feedback"]["linear"], json!(0.0), "{row}");
-            // The first report may be of before the first command.
-            let faults = row["feedback"]["faults"].as_str().expect("words");
-            let idle = ["none", "stopped for want of commands"];
+            // The first report may precede the first command.
+            let faults = row["feedback"]["faults"].as_str().expect("text");
+            let idle = ["none", "stopped by its watchdog"];
             assert!(idle.contains(&faults), "{row}");
             lines += 1;
         }
         assert!(lines >= 1, "{ended:?}");
-        assert_eq!(number(&base.end(), "distance_m"), 0.0);
+        assert_eq!(number(&base.end(), "travelled_m"), 0.0);
     }
 }
 
 #[test]
-fn what_means_nothing_is_refused_in_one_line() {
+fn unusable_arguments_fail_with_one_line() {
     let folder = tempfile::tempdir().expect("a place for temporary files");
     let file = folder.path().join("base.toml");
     fs::write(&file, "[base]\ntrack_width_m = -1.0\n").expect("written");
@@ -127,11 +127,11 @@ fn what_means_nothing_is_refused_in_one_line() {
         ("base send --port x --linear nan".to_owned(), "-100 to 100"),
         (
             "base send --port x --protocol can".to_owned(),
-            "`can` is no protocol: it is one of native, ",
+            "`can` is not a protocol: use one of native, ",
         ),
         (
             "base emulate --fault stuck".to_owned(),
-            "`stuck` is no fault",
+            "`stuck` is not a fault",
         ),
         ("base emulate --for 0".to_owned(), "above zero"),
         (
@@ -151,7 +151,7 @@ fn what_means_nothing_is_refused_in_one_line() {
 }
 
 #[test]
-fn a_base_that_speaks_another_language_is_told() {
+fn wrong_protocol_is_reported() {
     let base = Emulated::start("wheeltec", "");
     let mut other = base.on_line("base send");
     other = other.replace("wheeltec", "roboclaw");

@@ -1,4 +1,4 @@
-//! `inbye drive --lidar`: base and lidar in another process, one robot in one world; this one knows only what they tell.
+//! `inbye drive --lidar`: base and lidar are emulated by another process, in one world.
 
 use std::fs;
 
@@ -7,8 +7,8 @@ use tempfile::TempDir;
 
 use super::processes::{Emulated, Ended, Process};
 
-/// A hall of 14 by 8 m at 0.1 m a cell, with a pillar in the way, a block and two niches, and settings of a base whose tracks
-/// count 5 % more than they come forward.
+/// A hall of 14 by 8 m with 0.1 m cells, a pillar between start and goal, a block and two niches; and settings of a base whose
+/// encoders count 5 % too much.
 fn hall() -> TempDir {
     let folder = tempfile::tempdir().expect("a place for temporary files");
     let open = [(8..132, 10..60), (40..58, 60..72), (90..104, 4..10)];
@@ -27,8 +27,8 @@ fn hall() -> TempDir {
     let row = |row: i32| (0..140).map(|column| cell(column, row)).collect::<String>() + "\n";
     let rows: String = (0..80).rev().map(row).collect();
     fs::write(folder.path().join("hall.txt"), rows).expect("written");
-    let slips = "[base]\nticks_per_m = { left = 10500.0, right = 10500.0 }\n";
-    fs::write(folder.path().join("slips.toml"), slips).expect("written");
+    let settings = "[base]\nticks_per_m = { left = 10500.0, right = 10500.0 }\n";
+    fs::write(folder.path().join("slips.toml"), settings).expect("written");
     folder
 }
 
@@ -36,7 +36,7 @@ fn file(folder: &TempDir, name: &str) -> String {
     format!("{}", folder.path().join(name).display())
 }
 
-/// A robot that stands a little off where its driver believes it to.
+/// A robot that starts slightly off its assumed pose.
 fn robot(hall: &TempDir, more: &str) -> Emulated {
     let (map, slips) = (file(hall, "hall.txt"), file(hall, "slips.toml"));
     let world = format!("--lidar-map {map} --resolution 0.1 --start 1.65,2.46,0.04");
@@ -46,17 +46,17 @@ fn robot(hall: &TempDir, more: &str) -> Emulated {
 fn drive(hall: &TempDir, robot: &Emulated, more: &str) -> Ended {
     let map = file(hall, "hall.txt");
     let lidar = robot.lidar.as_deref().expect("it has one");
-    let way = "--resolution 0.1 --start 1.6,2.5,0 --goal 11.5,4.5";
-    let host = format!("drive --map {map} {way} --engine cpu --threads 1 --lidar {lidar} {more}");
+    let route = "--resolution 0.1 --start 1.6,2.5,0 --goal 11.5,4.5";
+    let host = format!("drive --map {map} {route} --engine cpu --threads 1 --lidar {lidar} {more}");
     robot.host(&host).wait()
 }
 
-fn place(summary: &Value) -> [f64; 3] {
-    serde_json::from_value(summary["place"].clone()).expect("a pose")
+fn map_pose(summary: &Value) -> [f64; 3] {
+    serde_json::from_value(summary["map_pose"].clone()).expect("a pose")
 }
 
 #[test]
-fn a_whole_robot_drives_to_its_goal_by_what_its_lidar_sees() {
+fn base_with_lidar_reaches_goal() {
     let hall = hall();
     let robot = robot(&hall, "");
     let ended = drive(&hall, &robot, "--time-limit 120");
@@ -65,46 +65,54 @@ fn a_whole_robot_drives_to_its_goal_by_what_its_lidar_sees() {
     assert_eq!(driven["reached"], json!(true), "{driven}");
     let lidar = &driven["base"]["lidar"];
     assert_eq!(
-        (&lidar["trouble"], &lidar["opened"]),
+        (&lidar["fault"], &lidar["connections"]),
         (&Value::Null, &json!(1)),
         "{driven}"
     );
     assert!(
-        lidar["turns"].as_u64().is_some_and(|turns| turns > 50),
+        lidar["revolutions"]
+            .as_u64()
+            .is_some_and(|count| count > 50),
         "{driven}"
     );
-    let [x, y, _] = place(&summary);
-    let off_m = libm::hypot(x - 11.5, y - 4.5);
-    assert!(off_m < 0.3, "{driven} {summary}");
-    // It stands where it believes to: its tracks alone would have it half a metre off.
+    let [x, y, _] = map_pose(&summary);
+    let error_m = libm::hypot(x - 11.5, y - 4.5);
+    assert!(error_m < 0.3, "{driven} {summary}");
+    // The estimated pose is right; track odometry alone would be half a metre off.
     let error = &driven["final_error"];
     let believed = |axis: &str, goal: f64| goal + error[axis].as_f64().expect("a number");
-    let apart_m = libm::hypot(x - believed("x_m", 11.5), y - believed("y_m", 4.5));
-    assert!(apart_m < 0.05, "{apart_m}: {driven} {summary}");
+    let estimate_error_m = libm::hypot(x - believed("x_m", 11.5), y - believed("y_m", 4.5));
+    assert!(
+        estimate_error_m < 0.05,
+        "{estimate_error_m}: {driven} {summary}"
+    );
     let by_tracks = &driven["base"]["travelled_m"];
-    let way_m = summary["distance_m"].as_f64().expect("a number");
+    let true_m = summary["travelled_m"].as_f64().expect("a number");
     let counted_m = by_tracks.as_f64().expect("a number");
     assert!(
-        counted_m > 1.03 * way_m && way_m > 9.0,
+        counted_m > 1.03 * true_m && true_m > 9.0,
         "{driven} {summary}"
     );
 }
 
 #[test]
-fn a_lidar_that_is_unplugged_stops_the_robot_which_says_why() {
+fn unplugged_lidar_stops_robot_with_cause() {
     let hall = hall();
-    // The lidar runs up, the drive begins, and it is gone.
+    // The lidar is unplugged soon after the drive starts.
     let robot = robot(&hall, "--lidar-until 6");
     let ended = drive(&hall, &robot, "--time-limit 120");
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let (driven, summary) = (ended.object(), robot.end());
     assert_eq!(driven["reached"], json!(false), "{driven}");
-    let fault = driven["fault"].as_str().expect("words");
+    let fault = driven["fault"].as_str().expect("text");
     assert!(fault.contains("there is no fresh scan"), "{fault}");
-    let trouble = driven["base"]["lidar"]["trouble"].as_str().expect("words");
-    assert!(trouble.contains("the lidar is gone"), "{trouble}");
-    // The base is well, and stands.
-    assert_eq!(driven["base"]["stopped"], Value::Null, "{driven}");
+    let lidar_fault = driven["base"]["lidar"]["fault"].as_str().expect("text");
+    assert!(
+        lidar_fault.contains("the lidar is disconnected"),
+        "{lidar_fault}"
+    );
+    // The base itself has no fault, and stands.
+    assert_eq!(driven["base"]["stop_cause"], Value::Null, "{driven}");
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
     assert!(
         summary["final_zero_commands"]
@@ -112,13 +120,12 @@ fn a_lidar_that_is_unplugged_stops_the_robot_which_says_why() {
             .is_some_and(|zeros| zeros >= 3),
         "{summary}"
     );
-    let [x, ..] = place(&summary);
+    let [x, ..] = map_pose(&summary);
     assert!(x < 10.0, "{summary}");
 }
 
-/// On the map of another hall it does not know where it is: it stands, and says so.
 #[test]
-fn a_robot_with_the_wrong_map_is_lost_and_stands() {
+fn robot_with_wrong_map_is_lost_and_stands() {
     let hall = hall();
     let robot = robot(&hall, "");
     let wall = "#".repeat(60) + "\n";
@@ -135,41 +142,41 @@ fn a_robot_with_the_wrong_map_is_lost_and_stands() {
         robot.lidar.clone().expect("it has one"),
         file(&hall, "patience.toml"),
     );
-    let way = "--resolution 0.1 --start 2,3,0 --goal 5,3";
+    let route = "--resolution 0.1 --start 2,3,0 --goal 5,3";
     let host = format!(
-        "drive --map {map} {way} --engine cpu --threads 1 --lidar {lidar} --config {settings}"
+        "drive --map {map} {route} --engine cpu --threads 1 --lidar {lidar} --config {settings}"
     );
     let ended = robot.host(&host).wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let driven = ended.object();
-    let fault = driven["fault"].as_str().expect("words");
+    let fault = driven["fault"].as_str().expect("text");
     assert!(fault.contains("the robot is lost: "), "{fault}");
-    let way_m = robot.end()["distance_m"].as_f64().expect("a number");
-    assert!(way_m < 1.0, "{way_m}");
+    let travelled_m = robot.end()["travelled_m"].as_f64().expect("a number");
+    assert!(travelled_m < 1.0, "{travelled_m}");
 }
 
 #[test]
-fn what_cannot_be_a_whole_robot_is_refused_in_a_line() {
+fn unusable_lidar_arguments_fail_with_one_line() {
     let hall = hall();
     let map = file(&hall, "hall.txt");
     let robot = robot(&hall, "");
     let lidar = robot.lidar.clone().expect("it has one");
-    let way = format!("drive --map {map} --resolution 0.1 --start 1.6,2.5 --goal 11.5,4.5");
-    let refused = |more: &str, words: &str| {
-        let ended = robot.host(&format!("{way} {more}")).wait();
+    let route = format!("drive --map {map} --resolution 0.1 --start 1.6,2.5 --goal 11.5,4.5");
+    let fails = |more: &str, words: &str| {
+        let ended = robot.host(&format!("{route} {more}")).wait();
         assert_eq!(ended.status.code(), Some(2), "{ended:?}");
         assert!(ended.stderr.contains(words), "{words}: {ended:?}");
     };
-    refused(
+    fails(
         &format!("--lidar {lidar} --obstacles 3"),
         "--obstacles are simulated",
     );
-    refused(
+    fails(
         "--lidar /dev/no-such-lidar",
         "--lidar: /dev/no-such-lidar: cannot be opened",
     );
     robot.end();
-    let ended = Process::start(&format!("{way} --lidar {lidar}")).wait();
+    let ended = Process::start(&format!("{route} --lidar {lidar}")).wait();
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
     let ended = Process::start(&format!("base emulate --lidar-map {map} --for 1")).wait();
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");

@@ -1,9 +1,9 @@
-//! Properties over cases that are the same in every run.
+//! Property tests with the same cases in every run.
 
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
 
-/// The first case that a property fails, shrunk, in words.
+/// Returns the first failing case of a property, shrunk, as text.
 pub fn counterexample<S: Strategy>(
     cases: u32,
     strategy: S,
@@ -19,7 +19,7 @@ pub fn counterexample<S: Strategy>(
     outcome.err().map(|failure| failure.to_string())
 }
 
-/// Runs a property over cases and panics with the first that fails.
+/// Checks a property and panics with the first failing case.
 pub fn for_all<S: Strategy>(
     cases: u32,
     strategy: S,

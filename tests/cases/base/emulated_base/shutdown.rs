@@ -1,4 +1,4 @@
-//! However a host ends the base stops: by the host's zeros where the host can still send, else by the base's watchdog.
+//! The base stops however the host ends: by the host's zero commands if it can still send, else by the base's watchdog.
 
 use std::env;
 use std::process::Command;
@@ -15,23 +15,23 @@ use serde_json::json;
 
 use super::processes::{Emulated, Process};
 
-/// Time in which a base gets going.
-const UNDER_WAY: Duration = Duration::from_secs(1);
+/// Time for a base to reach its speed.
+const START_TIME: Duration = Duration::from_secs(1);
 
 const PROTOCOLS: [&str; 4] = ["native", "wheeltec", "roboclaw", "arduino"];
 
-/// A host that drives.
+/// Starts a host that drives.
 fn driving(base: &Emulated) -> Process {
     let mut host = base.host("base send --linear 0.4 --angular 0.2 --for 600");
     host.await_note("the base answers");
-    thread::sleep(UNDER_WAY);
+    thread::sleep(START_TIME);
     host
 }
 
-/// Checks that it was the host's zeros that stopped the base.
+/// Checks that zero commands of the host stopped the base.
 #[track_caller]
-fn assert_left_with_zeros(base: Emulated, case: &str) {
-    // Bytes on their way, and a ramp of the motors.
+fn assert_stopped_by_zeros(base: Emulated, case: &str) {
+    // Bytes in transit, and the ramp of the motors.
     thread::sleep(Duration::from_millis(700));
     let summary = base.end();
     let zeros = summary["final_zero_commands"].as_u64().expect("a count");
@@ -39,13 +39,13 @@ fn assert_left_with_zeros(base: Emulated, case: &str) {
     assert_eq!(summary["watchdog_stops"], json!(0), "{case}: {summary}");
     assert_eq!(summary["linear"], json!(0.0), "{case}: {summary}");
     assert!(
-        summary["distance_m"].as_f64().expect("a number") > 0.05,
+        summary["travelled_m"].as_f64().expect("a number") > 0.05,
         "{case}: it had driven: {summary}"
     );
 }
 
 #[test]
-fn signals_end_with_zeros() {
+fn signals_stop_base_with_zeros() {
     for protocol in PROTOCOLS {
         for signal in ["INT", "TERM"] {
             let base = Emulated::start(protocol, "");
@@ -54,56 +54,55 @@ fn signals_end_with_zeros() {
             let ended = host.wait();
             assert_eq!(ended.status.code(), Some(1), "{protocol}: {ended:?}");
             assert_eq!(ended.object()["interrupted"], json!(true), "{ended:?}");
-            assert_left_with_zeros(base, &format!("{protocol}, {signal}"));
+            assert_stopped_by_zeros(base, &format!("{protocol}, {signal}"));
         }
     }
 }
 
-/// Ctrl-C by somebody impatient.
 #[test]
-fn a_second_signal_right_after_the_first_ends_with_zeros_too() {
+fn second_signal_stops_base_with_zeros() {
     for protocol in PROTOCOLS {
         let base = Emulated::start(protocol, "");
         let host = driving(&base);
         host.signal("INT");
         host.signal("INT");
         let ended = host.wait();
-        // By the first or by the second, whichever was quicker.
+        // Ended by the first or the second signal.
         assert!(
             matches!(ended.status.code(), Some(1 | 130)),
             "{protocol}: {ended:?}"
         );
-        assert_left_with_zeros(base, &format!("{protocol}, INT twice"));
+        assert_stopped_by_zeros(base, &format!("{protocol}, INT twice"));
     }
 }
 
-/// A process that panics while it drives: this test program again, with one test that does so.
+/// Runs this test program again, with the test that panics while it drives.
 #[test]
-fn a_panic_ends_with_zeros() {
+fn panic_stops_base_with_zeros() {
     for protocol in PROTOCOLS {
         let base = Emulated::start(protocol, "");
         let mut command = Command::new(env::current_exe().expect("this program"));
         command
-            .args(["--exact", "endings::panics_under_way", "--ignored"])
+            .args(["panics_while_driving", "--ignored"])
             .env("INBYE_TEST_BASE", format!("{protocol} {}", base.port));
         let ended = Process::of(command).wait();
         assert!(!ended.status.success(), "{ended:?}");
         assert!(ended.stdout.contains("the planner has a bug"), "{ended:?}");
-        assert_left_with_zeros(base, protocol);
+        assert_stopped_by_zeros(base, protocol);
     }
 }
 
 #[test]
-#[ignore = "it panics: a_panic_ends_with_zeros runs it in a process of its own"]
-fn panics_under_way() {
+#[ignore = "it panics: panic_stops_base_with_zeros runs it in another process"]
+fn panics_while_driving() {
     let base = env::var("INBYE_TEST_BASE").expect("set by the other test");
     let (protocol, port) = base.split_once(' ').expect("two words");
     let (protocol, port): (Protocol, String) = (protocol.parse().unwrap(), port.to_owned());
     let settings = BaseSettings::default();
     let open: OpenBase = Box::new(move || {
         let session = protocol.session(settings)?;
-        let within = SerialSettings::default();
-        Ok(Box::new(SerialBase::open(&port, session, within)?))
+        let timeouts = SerialSettings::default();
+        Ok(Box::new(SerialBase::open(&port, session, timeouts)?))
     });
     let supervisor = BaseSupervisor::start(
         open,
@@ -119,7 +118,7 @@ fn panics_under_way() {
     panic!("the planner has a bug");
 }
 
-/// The end of a base whose host was killed.
+/// The summary of a base whose host was killed.
 fn kill_and_wait(protocol: &'static str) -> serde_json::Value {
     let base = Emulated::start(protocol, "");
     let host = driving(&base);
@@ -130,20 +129,20 @@ fn kill_and_wait(protocol: &'static str) -> serde_json::Value {
     base.end()
 }
 
-/// What no program can do anything about. A base whose firmware has no watchdog drives on: this is why it must have one.
+/// A killed host sends nothing: a base without a watchdog keeps driving.
 #[test]
-fn after_a_kill_the_bases_watchdog_acts_where_it_has_one() {
+fn watchdog_stops_base_of_killed_host() {
     for (protocol, stops) in [
         ("native", 1),
         ("roboclaw", 1),
         ("arduino", 1),
         ("wheeltec", 0),
     ] {
-        // On a machine that is held up, the sender stops on the age of its plan; the kill then meets one that stands.
+        // On a busy machine the target may expire before the kill, and the base then stands already.
         let summary = (0..3)
             .map(|_| kill_and_wait(protocol))
             .find(|summary| summary["final_zero_commands"] == json!(0))
-            .expect("a host that is killed sends no zeros");
+            .expect("a killed host sends no zeros");
         assert_eq!(
             summary["watchdog_stops"],
             json!(stops),

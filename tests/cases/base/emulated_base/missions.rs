@@ -1,4 +1,4 @@
-//! `inbye drive --port`: a mission in a simulated world by a base in another process.
+//! `inbye drive --port`: a mission in a simulated world with a base in another process.
 
 use std::fs;
 
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use super::processes::{Emulated, Process};
 
-/// A room of 7.2 by 4.4 m at 0.2 m a cell, with a block in the way.
+/// A room of 7.2 by 4.4 m with 0.2 m cells and an obstacle between start and goal.
 fn room() -> TempDir {
     let folder = tempfile::tempdir().expect("a place for temporary files");
     let wall = "#".repeat(36) + "\n";
@@ -46,20 +46,20 @@ fn completes(protocol: &'static str) {
     let (driven, summary) = (ended.object(), base.end());
     assert_eq!(driven["reached"], json!(true), "{driven}");
     assert_eq!(driven["collided"], json!(false), "{driven}");
-    assert_eq!(driven["base"]["stopped"], Value::Null, "{driven}");
-    // What the mission took for the robot's way is the way of the machine in the other process.
-    let (believed_m, way_m) = (
+    assert_eq!(driven["base"]["stop_cause"], Value::Null, "{driven}");
+    // The mission's distance equals that of the machine in the other process.
+    let (believed_m, true_m) = (
         number(&driven, "travelled_m"),
-        number(&summary, "distance_m"),
+        number(&summary, "travelled_m"),
     );
-    assert!(way_m > 4.5, "{summary}");
+    assert!(true_m > 4.5, "{summary}");
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
     assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
     assert!(
-        (believed_m - way_m).abs() < 0.03 * way_m + 0.05,
+        (believed_m - true_m).abs() < 0.03 * true_m + 0.05,
         "{driven} {summary}"
     );
-    // So is the place it came to, of where it started.
+    // So does the final position, relative to the start.
     let pose = summary["pose"].as_array().expect("a pose");
     let x_m = 1.2 + pose[0].as_f64().expect("a number");
     let y_m = 2.0 + pose[1].as_f64().expect("a number");
@@ -70,7 +70,7 @@ fn completes(protocol: &'static str) {
 }
 
 #[test]
-fn a_mission_in_real_time_is_recorded_and_decided_again() {
+fn real_time_mission_is_recorded_and_replayed() {
     let room = room();
     let path = |name: &str| format!("{}", room.path().join(name).display());
     let settings = "[navigator]\nwait_for_plans = false\ndeadline_s = 0.05\n";
@@ -89,27 +89,27 @@ fn a_mission_in_real_time_is_recorded_and_decided_again() {
 }
 
 #[test]
-fn a_mission_is_completed_over_our_own_frames() {
+fn mission_completes_with_native_base() {
     completes("native");
 }
 
 #[test]
-fn a_mission_is_completed_over_wheeltecs_frames() {
+fn mission_completes_with_wheeltec_base() {
     completes("wheeltec");
 }
 
 #[test]
-fn a_mission_is_completed_over_a_roboclaw() {
+fn mission_completes_with_roboclaw_base() {
     completes("roboclaw");
 }
 
 #[test]
-fn a_mission_is_completed_over_an_arduino() {
+fn mission_completes_with_arduino_base() {
     completes("arduino");
 }
 
 #[test]
-fn a_base_that_is_stuck_ends_its_mission_and_says_why() {
+fn stuck_base_ends_mission_with_cause() {
     let room = room();
     let base = Emulated::start("native", "--fault stuck-left@4");
     let folder = room.path().join("out");
@@ -118,23 +118,23 @@ fn a_base_that_is_stuck_ends_its_mission_and_says_why() {
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let driven = ended.object();
     assert_eq!(driven["reached"], json!(false), "{driven}");
-    let why = driven["base"]["stopped"].as_str().expect("words");
-    assert!(why.contains("left track"), "{why}");
-    // The report has it at its tick, which is the last.
+    let cause = driven["base"]["stop_cause"].as_str().expect("text");
+    assert!(cause.contains("left track"), "{cause}");
+    // The report shows it at the last tick.
     let page = fs::read_to_string(folder.join("index.html")).expect("a page");
     assert!(page.contains("driven by a base on a serial line in real time"));
     let last = driven["ticks"].as_u64().expect("ticks") - 1;
     let listed = format!("<button type=\"button\" data-frame=\"{last}\"><b>");
     let (_, listed) = page.split_once(&listed).expect("a fault is listed");
     assert!(
-        listed.contains(&format!("</b> base: {why}</button>")),
-        "{why}"
+        listed.contains(&format!("</b> base: {cause}</button>")),
+        "{cause}"
     );
     assert!(number(&base.end(), "final_zero_commands") >= 3.0);
 }
 
 #[test]
-fn a_signal_ends_a_mission_and_stops_the_base() {
+fn signal_ends_mission_and_stops_base() {
     let room = room();
     let base = Emulated::start("native", "");
     let mut host = base.host(&drive(&room, ""));

@@ -1,0 +1,8 @@
+//! The program with an emulated base in another process: commands, signals, a panic, a kill, and missions.
+#![cfg(all(unix, feature = "serial", feature = "cli"))]
+
+mod base_with_lidar;
+mod commands;
+mod missions;
+mod processes;
+mod shutdown;
