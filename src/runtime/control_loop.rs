@@ -1,58 +1,46 @@
-//! A closed loop: the navigator in a simulated world, tick by tick, to the goal.
-
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
+//! The closed loop of a mission: sense, decide, record and drive, tick by tick.
 
 use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
-use super::pose_source::{PoseEstimator, Seen};
-use super::{Config, OdometryReading, Robot, Trace, TraceRow};
+use super::pose_source::PoseEstimator;
+use super::{
+    Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, Robot, Trace, TraceRow,
+};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
-use crate::localization::{DeskewedScan, PoseHistory};
-use crate::map::{MovingDisc, Scan, TimedScan};
-use crate::navigator::{Mode, Navigator, Observation, Waypoints};
-use crate::sim::fault_injection::{Carried, spoil, spoilt};
-use crate::sim::{MovingObstacles, World};
+use crate::localization::{PoseHistory, DeskewedScan};
+use crate::map::Scan;
+use crate::navigator::{Waypoints, Mode, Navigator, Observation};
 
-pub(super) struct Simulation<'a> {
+pub(super) struct ControlLoop<'a> {
     mission: &'a Mission,
     config: &'a Config,
-    world: World,
-    moving_obstacles: MovingObstacles,
-    vehicle: &'a mut dyn Robot,
-    carried: Carried,
-    /// Whether the vehicle can go on.
-    goes_on: bool,
-    pose_source: PoseEstimator,
-    /// Where it truly was, and where odometry had it, of late.
-    truth: PoseHistory,
+    robot: &'a mut dyn Robot,
+    pose_estimator: PoseEstimator,
     odometry: PoseHistory,
-    view: DeskewedScan,
-    /// Whether the vehicle has a lidar of its own, and so is not in the simulated world.
-    has_own_lidar: bool,
+    deskewed: DeskewedScan,
     navigator: Navigator,
-    lidar_noise: Pcg64Mcg,
+    /// Gaps on the map, for a robot that does not know the true ones; prepared when first needed.
+    map_gap: Option<ObstacleGap>,
     trace: Trace,
     decision_s: Vec<f64>,
     stop_errors: Vec<StopError>,
     engine: String,
 }
 
-impl<'a> Simulation<'a> {
+impl<'a> ControlLoop<'a> {
     pub fn new(
         mission: &'a Mission,
         config: &'a Config,
         engine: Box<dyn Engine>,
-        vehicle: &'a mut dyn Robot,
+        robot: &'a mut dyn Robot,
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
         config.validate()?;
         let known = mission.map.obstacles(config.unknown);
-        let truth = mission.truth.clone().unwrap_or_else(|| known.clone());
         let route_planner = config.route_planner(known.frame().resolution_m);
         let planner = LocalPlanner::new(engine, config.local.clone());
         let engine = planner.engine_name();
-        let pose_source = PoseEstimator::new(config, &known, mission)?;
+        let pose_estimator = PoseEstimator::new(config, &known, mission.start)?;
         let navigator = Navigator::new(
             known,
             &Waypoints {
@@ -65,23 +53,18 @@ impl<'a> Simulation<'a> {
             config.navigator.clone(),
             observer.clock,
         )?;
+        let moving_radii = robot.moving_radii_m();
         Ok(Self {
             mission,
             config,
-            world: World::new(truth),
-            moving_obstacles: mission.moving_obstacles.clone(),
-            vehicle,
-            carried: Carried::default(),
-            goes_on: true,
-            pose_source,
-            truth: PoseHistory::new(),
+            robot,
+            pose_estimator,
             odometry: PoseHistory::new(),
-            view: DeskewedScan::default(),
-            has_own_lidar: false,
+            deskewed: DeskewedScan::default(),
             navigator,
-            lidar_noise: Pcg64Mcg::seed_from_u64(mission.seed),
+            map_gap: None,
             trace: Trace {
-                moving_radii: mission.moving_obstacles.radii(),
+                moving_radii,
                 ..Trace::default()
             },
             decision_s: Vec::new(),
@@ -94,13 +77,13 @@ impl<'a> Simulation<'a> {
         let period_s = self.config.local.control_period_s;
         let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
         for tick in 0..ticks {
-            let row = self.tick(tick as f64 * period_s, observer);
-            let over = matches!(row.mode, Mode::Arrived | Mode::Failed)
+            let (row, has_stopped) = self.tick(tick as f64 * period_s, observer);
+            let is_over = matches!(row.mode, Mode::Arrived | Mode::Failed)
                 || row.gap_m <= 0.0
-                || !self.goes_on
+                || has_stopped
                 || self.is_done(&row.pose);
             self.trace.rows.push(row);
-            if over {
+            if is_over {
                 break;
             }
         }
@@ -113,74 +96,73 @@ impl<'a> Simulation<'a> {
         within_m.is_some_and(|within_m| away_m <= within_m)
     }
 
-    /// Look, decide, record, move: in this order.
-    fn tick(&mut self, time_s: f64, observer: &mut Observer<'_>) -> TraceRow {
+    /// Runs one tick. Returns its row, and whether the robot has stopped for good.
+    fn tick(&mut self, time_s: f64, observer: &mut Observer<'_>) -> (TraceRow, bool) {
         let (observation, odometry) = self.observe(time_s);
         let (decision, took_s) = self.navigator.step_by(&observation, observer.clock);
         self.decision_s.push(took_s);
-        self.note_stop(decision.mode);
+        let truth = self.robot.ground_truth().unwrap_or_else(|| GroundTruth {
+            pose: observation.pose,
+            twist: odometry.twist,
+            gap_m: None,
+            moving: Vec::new(),
+        });
+        self.record_stop(decision.mode, &truth.pose);
         let counts = decision.counts.unwrap_or_default();
-        let footprint = &self.config.robot.footprint;
-        let pose = self.pose();
         let row = TraceRow {
             time_s,
-            pose,
+            pose: truth.pose,
             belief: observation.pose,
-            twist: self.vehicle.twist(),
+            twist: truth.twist,
             command: decision.command,
             local_target: decision.local_target,
-            gap_m: self.world.gap_m(footprint, &pose),
+            gap_m: truth
+                .gap_m
+                .unwrap_or_else(|| self.gap_on_map_m(&truth.pose)),
             admissible: counts.admissible,
             samples: counts.to_array().iter().sum(),
             mode: decision.mode,
             path: self.navigator.plans().len() - 1,
-            moving: self
-                .moving_obstacles
-                .places()
-                .iter()
-                .map(|place| place.as_ref().map(MovingDisc::center))
-                .collect(),
+            moving: truth.moving,
         };
         let period_s = self.config.local.control_period_s;
-        self.goes_on = self.vehicle.drive(&decision.command, period_s);
-        let trouble = self.vehicle.trouble();
-        self.moving_obstacles
-            .step(period_s, &self.pose(), footprint);
+        let has_stopped = self.robot.drive(&decision.command, period_s).is_break();
         (observer.on_tick)(&TickEvent {
             row: &row,
             observation: &observation,
             odometry: &odometry,
-            fix: self.pose_source.fix(),
+            fix: self.pose_estimator.fix(),
             decision: &decision,
             took_s,
             moving_radii: &self.trace.moving_radii,
-            trouble: trouble.as_deref(),
+            robot_fault: self.robot.fault().as_deref(),
             navigator: &self.navigator,
         });
-        row
+        (row, has_stopped)
     }
 
-    /// What the robot can know: its odometry, what its lidar sees, and where both have it in the map.
+    /// Senses, and estimates the pose in the map.
     fn observe(&mut self, time_s: f64) -> (Observation, OdometryReading) {
-        self.world.moving = self.moving_obstacles.discs();
-        let odometry = self.vehicle.odometry();
-        let own = self.vehicle.sweep(time_s);
-        self.has_own_lidar = own.is_some();
-        let own_pose = self.vehicle.pose();
-        let truth = self.carried.pose(&self.mission.faults, time_s, &own_pose);
-        self.truth.record(time_s, &truth);
+        let sensed = self.robot.sense(time_s);
+        let odometry = sensed.odometry;
         self.odometry.record(time_s, &odometry.pose);
-        let seen = own.map_or_else(|| self.simulated(time_s), Seen::Sweep);
-        self.pose_source
-            .observe(time_s, &odometry.pose, &truth, &seen);
-        let (scan, scan_s) = match seen {
-            Seen::Scan(scan) => (scan, time_s),
-            Seen::Sweep(sweep) => (self.at_once(&sweep), sweep.end_s().unwrap_or(time_s)),
+        let lidar = sensed.lidar.as_ref();
+        self.pose_estimator
+            .update(time_s, &odometry.pose, sensed.pose, lidar);
+        let (scan, scan_s) = match sensed.lidar {
+            Some(LidarData::Scan(scan)) => (scan, time_s),
+            // The navigator takes a revolution as seen from the newest odometry.
+            Some(LidarData::TimedScan(sweep)) => {
+                self.deskewed.deskew(&sweep, &self.odometry);
+                let scan = self.deskewed.to_scan(sweep.beams.len());
+                (scan, sweep.end_s().unwrap_or(time_s))
+            }
+            None => (Scan::default(), time_s),
         };
         let observation = Observation {
             time_s,
-            pose: self.pose_source.pose(),
-            lost: self.pose_source.lost(),
+            pose: self.pose_estimator.pose(),
+            lost: self.pose_estimator.lost(),
             twist: odometry.twist,
             scan,
             scan_s,
@@ -188,45 +170,18 @@ impl<'a> Simulation<'a> {
         (observation, odometry)
     }
 
-    fn simulated(&mut self, time_s: f64) -> Seen {
-        let lidar = &self.config.lidar;
-        let (world, rng) = (&self.world, &mut self.lidar_noise);
-        let truth = &self.truth;
-        let pose_at = |time_s: f64| truth.at(time_s).unwrap_or_default();
-        let faults = &self.mission.faults;
-        if lidar.sweep_s > 0.0 {
-            let mut sweep = lidar.sweep(world, pose_at, time_s, rng);
-            for beam in &mut sweep.beams {
-                beam.range = spoilt(faults, beam.time_s, beam.range);
-            }
-            return Seen::Sweep(sweep);
-        }
-        let mut scan = lidar.scan(world, &pose_at(time_s), rng).scan;
-        spoil(faults, time_s, &mut scan);
-        Seen::Scan(scan)
+    fn gap_on_map_m(&mut self, pose: &Pose) -> f64 {
+        let (map, unknown) = (&self.mission.map, self.config.unknown);
+        self.map_gap
+            .get_or_insert_with(|| ObstacleGap::new(map.obstacles(unknown)))
+            .gap_m(&self.config.robot.footprint, pose)
     }
 
-    /// A revolution as the navigator takes it: as seen from the place of the last odometry.
-    fn at_once(&mut self, sweep: &TimedScan) -> Scan {
-        self.view.deskew(sweep, &self.odometry);
-        self.view.to_scan(sweep.beams.len())
-    }
-
-    /// Where the vehicle truly is; where it believes to be, of one whose world is not simulated.
-    fn pose(&self) -> Pose {
-        if self.has_own_lidar {
-            self.pose_source.pose()
-        } else {
-            self.carried.here(&self.vehicle.pose())
-        }
-    }
-
-    /// Measures how well it stands at each stop but the last, once.
-    fn note_stop(&mut self, mode: Mode) {
+    /// Records once for each stop but the last how far from it the robot stands.
+    fn record_stop(&mut self, mode: Mode, pose: &Pose) {
         let (stop, number) = self.navigator.stop();
         if mode == Mode::AtWaypoint && self.stop_errors.len() == number {
-            let error = StopError::of(&self.pose(), stop);
-            self.stop_errors.push(error);
+            self.stop_errors.push(StopError::of(pose, stop));
         }
     }
 

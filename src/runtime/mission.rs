@@ -1,58 +1,44 @@
-//! What to do in a simulated world, and what came of it.
+//! A mission, the events of its ticks, and its result.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::control_loop::Simulation;
-use super::{Config, OdometryReading, Robot, Trace, TraceRow};
+use super::control_loop::ControlLoop;
+use super::{Config, ConfigError, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::{Pose, wrap_angle};
-use crate::local::{Engine, Incidents, Sampling, TrajectoryFan};
-use crate::localization::PoseEstimate;
-use crate::map::{ObstacleGrid, OccupancyGrid};
-use crate::navigator::{
-    DeadlineStats, Decision, Fault, Goal, Navigator, Observation, ObservationFault,
-};
-use crate::sim::{FaultInjection, MovingObstacles, SimError};
+use crate::global::Plan;
+use crate::local::{Engine, TrajectoryFan, Incidents, Sampling};
+use crate::localization::{PoseEstimate, LocalizationError};
+use crate::map::OccupancyGrid;
+use crate::navigator::{Decision, ObservationFault, Fault, Goal, Navigator, Observation, DeadlineStats};
 
-/// What to do, and in which world.
+/// A start, stops and a goal on a map.
 #[derive(Clone, Debug)]
 pub struct Mission {
     /// The map that the robot has.
     pub map: Arc<OccupancyGrid>,
-    /// What truly stands there, where it differs from the map.
-    pub truth: Option<ObstacleGrid>,
-    /// Where the robot starts, standing.
+    /// Pose at the start, where the robot stands still.
     pub start: Pose,
-    /// Stops on the way, in order.
+    /// Stops before the goal, in order.
     pub via: Vec<Goal>,
-    /// Where it shall go in the end.
+    /// The last stop.
     pub goal: Goal,
-    /// The moving obstacles.
-    pub moving_obstacles: MovingObstacles,
-    /// What befalls the robot.
-    pub faults: Vec<FaultInjection>,
-    /// Seed of all noise.
-    pub seed: u64,
-    /// The run ends after this long, seconds of simulated time.
+    /// Longest time of the mission, seconds.
     pub time_limit_s: f64,
-    /// A run counts as done as soon as the robot truly is so near to its goal, metres, and not only when it stands there:
-    /// as some benchmarks have it.
+    /// Distance to the goal, metres, at which the mission counts as reached even while the robot moves, as some benchmarks
+    /// rule. None: the robot has to stand at its goal.
     pub done_within_m: Option<f64>,
 }
 
 impl Mission {
-    /// From a start to a goal where the map is the truth and nothing moves, for at most an hour.
+    /// Creates a mission of at most an hour without stops before the goal.
     #[must_use]
-    pub fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
+    pub const fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
         Self {
             map,
-            truth: None,
             start,
             via: Vec::new(),
             goal,
-            moving_obstacles: MovingObstacles::default(),
-            faults: Vec::new(),
-            seed: 0,
             time_limit_s: 3600.0,
             done_within_m: None,
         }
@@ -67,55 +53,55 @@ impl Mission {
 
 /// How a mission ended.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct MissionResult {
     /// Every tick.
     pub trace: Trace,
     /// Every global plan, in order.
-    pub plans: Vec<crate::global::Plan>,
-    /// Whether the robot stood at its goal at the end.
+    pub plans: Vec<Plan>,
+    /// Whether the robot stood at its goal in the end.
     pub reached: bool,
-    /// Whether it touched anything on the way.
+    /// Whether the robot touched anything.
     pub collided: bool,
-    /// Simulated time, seconds.
+    /// Time of the mission, seconds.
     pub time_s: f64,
-    /// Way driven, metres.
+    /// Distance travelled, metres.
     pub travelled_m: f64,
-    /// Smallest gap on the way, metres.
+    /// Smallest gap to anything solid, metres.
     pub min_clearance_m: f64,
-    /// Final pose less goal, along x and y.
+    /// Final position minus the goal's, along x and y.
     pub final_error_m: (f64, f64),
-    /// Final yaw less the goal's, where it has one.
+    /// Final yaw minus the goal's, radians, for a goal with a yaw.
     pub final_yaw_error: Option<f64>,
-    /// True pose less the goal of each stop before, where the robot stood at it: along x and y, and the yaw where it was
-    /// given.
+    /// Pose error at each stop before the goal where the robot stood.
     pub stop_errors: Vec<StopError>,
-    /// What each decision took by the clock that was given, seconds; one for each tick.
+    /// Time of each decision by the observer's clock, seconds, one for each tick.
     pub decision_s: Vec<f64>,
-    /// Why the mission was given up, if it was.
+    /// Why the navigator gave up, if it did.
     pub fault: Option<Fault>,
-    /// What the decisions were computed on, to begin with.
+    /// Name of the engine at the start.
     pub engine: String,
-    /// How many observations were not believed, by why.
+    /// Observations that the navigator rejected, counted by cause.
     pub observation_faults: BTreeMap<ObservationFault, u64>,
-    /// What happened to an engine with a stand-in; none for one without.
+    /// GPU failures; none for an engine without a CPU fallback.
     pub incidents: Option<Incidents>,
-    /// Whether decisions came in time; none where there was no deadline.
+    /// Deadline statistics; none without a deadline.
     pub deadline_stats: Option<DeadlineStats>,
 }
 
-/// How far from a stop the robot truly stood.
+/// Pose of the robot minus that of a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopError {
     /// Along x, metres.
     pub x_m: f64,
     /// Along y, metres.
     pub y_m: f64,
-    /// Of the yaw, radians, where one was asked for.
+    /// Yaw, radians, for a stop with a yaw.
     pub yaw_rad: Option<f64>,
 }
 
 impl StopError {
-    /// Of a robot that stands at a pose, where it shall stand at a stop.
+    /// Returns the error of a pose at a stop.
     #[must_use]
     pub fn of(pose: &Pose, stop: &Goal) -> Self {
         Self {
@@ -126,41 +112,46 @@ impl StopError {
     }
 }
 
-/// What kept a mission from starting.
-#[derive(Debug, thiserror::Error)]
+/// Why a mission cannot start.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MissionError {
-    /// The world could not be built.
+    /// A setting is out of range.
     #[error(transparent)]
-    Sim(#[from] SimError),
-    /// The navigator could not start.
+    Config(#[from] ConfigError),
+    /// The localizer cannot start.
+    #[error(transparent)]
+    Localization(#[from] LocalizationError),
+    /// The navigator cannot start.
     #[error(transparent)]
     Fault(#[from] Fault),
 }
 
-/// One tick: what was seen, decided and driven.
+/// One tick of a mission.
 pub struct TickEvent<'a> {
-    /// The truth, and what leaves the simulation.
+    /// The row of the trace.
     pub row: &'a TraceRow,
-    /// What the robot saw.
+    /// What the navigator received.
     pub observation: &'a Observation,
-    /// What its base knows of its own motion: the pose in the `odom` frame.
+    /// What the base measured: its pose is in the `odom` frame.
     pub odometry: &'a OdometryReading,
-    /// What its localiser says of the pose, of a robot that has one.
+    /// The localizer's report, for a pose from scans.
     pub fix: Option<&'a PoseEstimate>,
-    /// What it decided.
+    /// What the navigator decided.
     pub decision: &'a Decision,
-    /// How long that took by the observer's clock, seconds.
+    /// Time of the decision by the observer's clock, seconds.
     pub took_s: f64,
     /// Radius of each moving obstacle, metres, in the order of [`TraceRow::moving`].
     pub moving_radii: &'a [f64],
-    /// What was wrong with the base after it, for a base that can tell.
-    pub trouble: Option<&'a str>,
-    /// The navigator after it.
+    /// What is wrong with the robot after the tick.
+    pub robot_fault: Option<&'a str>,
+    /// The navigator after the tick.
     pub navigator: &'a Navigator,
 }
 
 impl TickEvent<'_> {
-    /// At most so many samples along each axis of the window that was decided on; none in a tick that needed no sampling.
+    /// Samples of the dynamic window of the decision, at most this many along each axis; none where the decision needed no
+    /// samples.
     #[must_use]
     pub fn fan(&self, most: Sampling) -> Option<TrajectoryFan> {
         self.decision.counts.as_ref()?;
@@ -168,24 +159,25 @@ impl TickEvent<'_> {
     }
 }
 
-/// Time, and who is told what happens.
+/// A clock, and a callback for each tick.
 pub struct Observer<'a> {
-    /// Wall clock, seconds; only differences are used, and nothing depends on it unless the navigator has a deadline.
+    /// Monotonic clock, seconds. It decides nothing unless the navigator has a deadline.
     pub clock: &'a mut dyn FnMut() -> f64,
-    /// Called after each tick: by progress bars and recorders. What it does changes nothing in the run.
+    /// Called after each tick; it changes nothing in the mission.
     pub on_tick: &'a mut dyn FnMut(&TickEvent<'_>),
 }
 
-/// Runs a mission with a base of the caller's, which stands at the mission's start; also to the end that it sets itself.
+/// Runs a mission with a robot that stands at the mission's start. It ends at the goal, at contact, at a fault, at the time
+/// limit, or when the robot stops for good.
 ///
 /// # Errors
-/// When the world cannot be built or there is no path to begin with.
+/// When a setting is out of range or no path leads to a stop.
 pub fn run_mission(
     mission: &Mission,
     config: &Config,
     engine: Box<dyn Engine>,
-    vehicle: &mut dyn Robot,
+    robot: &mut dyn Robot,
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
-    Ok(Simulation::new(mission, config, engine, vehicle, observer)?.run(observer))
+    Ok(ControlLoop::new(mission, config, engine, robot, observer)?.run(observer))
 }

@@ -1,41 +1,78 @@
-//! What a mission moves: the simulated base, or one whose reported motion counts as true.
+//! The interface between the control loop and a robot, simulated or real.
 
-use crate::geometry::{Pose, Twist};
-use crate::map::TimedScan;
+use core::ops::ControlFlow;
+
+use crate::geometry::{Point, Pose, Twist};
+use crate::map::{Scan, TimedScan};
 
 /// What a base knows of its own motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryReading {
-    /// Where it believes to be: the pose in REP-105's `odom` frame, laid so that it is true at the start. It never jumps,
-    /// and drifts from the truth without bound.
+    /// Pose in REP-105's `odom` frame, which is placed so that the pose is true at the start. It never jumps, and its error
+    /// grows without bound.
     pub pose: Pose,
-    /// How fast it measures itself to move: the belts' mean speed, and the gyro's turn rate.
+    /// Measured motion: mean speed of the belts and turn rate of the gyro.
     pub twist: Twist,
 }
 
-/// A base in the simulated world.
+/// What a lidar delivers in one tick.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LidarData {
+    /// All beams of one instant, the time of the tick.
+    Scan(Scan),
+    /// Beams that were measured one after the other. The same revolution may be delivered again; it is empty before the first.
+    TimedScan(TimedScan),
+}
+
+/// What a robot senses in one tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorData {
+    /// The motion that the base measures.
+    pub odometry: OdometryReading,
+    /// The newest lidar data; none for a robot without a lidar.
+    pub lidar: Option<LidarData>,
+    /// Pose in the map by the robot's own positioning; none for a robot without one.
+    pub pose: Option<Pose>,
+}
+
+/// What truly happens, for a robot whose world is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroundTruth {
+    /// True pose in the map.
+    pub pose: Pose,
+    /// True motion.
+    pub twist: Twist,
+    /// Smallest gap between the footprint and anything solid, metres. None: the control loop measures the gap on the map.
+    pub gap_m: Option<f64>,
+    /// Centre of each moving obstacle; none for one that has not yet appeared.
+    pub moving: Vec<Option<Point>>,
+}
+
+/// A robot as the control loop drives it.
+///
+/// The loop calls [`Robot::sense`], [`Robot::ground_truth`], [`Robot::drive`] and [`Robot::fault`] once in each tick, in this
+/// order.
 pub trait Robot {
-    /// Where it truly is.
-    fn pose(&self) -> Pose;
+    /// Returns what the sensors deliver at a time of the mission, seconds.
+    fn sense(&mut self, time_s: f64) -> SensorData;
 
-    /// How fast it truly moves.
-    fn twist(&self) -> Twist;
-
-    /// What it knows of its motion by itself.
-    fn odometry(&self) -> OdometryReading;
-
-    /// What is wrong with it now, a sentence for people; none where nothing is, or where it cannot tell.
-    fn trouble(&self) -> Option<String> {
+    /// Returns the truth at the time of the last [`Robot::sense`]. None: the loop takes its own estimate of the pose, the
+    /// measured motion and the map for it.
+    fn ground_truth(&self) -> Option<GroundTruth> {
         None
     }
 
-    /// The newest whole revolution of a lidar of its own, by the clock of the mission, whose time is given in seconds; empty as long
-    /// as there is none. None for a vehicle without one: then its lidar is simulated, and its pose is the truth.
-    fn sweep(&mut self, _time_s: f64) -> Option<TimedScan> {
-        None
+    /// Radius of each moving obstacle, metres, in the order of [`GroundTruth::moving`].
+    fn moving_radii_m(&self) -> Vec<f64> {
+        Vec::new()
     }
 
-    /// Takes a command, which is finite, and lets a control period pass, seconds: simulated, or in truth. False when it was
-    /// stopped for good, and the mission is over.
-    fn drive(&mut self, command: &Twist, period_s: f64) -> bool;
+    /// Executes a finite command for one control period, seconds, of simulated or real time. Returns a break where the robot
+    /// has stopped for good, which ends the mission.
+    fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()>;
+
+    /// Describes in one sentence what is wrong with the robot now.
+    fn fault(&self) -> Option<String> {
+        None
+    }
 }

@@ -1,58 +1,58 @@
-//! What befalls a robot that its tracks do not feel.
+//! Faults that are injected into a simulated drive.
 
 use crate::geometry::Pose;
-use crate::map::Scan;
 
-/// Something that befalls the simulated robot, at its time in seconds.
+/// A fault that happens to the simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum FaultInjection {
-    /// It is carried to another pose of the map, which its odometry does not notice.
+    /// The robot is carried to another pose of the map; its odometry does not notice.
     Kidnapped {
-        /// When.
+        /// Time of the fault, seconds.
         at_s: f64,
-        /// Where to.
+        /// The new pose.
         to: Pose,
     },
-    /// Its lidar sees nothing within its range: a window that fogged up, say.
+    /// The lidar sees nothing within its range, as through a fogged window.
     LidarOccluded {
-        /// From when on.
+        /// Begin, seconds.
         from_s: f64,
-        /// Until when; infinite for the rest of the time.
+        /// End, seconds; infinite for the rest of the drive.
         to_s: f64,
     },
-    /// Its lidar measures nothing at all.
+    /// The lidar returns no measurement.
     LidarSilent {
-        /// From when on.
+        /// Begin, seconds.
         from_s: f64,
-        /// Until when; infinite for the rest of the time.
+        /// End, seconds; infinite for the rest of the drive.
         to_s: f64,
     },
 }
 
-/// Where a vehicle is of which that thinks so, after all that carried it.
+/// Transforms the pose that a base has by itself into the map, after all kidnappings so far.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Carried {
-    /// The pose of the vehicle's own frame in the map's.
+pub(super) struct Kidnapping {
+    /// The pose of the base's own frame in the map.
     frame: Pose,
     until_s: f64,
 }
 
-impl Carried {
-    /// The vehicle's pose in the map at a time, seconds, that does not descend.
+impl Kidnapping {
+    /// Applies the faults up to a time, seconds, which must not descend from call to call; returns the pose in the map.
     pub fn pose(&mut self, faults: &[FaultInjection], time_s: f64, own: &Pose) -> Pose {
-        for mishap in faults {
-            if let FaultInjection::Kidnapped { at_s, to } = mishap
+        for fault in faults {
+            if let FaultInjection::Kidnapped { at_s, to } = fault
                 && (self.until_s..time_s).contains(at_s)
             {
                 self.frame = to.frame_origin(own);
             }
         }
         self.until_s = self.until_s.max(time_s);
-        self.here(own)
+        self.pose_in_map(own)
     }
 
-    /// The same at the last time.
-    pub fn here(&self, own: &Pose) -> Pose {
+    /// The pose in the map after the faults that were applied so far.
+    pub fn pose_in_map(&self, own: &Pose) -> Pose {
         if self.frame == Pose::default() {
             return *own;
         }
@@ -60,11 +60,11 @@ impl Carried {
     }
 }
 
-/// What is left of a range that was measured at a time, seconds.
-pub(crate) fn spoilt(faults: &[FaultInjection], time_s: f64, range: f64) -> f64 {
+/// Returns what the faults leave of a range that was measured at a time, seconds.
+pub(super) fn degraded_range(faults: &[FaultInjection], time_s: f64, range: f64) -> f64 {
     let mut range = range;
-    for mishap in faults {
-        match mishap {
+    for fault in faults {
+        match fault {
             FaultInjection::LidarOccluded { from_s, to_s }
                 if (*from_s..*to_s).contains(&time_s) =>
             {
@@ -77,11 +77,4 @@ pub(crate) fn spoilt(faults: &[FaultInjection], time_s: f64, range: f64) -> f64 
         }
     }
     range
-}
-
-/// The same of a whole scan.
-pub(crate) fn spoil(faults: &[FaultInjection], time_s: f64, scan: &mut Scan) {
-    for range in &mut scan.ranges {
-        *range = spoilt(faults, time_s, *range);
-    }
 }
