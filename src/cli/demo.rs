@@ -8,7 +8,7 @@ use inbye::local::{Engine, EngineChoice, SelectedEngine, open_with_fallback};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, Reel, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult};
-use inbye::sim::{MovingObstacles, Scene, scenes};
+use inbye::sim::{Scene, Simulation, scenes};
 use serde_json::json;
 
 use super::arguments::Arguments;
@@ -134,24 +134,25 @@ fn drive_scene(
     scene: &Scene,
     config: &Config,
     engine: Box<dyn Engine>,
-) -> anyhow::Result<(Mission, MissionResult, Reel)> {
+) -> anyhow::Result<(Simulation, MissionResult, Reel)> {
     let (start, goal) = (scene.start, scene.goal);
     let ends = (start.position(), goal);
-    let pedestrians =
-        MovingObstacles::on_route(scene.obstacles, scene.seed, &scene.map, config, ends)?;
+    let spawner = config.pedestrians.spawner(scene.obstacles, scene.seed);
     let goal = Goal {
         position: goal,
         yaw: None,
     };
-    let mission = Mission {
-        moving_obstacles: pedestrians,
+    let simulation = Simulation {
+        moving_obstacles: spawner.spawn_on_route(&scene.map, config, ends)?,
         seed: scene.seed,
-        time_limit_s: 600.0,
-        ..Mission::new(Arc::new(scene.map.clone()), start, goal)
+        ..Simulation::new(Mission {
+            time_limit_s: 600.0,
+            ..Mission::new(Arc::new(scene.map.clone()), start, goal)
+        })
     };
     let mut reel = Reel::default();
     let result = drive::simulate(
-        &mission,
+        &simulation,
         config,
         engine,
         scene.name,
@@ -159,5 +160,5 @@ fn drive_scene(
         Some(&mut reel),
         None,
     )?;
-    Ok((mission, result, reel))
+    Ok((simulation, result, reel))
 }

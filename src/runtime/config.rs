@@ -141,9 +141,9 @@ impl PedestrianSettings {
         Ok(())
     }
 
-    /// So many of these people.
+    /// Returns a spawner of this many pedestrians.
     #[must_use]
-    pub const fn crowd(&self, count: usize, seed: u64) -> PedestrianSpawner {
+    pub const fn spawner(&self, count: usize, seed: u64) -> PedestrianSpawner {
         let speed_m_s = (self.slowest, self.fastest);
         PedestrianSpawner {
             count,
@@ -222,6 +222,16 @@ const TABLES: [(&str, Keys); 15] = [
 const HEADING: &str = "Settings of `inbye drive --config` with their defaults: leave out what is to stay as it is. SI units; \
     x forward, y left, yaw counter-clockwise.";
 
+/// A table of a configuration with a setting out of range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("[{table}] {reason}")]
+pub struct ConfigError {
+    /// Path of the table.
+    pub table: &'static str,
+    /// The setting, its value and its range.
+    pub reason: String,
+}
+
 impl Config {
     /// As TOML: every key with its default, and in a comment what it does. Read again it is the default.
     #[must_use]
@@ -249,8 +259,8 @@ impl Config {
     /// Checks every number, so that no run begins with one that it cannot have.
     ///
     /// # Errors
-    /// [`SimError::BadConfig`] names the first table and key out of range.
-    pub fn validate(&self) -> Result<(), SimError> {
+    /// [`ConfigError`] names the first table and key out of range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
         check("robot.limits", self.robot.limits.validate())?;
         check("robot", self.robot.validate())?;
         check("global", self.global.validate())?;
@@ -269,8 +279,8 @@ fn defaults() -> toml::Table {
     toml::Table::try_from(Config::default()).expect("settings are tables of plain values")
 }
 
-fn check(table: &'static str, checked: Result<(), impl Display>) -> Result<(), SimError> {
-    checked.map_err(|error| SimError::BadConfig {
+fn check(table: &'static str, checked: Result<(), impl Display>) -> Result<(), ConfigError> {
+    checked.map_err(|error| ConfigError {
         table,
         reason: error.to_string(),
     })

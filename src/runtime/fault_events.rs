@@ -22,7 +22,7 @@ impl FaultEvents {
             .into_iter()
             .collect();
         now.extend(self.of_engine(moment));
-        now.extend(moment.trouble.map(|words| format!("base: {words}")));
+        now.extend(moment.robot_fault.map(|words| format!("base: {words}")));
         if moment.row.gap_m <= 0.0 {
             now.push("contact: the robot touches something".to_owned());
         }

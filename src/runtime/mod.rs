@@ -4,14 +4,16 @@ mod config;
 mod control_loop;
 mod fault_events;
 mod mission;
+mod obstacle_gap;
 mod pose_source;
 mod robot_interface;
 mod trace;
 
-pub use config::{Config, PedestrianSettings, PoseSource, RobotConfig};
+pub use config::{Config, ConfigError, PedestrianSettings, PoseSource, RobotConfig};
 pub use fault_events::FaultEvents;
 pub use mission::{
     Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
 };
-pub use robot_interface::{OdometryReading, Robot};
+pub use obstacle_gap::ObstacleGap;
+pub use robot_interface::{GroundTruth, LidarData, OdometryReading, Robot, SensorData};
 pub use trace::{Trace, TraceRow};

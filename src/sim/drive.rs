@@ -1,5 +1,6 @@
 //! A tracked base in motion: commands that come late, ramps that limit, motors that lag, and tracks that slip.
 
+use core::ops::ControlFlow;
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
@@ -8,11 +9,11 @@ use super::error::{above_zero, at_least_zero, require};
 use super::odometry::{INSTANT_S, Odometry, SAMPLE_S};
 use super::slip::Ground;
 use super::{OdometryNoise, SimError, Slip};
-use crate::base::{Base, BaseError, Feedback, require_finite};
+use crate::base::{BaseError, require_finite};
 use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
-use crate::runtime::{OdometryReading, Robot};
+use crate::runtime::{Config, GroundTruth, OdometryReading, Robot, SensorData};
 
 documented! {
     /// How a simulated base answers commands.
@@ -138,6 +139,15 @@ impl SimBase {
         })
     }
 
+    /// Creates the base that a configuration describes, at rest at a pose.
+    ///
+    /// # Errors
+    /// As [`SimBase::new`].
+    pub fn of(config: &Config, pose: Pose, seed: u64) -> Result<Self, SimError> {
+        let (dynamics, noise) = (config.dynamics, config.odometry);
+        Self::new(config.robot.drive(), config.robot.limits, dynamics, noise, pose, seed)
+    }
+
     /// Where the base truly is; its yaw is in (-pi, pi].
     #[must_use]
     pub const fn pose(&self) -> &Pose {
@@ -160,6 +170,21 @@ impl SimBase {
     #[must_use]
     pub const fn odometry(&self) -> OdometryReading {
         self.odometry.reading()
+    }
+
+    /// Takes a command, which acts after the delay. The speed limits bring it to the nearest that the base can do.
+    ///
+    /// # Errors
+    /// [`BaseError::NotFinite`].
+    pub fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
+        let command = self.limits.clamp(require_finite(command)?);
+        let delay_s = self.dynamics.command_delay_s;
+        // Of two commands sent at once the later one counts: the queue holds at most one for each instant.
+        if self.pending.back().is_some_and(|last| last.0 >= delay_s) {
+            self.pending.pop_back();
+        }
+        self.pending.push_back((delay_s, command));
+        Ok(())
     }
 
     /// Lets time pass, seconds; none for a time that is not finite or below a nanosecond.
@@ -232,46 +257,30 @@ impl SimBase {
     }
 }
 
-impl Base for SimBase {
-    /// Never blocks.
-    fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
-        let command = self.limits.clamp(require_finite(command)?);
-        let delay_s = self.dynamics.command_delay_s;
-        // Of two that are sent at once the later counts, so that the queue holds one for each moment at most.
-        if self.pending.back().is_some_and(|last| last.0 >= delay_s) {
-            self.pending.pop_back();
+impl Robot for SimBase {
+    /// Senses odometry only.
+    fn sense(&mut self, _time_s: f64) -> SensorData {
+        SensorData {
+            odometry: self.odometry(),
+            lidar: None,
+            pose: None,
         }
-        self.pending.push_back((delay_s, command));
-        Ok(())
     }
 
-    /// Never blocks, never fails: the measured twist.
-    fn feedback(&mut self) -> Result<Feedback, BaseError> {
-        Ok(Feedback {
-            twist: self.odometry().twist,
-            ..Feedback::default()
+    fn ground_truth(&self) -> Option<GroundTruth> {
+        Some(GroundTruth {
+            pose: self.pose,
+            twist: self.twist(),
+            gap_m: None,
+            moving: Vec::new(),
         })
     }
-}
 
-impl Robot for SimBase {
-    fn pose(&self) -> Pose {
-        *self.pose()
-    }
-
-    fn twist(&self) -> Twist {
-        self.twist()
-    }
-
-    fn odometry(&self) -> OdometryReading {
-        self.odometry()
-    }
-
-    fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
-        // It refuses only commands that are not finite.
+    fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
+        // The control loop sends finite commands only, and no others are refused.
         let sent = self.send(command);
         debug_assert!(sent.is_ok());
         self.step(period_s);
-        true
+        ControlFlow::Continue(())
     }
 }

@@ -3,7 +3,9 @@
 use thiserror::Error;
 
 use crate::localization::LocalizationError;
+use crate::navigator::Fault;
 use crate::robot::RobotError;
+use crate::runtime::{ConfigError, MissionError};
 
 /// Refuses a setting that is not good.
 pub(crate) const fn require(
@@ -35,15 +37,31 @@ pub(crate) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), 
     require(good, name, value, "finite and at least zero")
 }
 
+impl From<MissionError> for SimError {
+    fn from(error: MissionError) -> Self {
+        match error {
+            MissionError::Config(error) => error.into(),
+            MissionError::Localization(error) => error.into(),
+            MissionError::Fault(fault) => fault.into(),
+        }
+    }
+}
+
 /// A description of a simulation that cannot be run.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SimError {
     /// A robot that cannot be.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A localiser that cannot be.
+    /// A localizer that cannot start.
     #[error(transparent)]
     Localization(#[from] LocalizationError),
+    /// A configuration that is out of range.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A navigator that cannot start.
+    #[error(transparent)]
+    Fault(#[from] Fault),
     /// A setting out of range.
     #[error("{name} is {value}: it must be {expected}")]
     BadSetting {
@@ -53,14 +71,6 @@ pub enum SimError {
         value: f64,
         /// What would be accepted.
         expected: &'static str,
-    },
-    /// A table of a configuration that no run can have.
-    #[error("[{table}] {reason}")]
-    BadConfig {
-        /// Name of the table.
-        table: &'static str,
-        /// What is wrong in it.
-        reason: String,
     },
     /// A file that could not be read.
     #[error("{file}: cannot be read ({reason}): check the name and your right to read it")]

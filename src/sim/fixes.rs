@@ -9,6 +9,7 @@ use super::error::{at_least_zero, require};
 use super::rng::{RngStream, generator, normal};
 use crate::documented::documented;
 use crate::geometry::{Pose, wrap_angle};
+use crate::navigator::{PoseFilter, PoseMeasurement};
 
 documented! {
     /// How often and how well the true pose is measured.
@@ -59,17 +60,20 @@ impl Fixes {
     }
 }
 
+/// Smallest standard deviation that a filter is given, metres and radians: it must not divide by zero.
+const MIN_SIGMA: f64 = 1e-6;
+
 /// The fixes of one run.
 #[derive(Clone, Debug)]
 pub struct FixSource {
     fixes: Fixes,
     rng: Pcg64Mcg,
-    /// Number of the next fix: it is due at this many periods.
+    /// Number of the next fix, which is due at this multiple of the period.
     next: f64,
 }
 
 impl FixSource {
-    /// The first fix is due at time zero. Same seed, same fixes.
+    /// Creates a source whose first fix is due at time zero. The same seed gives the same fixes.
     ///
     /// # Errors
     /// [`SimError::BadSetting`] names the first setting that is out of range.
@@ -82,12 +86,12 @@ impl FixSource {
         })
     }
 
-    /// The fix that comes at a time, seconds, to a robot that is truly at a pose, if one comes; its yaw is in (-pi, pi].
+    /// Returns the fix at a time, seconds, of a robot at a true pose, if there is one; its yaw is in (-pi, pi].
     ///
-    /// Times are asked for in ascending order. One is due at each multiple of the period; where several fell due since
-    /// the last call there is still one chance for one fix, the newest.
+    /// Times must ascend from call to call. One fix is due at each multiple of the period. Where several fell due since the
+    /// last call, there is at most one fix, the newest.
     pub fn fix(&mut self, time_s: f64, truth: &Pose) -> Option<Pose> {
-        // A time that is a multiple of the period but for its rounding counts as one.
+        // A time that is a multiple of the period except for its rounding counts as one.
         let due = (time_s * self.fixes.rate_hz + 1e-6).floor();
         if self.fixes.rate_hz <= 0.0 || due < self.next || !due.is_finite() {
             return None;
@@ -101,5 +105,39 @@ impl FixSource {
             y: truth.y + normal(&mut self.rng, self.fixes.sigma_m),
             yaw: wrap_angle(truth.yaw + normal(&mut self.rng, self.fixes.sigma_rad)),
         })
+    }
+}
+
+/// Positioning of the simulated robot: a filter of odometry and fixes.
+pub(super) struct SimulatedPositioning {
+    source: FixSource,
+    filter: PoseFilter,
+    accuracy: PoseMeasurement,
+}
+
+impl SimulatedPositioning {
+    pub fn new(fixes: Fixes, start: Pose, seed: u64) -> Result<Self, SimError> {
+        let accuracy = PoseMeasurement {
+            pose: start,
+            sigma_m: fixes.sigma_m.max(MIN_SIGMA),
+            sigma_rad: fixes.sigma_rad.max(MIN_SIGMA),
+        };
+        Ok(Self {
+            source: FixSource::new(fixes, seed)?,
+            filter: PoseFilter::new(&accuracy),
+            accuracy,
+        })
+    }
+
+    /// Returns the filtered pose at a time, seconds, that ascends from call to call.
+    pub fn pose(&mut self, time_s: f64, odometry: &Pose, truth: &Pose) -> Pose {
+        self.filter.moved(odometry);
+        if let Some(pose) = self.source.fix(time_s, truth) {
+            self.filter.fixed(&PoseMeasurement {
+                pose,
+                ..self.accuracy
+            });
+        }
+        *self.filter.pose()
     }
 }

@@ -11,7 +11,9 @@ use super::route_sampler::{straight_walk, winding_walk};
 use super::{MovingObstacle, MovingObstacles, SimError};
 use crate::geometry::{Point, bearing};
 use crate::global::Path;
-use crate::map::{FreeSpace, ObstacleGrid};
+use crate::map::{FreeSpace, ObstacleGrid, OccupancyGrid};
+use crate::navigator::Fault;
+use crate::runtime::Config;
 
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
@@ -64,31 +66,31 @@ impl MovingObstacles {
     /// # Errors
     /// [`SimError::BadSetting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where
     /// some found no walk.
-    pub fn seeded(
-        crowd: &PedestrianSpawner,
+    pub fn spawn(
+        &self,
         obstacles: &ObstacleGrid,
         path: &[Point],
         keep_clear: &[Point],
-    ) -> Result<Self, SimError> {
-        let (slowest, fastest) = crowd.speed_m_s;
+    ) -> Result<MovingObstacles, SimError> {
+        let (slowest, fastest) = self.speed_m_s;
         for (name, value) in [
-            ("obstacle radius", crowd.radius_m),
+            ("obstacle radius", self.radius_m),
             ("slowest obstacle speed", slowest),
             ("fastest obstacle speed", fastest),
         ] {
             above_zero(name, value)?;
         }
-        if crowd.count == 0 {
-            return Ok(Self::default());
+        if self.count == 0 {
+            return Ok(MovingObstacles::default());
         }
-        let places = Places::new(obstacles, crowd.radius_m, path, keep_clear);
-        let mut rng = Pcg64Mcg::seed_from_u64(crowd.seed);
-        let mut moving_obstacles = Vec::with_capacity(crowd.count);
-        for index in 0..crowd.count {
-            let Some(route) = places.walk(index, crowd.count, &mut rng) else {
+        let places = Places::new(obstacles, self.radius_m, path, keep_clear);
+        let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
+        let mut moving_obstacles = Vec::with_capacity(self.count);
+        for index in 0..self.count {
+            let Some(route) = places.walk(index, self.count, &mut rng) else {
                 return Err(SimError::NoRoom {
                     placed: moving_obstacles.len(),
-                    asked: crowd.count,
+                    asked: self.count,
                     least_m: *WALK_M.start(),
                     most_m: *WALK_M.end(),
                 });
@@ -99,12 +101,12 @@ impl MovingObstacles {
             walk.along_m = walk.route.length_m() * rng.random::<f64>();
             walk.forward = rng.random_bool(0.5);
             moving_obstacles.push(MovingObstacle::under_way(
-                crowd.radius_m,
-                crowd.yields,
+                self.radius_m,
+                self.yields,
                 walk,
             )?);
         }
-        Ok(Self::new(moving_obstacles))
+        Ok(MovingObstacles::new(moving_obstacles))
     }
 }
 

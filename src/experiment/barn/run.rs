@@ -7,6 +7,7 @@ use crate::experiment::worlds::{RunFigures, RunKey, Verdict, WorldError, WorldTa
 use crate::geometry::{Point, Pose};
 use crate::navigator::Goal;
 use crate::runtime::{Config, Mission, MissionResult};
+use crate::sim::Simulation;
 
 /// From where to where, and when a run is over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +73,7 @@ impl WorldTask for Task {
     }
 
     /// An empty map, and the cylinders as the truth.
-    fn mission(&self) -> Result<Mission, WorldError> {
+    fn simulation(&self) -> Result<Simulation, WorldError> {
         let (world, course) = (self.world, &self.course);
         let ground = |error| WorldError::Ground { world, error };
         let goal = Goal {
@@ -80,12 +81,14 @@ impl WorldTask for Task {
             yaw: None,
         };
         let map = empty_map(&self.cylinders, course).map_err(ground)?;
-        Ok(Mission {
+        Ok(Simulation {
             truth: Some(truth(&self.cylinders, course).map_err(ground)?),
             seed: self.seed,
-            time_limit_s: course.time_limit_s,
-            done_within_m: Some(course.goal_radius_m),
-            ..Mission::new(Arc::new(map), course.start, goal)
+            ..Simulation::new(Mission {
+                time_limit_s: course.time_limit_s,
+                done_within_m: Some(course.goal_radius_m),
+                ..Mission::new(Arc::new(map), course.start, goal)
+            })
         })
     }
 

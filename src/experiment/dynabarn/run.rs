@@ -8,7 +8,7 @@ use crate::geometry::Point;
 use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::{Config, Mission, MissionResult, TraceRow};
-use crate::sim::{MovingObstacle, MovingObstacles};
+use crate::sim::{MovingObstacle, MovingObstacles, Simulation};
 
 /// The goal is reached when the true pose is within this of it, metres: the rule of the BARN Challenge.
 const GOAL_RADIUS_M: f64 = 1.0;
@@ -39,7 +39,7 @@ impl WorldTask for Task<'_> {
     }
 
     /// An empty map, on which nothing stands in truth either, and what moves.
-    fn mission(&self) -> Result<Mission, WorldError> {
+    fn simulation(&self) -> Result<Simulation, WorldError> {
         let DynaBarnWorld {
             number,
             start,
@@ -59,12 +59,14 @@ impl WorldTask for Task<'_> {
             position: *goal,
             yaw: None,
         };
-        Ok(Mission {
+        Ok(Simulation {
             moving_obstacles: MovingObstacles::new(moving),
             seed: self.seed,
-            time_limit_s: TIME_LIMIT_S,
-            done_within_m: Some(GOAL_RADIUS_M),
-            ..Mission::new(Arc::new(map), *start, goal)
+            ..Simulation::new(Mission {
+                time_limit_s: TIME_LIMIT_S,
+                done_within_m: Some(GOAL_RADIUS_M),
+                ..Mission::new(Arc::new(map), *start, goal)
+            })
         })
     }
 

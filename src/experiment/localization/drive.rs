@@ -14,11 +14,8 @@ use crate::geometry::{Point, Pose};
 use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
 use crate::navigator::{Fault, Goal};
-use crate::runtime::{Config, Mission, MissionError, Observer, PoseSource, TickEvent};
-use crate::sim::{
-    FaultInjection, MovingObstacles, PedestrianSpawner, crossing, roadway as roadway_scene,
-    simulate_mission,
-};
+use crate::runtime::{Config, Mission, Observer, PoseSource, TickEvent};
+use crate::sim::{FaultInjection, PedestrianSpawner, crossing, roadway as roadway_scene, SimError, Simulation};
 
 /// Length and width of the smooth roadways, metres.
 const ROADWAY_M: (f64, f64) = (120.0, 3.0);
@@ -57,16 +54,15 @@ impl LocalizationPlan {
         &self,
         case: LocalizationCase,
         seed: u64,
-    ) -> Result<LocalizationRow, MissionError> {
+    ) -> Result<LocalizationRow, SimError> {
         let config = Config {
             pose_source: PoseSource::Scans,
             ..self.config.clone()
         };
-        let mission = self.mission(case, seed, &config)?;
+        let simulation = self.simulation(case, seed, &config)?;
         let mut watch = Watch::new(case.mishap_s());
         let mut clock = || 0.0;
-        let result = simulate_mission(
-            &mission,
+        let result = simulation.run(
             &config,
             Box::new(CpuEngine::single_threaded()),
             &mut Observer {
@@ -89,42 +85,44 @@ impl LocalizationPlan {
         })
     }
 
-    fn mission(
+    fn simulation(
         &self,
         case: LocalizationCase,
         seed: u64,
         config: &Config,
-    ) -> Result<Mission, MissionError> {
+    ) -> Result<Simulation, SimError> {
         let (length_m, width_m) = ROADWAY_M;
         let along = |x: f64| Point::new(x, 1.0 + width_m / 2.0);
-        let roadway = |map: OccupancyGrid| Mission {
+        let seeded = |mission| Simulation {
             seed,
-            ..Mission::new(
+            ..Simulation::new(mission)
+        };
+        let roadway = |map: OccupancyGrid| {
+            seeded(Mission::new(
                 Arc::new(map),
                 Pose::new(3.0, along(3.0).y, 0.0),
                 stop(along(length_m - 2.0)),
-            )
+            ))
         };
-        let there = Mission {
-            seed,
-            ..Mission::new(Arc::clone(&self.map), self.start, stop(self.goal))
-        };
+        let there = seeded(Mission::new(
+            Arc::clone(&self.map),
+            self.start,
+            stop(self.goal),
+        ));
         let (from_s, to_s) = (MISHAP_S, f64::INFINITY);
         Ok(match case {
             LocalizationCase::Tour => self.to_and_fro(there, config)?,
             LocalizationCase::People => self.among_people(there, config)?,
             LocalizationCase::CoarseMap => {
-                let tour = self.to_and_fro(there, config)?;
-                Mission {
-                    map: Arc::new(coarsened(&self.map)),
-                    truth: Some(self.map.obstacles(config.unknown)),
-                    ..tour
-                }
+                let mut tour = self.to_and_fro(there, config)?;
+                tour.mission.map = Arc::new(coarsened(&self.map));
+                tour.truth = Some(self.map.obstacles(config.unknown));
+                tour
             }
             LocalizationCase::Smooth => roadway(smooth_roadway(length_m, width_m)),
             LocalizationCase::Carried => {
                 let before = self.place_at(config, &there)?;
-                Mission {
+                Simulation {
                     faults: vec![FaultInjection::Kidnapped {
                         at_s: MISHAP_S,
                         to: before,
@@ -132,25 +130,25 @@ impl LocalizationPlan {
                     ..there
                 }
             }
-            LocalizationCase::Elsewhere => Mission {
+            LocalizationCase::Elsewhere => Simulation {
                 faults: vec![FaultInjection::Kidnapped {
                     at_s: MISHAP_S,
                     to: self.elsewhere(seed, config),
                 }],
                 ..there
             },
-            LocalizationCase::Twin => Mission {
+            LocalizationCase::Twin => Simulation {
                 faults: vec![FaultInjection::Kidnapped {
                     at_s: MISHAP_S,
                     to: Pose::new(20.0, along(20.0).y + 1.0 + width_m, 0.0),
                 }],
                 ..roadway(twin_roadways(length_m, width_m))
             },
-            LocalizationCase::Blinded => Mission {
+            LocalizationCase::Blinded => Simulation {
                 faults: vec![FaultInjection::LidarOccluded { from_s, to_s }],
                 ..there
             },
-            LocalizationCase::BlindedForAMoment => Mission {
+            LocalizationCase::BlindedForAMoment => Simulation {
                 faults: vec![FaultInjection::LidarOccluded {
                     from_s,
                     to_s: MISHAP_S + 3.0,
@@ -159,54 +157,51 @@ impl LocalizationPlan {
             },
             LocalizationCase::OtherMap => {
                 let own = roadway_scene();
-                Mission {
+                Simulation {
                     truth: Some(crossing().map.obstacles(config.unknown)),
-                    seed,
-                    ..Mission::new(Arc::new(own.map), own.start, stop(own.goal))
+                    ..seeded(Mission::new(Arc::new(own.map), own.start, stop(own.goal)))
                 }
             }
         })
     }
 
     /// As many legs as the tour's length asks for.
-    fn to_and_fro(&self, there: Mission, config: &Config) -> Result<Mission, MissionError> {
+    fn to_and_fro(&self, mut there: Simulation, config: &Config) -> Result<Simulation, SimError> {
         let length_m = self.leg_m(config)?;
         // Corners are cut: a leg more for that.
         let legs = (self.tour_m / length_m).ceil() as usize + 1;
         let ends = [self.goal, self.start.position()];
         let mut stops: Vec<Goal> = (0..legs).map(|leg| stop(ends[leg % 2])).collect();
         let goal = stops.pop().unwrap_or_else(|| stop(self.goal));
-        Ok(Mission {
+        there.mission = Mission {
             via: stops,
             goal,
             time_limit_s: LONGEST_S,
-            ..there
-        })
+            ..there.mission
+        };
+        Ok(there)
     }
 
-    fn among_people(&self, there: Mission, config: &Config) -> Result<Mission, MissionError> {
+    fn among_people(&self, there: Simulation, config: &Config) -> Result<Simulation, SimError> {
         let ground = self.map.obstacles(config.unknown);
         let path = self.path(config)?;
         let ends = [self.start.position(), self.goal];
-        let crowd = PedestrianSpawner::new(5, there.seed);
-        let moving_obstacles = MovingObstacles::seeded(&crowd, &ground, &path, &ends)?;
+        let spawner = PedestrianSpawner::new(5, there.seed);
+        let moving_obstacles = spawner.spawn(&ground, &path, &ends)?;
         let tour = self.to_and_fro(there, config)?;
-        Ok(Mission {
+        Ok(Simulation {
             moving_obstacles,
             ..tour
         })
     }
 
     /// Two metres behind where the robot is when faults happen, by a drive without one.
-    fn place_at(&self, config: &Config, there: &Mission) -> Result<Pose, MissionError> {
-        let mission = Mission {
-            time_limit_s: MISHAP_S,
-            ..there.clone()
-        };
+    fn place_at(&self, config: &Config, there: &Simulation) -> Result<Pose, SimError> {
+        let mut simulation = there.clone();
+        simulation.mission.time_limit_s = MISHAP_S;
         let mut clock = || 0.0;
         let mut nobody = |_: &TickEvent<'_>| {};
-        let result = simulate_mission(
-            &mission,
+        let result = simulation.run(
             config,
             Box::new(CpuEngine::single_threaded()),
             &mut Observer {
@@ -242,7 +237,7 @@ impl LocalizationPlan {
         found.unwrap_or_else(|| Pose::new(self.goal.x, self.goal.y, 0.0))
     }
 
-    fn path(&self, config: &Config) -> Result<Vec<Point>, MissionError> {
+    fn path(&self, config: &Config) -> Result<Vec<Point>, SimError> {
         let ground = self.map.obstacles(config.unknown);
         let mut planner = config.route_planner(self.map.frame().resolution_m);
         let plan = planner
@@ -251,7 +246,7 @@ impl LocalizationPlan {
         Ok(plan.smoothed.points().to_vec())
     }
 
-    fn leg_m(&self, config: &Config) -> Result<f64, MissionError> {
+    fn leg_m(&self, config: &Config) -> Result<f64, SimError> {
         let path = self.path(config)?;
         let ways = path.windows(2).map(|leg| (leg[1] - leg[0]).norm());
         Ok(ways.sum::<f64>().max(1.0))

@@ -14,6 +14,7 @@ use crate::geometry::{Point, Pose};
 use crate::global::Plan;
 use crate::navigator::{Goal, RoutePlanner};
 use crate::runtime::{Config, Mission};
+use crate::sim::Simulation;
 
 /// Attempts to find a start that has a goal. A start in a pocket has none.
 const ATTEMPTS: usize = 200;
@@ -26,7 +27,7 @@ const TIME_S_PER_M: f64 = 6.0;
 #[derive(Clone, Debug)]
 pub struct Drawn {
     /// What to drive.
-    pub mission: Mission,
+    pub simulation: Simulation,
     /// Length of the path that the robot's own planner finds on the map at the start, metres.
     pub path_m: f64,
     /// Who walks there.
@@ -64,15 +65,17 @@ impl MissionSite {
             yaw: Some(goal_yaw),
         };
         let start = Pose::new(start.x, start.y, start_yaw);
-        let mission = Mission {
+        let simulation = Simulation {
             truth: (unmapped > 0).then_some(truth),
             moving_obstacles,
             seed,
-            time_limit_s: TIME_S + TIME_S_PER_M * path_m,
-            ..Mission::new(Arc::clone(&self.map), start, goal)
+            ..Simulation::new(Mission {
+                time_limit_s: TIME_S + TIME_S_PER_M * path_m,
+                ..Mission::new(Arc::clone(&self.map), start, goal)
+            })
         };
         Ok(Drawn {
-            mission,
+            simulation,
             path_m,
             people,
             unmapped,

@@ -4,8 +4,8 @@ use super::ending::{Verdict, verdict};
 use super::{Drawn, Ending, MissionRow, MissionSite, MissionsError, Rules, Touch};
 use crate::bench::Latencies;
 use crate::local::Engine;
-use crate::runtime::{Config, MissionError, MissionResult, Observer};
-use crate::sim::simulate_mission;
+use crate::runtime::{Config, MissionResult, Observer};
+use crate::sim::SimError;
 
 /// Settings under a name.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,13 +31,14 @@ pub fn drive(
 ) -> Result<(MissionRow, Drawn, Option<MissionResult>), MissionsError> {
     let config = &setup.config;
     let drawn = site.draw(seed, rules, config)?;
-    let mission = &drawn.mission;
+    let simulation = &drawn.simulation;
+    let mission = &simulation.mission;
     let mut row = MissionRow {
         setup: setup.name.clone(),
         map: site.name.clone(),
         seed,
         people: drawn.people,
-        moving: mission.moving_obstacles.len(),
+        moving: simulation.moving_obstacles.len(),
         unmapped: drawn.unmapped,
         result: Ending::Failed,
         time_s: 0.0,
@@ -56,19 +57,19 @@ pub fn drive(
         tick_p50_ms: None,
         tick_p99_ms: None,
     };
-    let result = match simulate_mission(mission, config, engine, observer) {
+    let result = match simulation.run(config, engine, observer) {
         Ok(result) => result,
-        Err(MissionError::Fault(fault)) => {
+        Err(SimError::Fault(fault)) => {
             row.fault = Some(word(&fault.to_string()));
             row.reason = Some(fault.to_string());
             return Ok((row, drawn, None));
         }
-        Err(MissionError::Sim(error)) => {
+        Err(error) => {
             let site = site.name.clone();
             return Err(MissionsError::Sim { site, seed, error });
         }
     };
-    row.fill(verdict(mission, config, &result), &result);
+    row.fill(verdict(simulation, config, &result), &result);
     Ok((row, drawn, Some(result)))
 }
 

@@ -2,8 +2,8 @@
 
 use super::{Body, Contact, Ending, Touch};
 use crate::experiment::missions::{Cause, contact};
-use crate::runtime::{Config, Mission, MissionResult, TraceRow};
-use crate::sim::World;
+use crate::runtime::{Config, MissionResult, TraceRow};
+use crate::sim::{Simulation, World};
 
 /// How a mission ended.
 pub(in crate::experiment) struct Verdict {
@@ -14,14 +14,14 @@ pub(in crate::experiment) struct Verdict {
 
 /// The verdict of a run. Contact comes first: a robot that touches something at its goal did not get there.
 pub(in crate::experiment) fn verdict(
-    mission: &Mission,
+    simulation: &Simulation,
     config: &Config,
     result: &MissionResult,
 ) -> Verdict {
     let rows = &result.trace.rows;
     let world = || {
-        let known = || mission.map.obstacles(config.unknown);
-        World::new(mission.truth.clone().unwrap_or_else(known))
+        let known = || simulation.mission.map.obstacles(config.unknown);
+        World::new(simulation.truth.clone().unwrap_or_else(known))
     };
     let Some((last, earlier)) = rows.split_last() else {
         return Verdict {

@@ -58,11 +58,11 @@ pub(super) fn people(
     let moving_obstacles = match kind {
         People::Appearing => spawned_by(count, config, ground, path, rng),
         kind => {
-            let crowd = PedestrianSpawner {
+            let spawner = PedestrianSpawner {
                 yields: kind == People::Minding,
-                ..config.pedestrians.crowd(count, seed)
+                ..config.pedestrians.spawner(count, seed)
             };
-            along(crowd, ground, path)
+            along(spawner, ground, path)
         }
     };
     if moving_obstacles.is_empty() {
@@ -71,7 +71,7 @@ pub(super) fn people(
     (kind, moving_obstacles)
 }
 
-fn along(crowd: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> MovingObstacles {
+fn along(spawner: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> MovingObstacles {
     let points = path.points();
     let ends: Vec<Point> = points
         .iter()
@@ -79,9 +79,9 @@ fn along(crowd: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> Moving
         .chain(points.last())
         .copied()
         .collect();
-    let placed = (1..=crowd.count).rev().find_map(|count| {
-        let crowd = PedestrianSpawner { count, ..crowd };
-        MovingObstacles::seeded(&crowd, ground, points, &ends).ok()
+    let placed = (1..=spawner.count).rev().find_map(|count| {
+        let spawner = PedestrianSpawner { count, ..spawner };
+        spawner.spawn(ground, points, &ends).ok()
     });
     placed.unwrap_or_default()
 }

@@ -10,7 +10,7 @@ use crate::global::Plan;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Goal, Route};
 use crate::runtime::{Config, Mission};
-use crate::sim::{MovingObstacles, PedestrianSpawner};
+use crate::sim::{MovingObstacles, PedestrianSpawner, Simulation};
 
 /// Yaw at the start, radians: the paper's initial direction angle.
 pub const START_YAW_RAD: f64 = FRAC_PI_4;
@@ -90,18 +90,20 @@ impl Course {
     ///
     /// # Errors
     /// [`PaperError::Drive`] where they have no room to walk.
-    pub fn mission(
+    pub fn simulation(
         &self,
         traffic: Traffic,
         seed: u64,
         config: &Config,
-    ) -> Result<Mission, PaperError> {
+    ) -> Result<Simulation, PaperError> {
         let moving_obstacles = self.moving_obstacles(traffic, seed, config)?;
-        Ok(Mission {
+        Ok(Simulation {
             moving_obstacles,
             seed,
-            time_limit_s: SLOWEST_S_PER_M * self.plan.smoothed.length_m(),
-            ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
+            ..Simulation::new(Mission {
+                time_limit_s: SLOWEST_S_PER_M * self.plan.smoothed.length_m(),
+                ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
+            })
         })
     }
 
@@ -116,13 +118,14 @@ impl Course {
             Traffic::Minding => true,
             Traffic::Heedless => false,
         };
-        let crowd = PedestrianSpawner {
+        let spawner = PedestrianSpawner {
             yields,
-            ..config.pedestrians.crowd(self.people, seed)
+            ..config.pedestrians.spawner(self.people, seed)
         };
         let path = self.plan.smoothed.points();
         let keep_clear = [self.start.position(), self.goal.position];
-        MovingObstacles::seeded(&crowd, &self.obstacles, path, &keep_clear)
+        spawner
+            .spawn(&self.obstacles, path, &keep_clear)
             .map_err(|error| self.failed(seed, &error))
     }
 

@@ -7,8 +7,8 @@ use crate::bench::paper::PaperError;
 use crate::geometry::Pose;
 use crate::local::CpuEngine;
 use crate::robot::Footprint;
-use crate::runtime::{Config, Mission, MissionResult, Observer, Trace, TraceRow};
-use crate::sim::simulate_mission;
+use crate::runtime::{Config, MissionResult, Observer, Trace, TraceRow};
+use crate::sim::Simulation;
 
 /// Somebody nearer than this was met, metres between the robot's edge and theirs.
 pub const MET_WITHIN_M: f64 = 1.5;
@@ -72,32 +72,38 @@ impl Drive {
         seed: u64,
         config: &Config,
     ) -> Result<Self, PaperError> {
-        let mission = course.mission(traffic, seed, config)?;
+        let simulation = course.simulation(traffic, seed, config)?;
         let engine = Box::new(CpuEngine::single_threaded());
         let mut observer = Observer {
             clock: &mut || 0.0,
             on_tick: &mut |_| {},
         };
-        let result = simulate_mission(&mission, config, engine, &mut observer)
+        let result = simulation
+            .run(config, engine, &mut observer)
             .map_err(|error| course.failed(seed, &error))?;
         Ok(Self {
-            run: DriveRun::of(course, &mission, &result, config),
+            run: DriveRun::of(course, &simulation, &result, config),
             trace: result.trace,
         })
     }
 }
 
 impl DriveRun {
-    fn of(course: &Course, mission: &Mission, result: &MissionResult, config: &Config) -> Self {
+    fn of(
+        course: &Course,
+        simulation: &Simulation,
+        result: &MissionResult,
+        config: &Config,
+    ) -> Self {
         let trace = &result.trace;
         let last = trace.rows.last();
         let (position, yaw) = (course.goal.position, course.goal.yaw);
         let goal = Pose::new(position.x, position.y, yaw.unwrap_or_default());
-        let pose = last.map_or(mission.start, |row| row.pose);
+        let pose = last.map_or(simulation.mission.start, |row| row.pose);
         let (waited_share, longest_wait_s) = waits(&trace.rows, config.local.control_period_s);
         Self {
             scene: course.name.clone(),
-            seed: mission.seed,
+            seed: simulation.seed,
             reached: result.reached,
             collided: result.collided,
             deviation: Deviation::between(&pose, &goal, &course.start),

@@ -13,8 +13,8 @@ use crate::geometry::Pose;
 use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
 use crate::map::OccupancyGrid;
 use crate::navigator::Goal;
-use crate::runtime::{Config, Mission, MissionError, MissionResult, Observer};
-use crate::sim::{MovingObstacles, simulate_mission};
+use crate::runtime::{Config, Mission, MissionResult, Observer};
+use crate::sim::{SimError, Simulation};
 
 /// Opens the engine of a cell.
 ///
@@ -87,31 +87,31 @@ fn driven(
             people,
             time_limit_s,
         } => {
-            let mission = route(map, *start, *goal, *people, seed, config).map(|mission| Mission {
+            let mission = Mission {
                 time_limit_s: *time_limit_s,
-                ..mission
-            });
-            let driven = mission.and_then(|mission| {
+                ..Mission::new(Arc::clone(map), *start, *goal)
+            };
+            let driven = on_route(mission, *people, seed, config).and_then(|simulation| {
                 let mut observer = Observer {
                     clock,
                     on_tick: &mut |_| {},
                 };
-                let result = simulate_mission(&mission, config, engine, &mut observer)?;
-                Ok((mission, result))
+                let result = simulation.run(config, engine, &mut observer)?;
+                Ok((simulation, result))
             });
             match driven {
-                Ok((mission, result)) => {
-                    let verdict = verdict(&mission, config, &result);
+                Ok((simulation, result)) => {
+                    let verdict = verdict(&simulation, config, &result);
                     let (ending, touch) = (verdict.ending, verdict.touch);
                     let outcome = Outcome::mission(ending, touch, verdict.reason, Some(&result));
                     Ok((outcome, Some(result)))
                 }
-                Err(MissionError::Fault(fault)) => {
+                Err(SimError::Fault(fault)) => {
                     let reason = Some(fault.to_string());
                     let outcome = Outcome::mission(Ending::Failed, Touch::None, reason, None);
                     Ok((outcome, None))
                 }
-                Err(MissionError::Sim(error)) => Err(error.to_string()),
+                Err(error) => Err(error.to_string()),
             }
         }
         Ground::Mission { map, rules } => {
@@ -132,19 +132,18 @@ fn driven(
     }
 }
 
-/// The mission of a route, with people spread along the way that the robot will plan.
-fn route(
-    map: &Arc<OccupancyGrid>,
-    start: Pose,
-    goal: Goal,
+/// The simulation of a mission, with people spread along the route that the robot will plan.
+fn on_route(
+    mission: Mission,
     people: usize,
     seed: u64,
     config: &Config,
-) -> Result<Mission, MissionError> {
-    let ends = (start.position(), goal.position);
-    Ok(Mission {
-        moving_obstacles: MovingObstacles::on_route(people, seed, map, config, ends)?,
+) -> Result<Simulation, SimError> {
+    let ends = (mission.start.position(), mission.goal.position);
+    let spawner = config.pedestrians.spawner(people, seed);
+    Ok(Simulation {
+        moving_obstacles: spawner.spawn_on_route(&mission.map, config, ends)?,
         seed,
-        ..Mission::new(Arc::clone(map), start, goal)
+        ..Simulation::new(mission)
     })
 }

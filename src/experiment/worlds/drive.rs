@@ -4,8 +4,8 @@ use super::{RunKey, Verdict, WorldError};
 use crate::bench::Latencies;
 use crate::experiment::campaign::Row;
 use crate::local::{CpuEngine, Engine};
-use crate::runtime::{Config, Mission, MissionError, MissionResult, Observer};
-use crate::sim::simulate_mission;
+use crate::runtime::{Config, MissionResult, Observer};
+use crate::sim::{SimError, Simulation};
 
 /// A world to be driven with a seed.
 pub trait WorldTask: Sync {
@@ -15,11 +15,11 @@ pub trait WorldTask: Sync {
     /// Which run it is.
     fn key(&self) -> RunKey;
 
-    /// The mission: an empty map, and what is there in truth.
+    /// The simulation: an empty map, and what is there in truth.
     ///
     /// # Errors
     /// When the world is too large for a grid, or something cannot move as told.
-    fn mission(&self) -> Result<Mission, WorldError>;
+    fn simulation(&self) -> Result<Simulation, WorldError>;
 
     /// The row of a run with these figures; without a result where the navigator found no way to begin with.
     fn row(
@@ -72,15 +72,15 @@ pub fn drive_on<T: WorldTask>(
     engine: Box<dyn Engine>,
     clock: &mut dyn FnMut() -> f64,
 ) -> Result<(T::Row, Option<MissionResult>), WorldError> {
-    let mission = task.mission()?;
+    let simulation = task.simulation()?;
     let mut observer = Observer {
         clock,
         on_tick: &mut |_| {},
     };
-    let (figures, result) = match simulate_mission(&mission, config, engine, &mut observer) {
+    let (figures, result) = match simulation.run(config, engine, &mut observer) {
         Ok(result) => (RunFigures::of(&result), Some(result)),
-        Err(MissionError::Fault(fault)) => (RunFigures::refused(fault.to_string()), None),
-        Err(MissionError::Sim(error)) => {
+        Err(SimError::Fault(fault)) => (RunFigures::refused(fault.to_string()), None),
+        Err(error) => {
             let world = task.key().world;
             return Err(WorldError::Sim { world, error });
         }

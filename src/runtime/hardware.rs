@@ -1,0 +1,307 @@
+//! A real robot: a tracked base on a serial line and, if there is one, an LD19 lidar.
+
+use core::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread;
+use std::time::Duration;
+
+use thiserror::Error;
+
+use super::{LidarData, OdometryReading, Robot, SensorData};
+use crate::base::ld19::{LidarKeeper, LidarSettings, LidarStatus, OpenLidar};
+use crate::base::{BaseConfig, BaseError, Condition, Keeper, Open, Protocol, Status};
+use crate::geometry::{Pose, Twist};
+use crate::map::TimedScan;
+
+/// Longest time from opening the base's port to its first report, seconds.
+const FIRST_REPORT_S: f64 = 3.0;
+
+/// Longest time from opening the lidar's port to its first whole revolution, seconds: its motor has to run up.
+const FIRST_REVOLUTION_S: f64 = 5.0;
+
+/// Longest silence of the base during a mission, seconds.
+const LONGEST_SILENCE_S: f64 = 10.0;
+
+/// Time between two looks at a device that starts.
+const POLL: Duration = Duration::from_millis(20);
+
+/// Why a device cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum HardwareError {
+    /// The port cannot be opened, or a setting is out of range.
+    #[error(transparent)]
+    Base(#[from] BaseError),
+    /// The base does not report.
+    #[error(
+        "{port}: no answer within {FIRST_REPORT_S} s: is the base switched on, and does it speak the protocol {protocol}?"
+    )]
+    NoReport {
+        /// Name of the port.
+        port: String,
+        /// The protocol.
+        protocol: Protocol,
+    },
+    /// The lidar completes no revolution.
+    #[error("{port}: no revolution within {FIRST_REVOLUTION_S} s: {reason}")]
+    NoRevolution {
+        /// Name of the port.
+        port: String,
+        /// What the reader of the lidar reports.
+        reason: String,
+    },
+}
+
+/// A base on a serial port.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SerialLine {
+    /// Name of the port.
+    pub port: String,
+    /// The protocol of the base.
+    pub protocol: Protocol,
+    /// The settings of the base and of its supervisor.
+    pub config: BaseConfig,
+}
+
+impl SerialLine {
+    /// Opens the port, starts the supervisor and waits for the first report of the base. The base stands until a command is
+    /// set, and again when the flag is set, as a signal handler may do.
+    ///
+    /// # Errors
+    /// [`HardwareError::Base`] and [`HardwareError::NoReport`].
+    pub fn connect(&self, end: Arc<AtomicBool>) -> Result<Keeper, HardwareError> {
+        let BaseConfig { base, keeper, .. } = self.config;
+        let supervisor = Keeper::start(self.opener(), &base, keeper, end)?;
+        loop {
+            let status = supervisor.status();
+            if status.feedback.is_some() || !status.is_running {
+                return Ok(supervisor);
+            }
+            if supervisor.now_s() > FIRST_REPORT_S {
+                return Err(HardwareError::NoReport {
+                    port: self.port.clone(),
+                    protocol: self.protocol,
+                });
+            }
+            thread::sleep(POLL);
+        }
+    }
+
+    #[cfg(feature = "serial")]
+    fn opener(&self) -> Open {
+        use crate::base::{SerialBase, SerialSettings};
+        let Self {
+            port,
+            protocol,
+            config,
+        } = self.clone();
+        // One exchange must fit into the period of the commands.
+        let settings = SerialSettings {
+            ask_within: Duration::from_millis(10),
+            ..SerialSettings::default()
+        };
+        Box::new(move || {
+            let session = protocol.session(config.base)?;
+            Ok(Box::new(SerialBase::open(&port, session, settings)?))
+        })
+    }
+
+    #[cfg(not(feature = "serial"))]
+    fn opener(&self) -> Open {
+        let port = self.port.clone();
+        Box::new(move || Err(without_serial(&port)))
+    }
+}
+
+/// Opens the port of an LD19 and waits for its first whole revolution.
+///
+/// # Errors
+/// [`HardwareError::Base`] and [`HardwareError::NoRevolution`].
+pub fn connect_lidar(port: &str, settings: LidarSettings) -> Result<LidarKeeper, HardwareError> {
+    let reader = LidarKeeper::start(lidar_opener(port.to_owned()), settings)?;
+    loop {
+        let status = reader.status();
+        if status.sweep.is_some() {
+            return Ok(reader);
+        }
+        if reader.now_s() > FIRST_REVOLUTION_S {
+            let reason = status.trouble.map(|why| why.to_string());
+            return Err(HardwareError::NoRevolution {
+                port: port.to_owned(),
+                reason: reason.unwrap_or_default(),
+            });
+        }
+        thread::sleep(POLL);
+    }
+}
+
+#[cfg(feature = "serial")]
+fn lidar_opener(port: String) -> OpenLidar {
+    Box::new(move || crate::base::open_lidar(&port))
+}
+
+#[cfg(not(feature = "serial"))]
+fn lidar_opener(port: String) -> OpenLidar {
+    Box::new(move || Err(without_serial(&port)))
+}
+
+#[cfg(not(feature = "serial"))]
+fn without_serial(port: &str) -> BaseError {
+    BaseError::CannotOpen {
+        port: port.to_owned(),
+        reason: "this program was built without its feature `serial`".to_owned(),
+    }
+}
+
+/// A supervised base and its lidar, driven in real time.
+///
+/// Its pose is dead reckoning from the mission's start. With a lidar, set [`Config::pose_source`](super::Config) to scans.
+pub struct HardwareRobot {
+    base: Keeper,
+    lidar: Option<Lidar>,
+    start: Pose,
+    /// The odometer's pose at the first command; none before.
+    origin: Option<Pose>,
+    /// When the next tick is due by the clock of the base.
+    due_s: f64,
+    late_ticks: u64,
+    last_report_s: f64,
+}
+
+struct Lidar {
+    reader: LidarKeeper,
+    /// The newest revolution by the clock of the mission, and its number.
+    newest: (u64, TimedScan),
+}
+
+impl HardwareRobot {
+    /// Creates a robot that stands at a pose of the map.
+    #[must_use]
+    pub const fn new(base: Keeper, start: Pose) -> Self {
+        Self {
+            base,
+            lidar: None,
+            start,
+            origin: None,
+            due_s: 0.0,
+            late_ticks: 0,
+            last_report_s: 0.0,
+        }
+    }
+
+    /// Adds a lidar at the origin of the robot.
+    #[must_use]
+    pub fn with_lidar(self, reader: LidarKeeper) -> Self {
+        let lidar = Some(Lidar {
+            reader,
+            newest: (0, TimedScan::default()),
+        });
+        Self { lidar, ..self }
+    }
+
+    /// The base's status.
+    #[must_use]
+    pub fn base_status(&self) -> Status {
+        self.base.status()
+    }
+
+    /// The lidar's status; none without a lidar.
+    #[must_use]
+    pub fn lidar_status(&self) -> Option<LidarStatus> {
+        self.lidar.as_ref().map(|lidar| lidar.reader.status())
+    }
+
+    /// Number of ticks that were late by more than a control period.
+    #[must_use]
+    pub const fn late_ticks(&self) -> u64 {
+        self.late_ticks
+    }
+
+    /// The base's pose in the map by dead reckoning.
+    fn pose(&self, status: &Status) -> Pose {
+        self.origin.map_or(self.start, |origin| {
+            self.start
+                .transform_pose(&origin.inverse_transform_pose(&status.pose))
+        })
+    }
+}
+
+impl Lidar {
+    /// The newest revolution by a clock that is at a time now, seconds. Its times are set once, when it is new.
+    fn newest(&mut self, now_s: f64) -> TimedScan {
+        let status = self.reader.status();
+        let ahead_s = now_s - self.reader.now_s();
+        if let Some(sweep) = status.sweep.filter(|_| status.turns != self.newest.0) {
+            let mut sweep = TimedScan::clone(&sweep);
+            for beam in &mut sweep.beams {
+                beam.time_s += ahead_s;
+            }
+            self.newest = (status.turns, sweep);
+        }
+        self.newest.1.clone()
+    }
+}
+
+impl Robot for HardwareRobot {
+    fn sense(&mut self, time_s: f64) -> SensorData {
+        let status = self.base.status();
+        let twist = status.feedback.map_or(Twist::STOP, |report| report.twist);
+        let pose = self.pose(&status);
+        let lidar = self.lidar.as_mut();
+        SensorData {
+            odometry: OdometryReading { pose, twist },
+            lidar: lidar.map(|lidar| LidarData::TimedScan(lidar.newest(time_s))),
+            pose: None,
+        }
+    }
+
+    /// Sets the command, and waits until the next tick is due. Breaks when a stop is latched, the supervisor ends, or the base
+    /// is silent for 10 s.
+    fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
+        let now_s = self.base.now_s();
+        if self.origin.is_none() {
+            self.origin = Some(self.base.status().pose);
+            (self.due_s, self.last_report_s) = (now_s, now_s);
+        }
+        // A rejected command means a latched stop, which breaks below.
+        let _ = self.base.want(command, now_s);
+        self.due_s += period_s;
+        if self.due_s + period_s < now_s {
+            self.late_ticks += 1;
+            self.due_s = now_s;
+        }
+        thread::sleep(Duration::from_secs_f64((self.due_s - now_s).max(0.0)));
+        let (status, now_s) = (self.base.status(), self.base.now_s());
+        if status.feedback.is_some() {
+            self.last_report_s = now_s;
+        }
+        let is_silent = now_s - self.last_report_s >= LONGEST_SILENCE_S;
+        if status.stopped.is_some() || !status.is_running || is_silent {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn fault(&self) -> Option<String> {
+        let status = self.base.status();
+        let reported = || {
+            let faults = status.feedback.as_ref()?.faults;
+            (!faults.is_none()).then(|| format!("the base reports: {faults}"))
+        };
+        stop_cause(&status).or_else(reported)
+    }
+}
+
+/// Describes why a base does not execute commands: a latched stop, a lost line, or silence.
+#[must_use]
+pub fn stop_cause(status: &Status) -> Option<String> {
+    match (&status.stopped, &status.condition) {
+        (Some(reason), _) => Some(reason.to_string()),
+        (None, Condition::NoLine(why)) => Some(why.to_string()),
+        (None, Condition::NotHeard) if status.feedback.is_none() => {
+            Some("the base does not answer".to_owned())
+        }
+        _ => None,
+    }
+}
