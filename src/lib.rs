@@ -36,7 +36,7 @@
 //! use inbye::map::OccupancyGrid;
 //! use inbye::navigator::Goal;
 //! use inbye::runtime::{Config, Mission, Observer};
-//! use inbye::sim::{MovingObstacles, simulate_mission};
+//! use inbye::sim::Simulation;
 //!
 //! let rows = [
 //!     "################################",
@@ -58,10 +58,10 @@
 //! ];
 //! let map = Arc::new(OccupancyGrid::from_rows(&rows, 0.2, Pose::default())?);
 //! let goal = Goal { position: Point::new(5.2, 1.2), yaw: None };
-//! let mission = Mission::new(map, Pose::new(1.2, 1.2, 0.0), goal);
+//! let simulation = Simulation::new(Mission::new(map, Pose::new(1.2, 1.2, 0.0), goal));
 //! let engine = Box::new(CpuEngine::single_threaded());
 //! let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-//! let result = simulate_mission(&mission, &Config::default(), engine, &mut observer)?;
+//! let result = simulation.run(&Config::default(), engine, &mut observer)?;
 //! assert!(result.reached && !result.collided);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -3,20 +3,22 @@
 use std::thread;
 use std::time::Duration;
 
+use anyhow::Context;
 use serde_json::json;
 
 use super::base_arguments::MonitorArguments;
-use super::base_line::BaseLine;
-use super::{base_text, output, process};
+use super::{base_line, base_text, output, process};
 
 /// Time between lines.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Prints a base's reports. Returns false if the base is silent at the end.
 pub fn run(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool> {
-    let line = BaseLine::from_arguments(&arguments.line)?;
-    let supervisor = line.supervisor(process::interrupt_flag()?)?;
-    line.await_answer(&supervisor)?;
+    let line = base_line::from_arguments(&arguments.line)?;
+    let supervisor = line
+        .supervise(process::interrupt_flag()?)
+        .context("--port")?;
+    line.await_report(&supervisor).context("--port")?;
     let start_s = supervisor.now_s();
     loop {
         let time_s = supervisor.now_s() - start_s;

@@ -2,13 +2,15 @@
 
 use std::thread;
 
+use anyhow::Context;
 use inbye::base::{BaseSupervisor, SupervisorStatus};
 use inbye::geometry::Twist;
+use inbye::runtime::hardware::stop_cause;
 use serde_json::json;
 
 use super::base_arguments::SendArguments;
-use super::base_line::{BaseLine, POLL_PERIOD};
-use super::{base_text, output, process};
+use super::base_line::POLL_PERIOD;
+use super::{base_line, base_text, output, process};
 
 /// Speed below which a base stands, m/s and rad/s.
 const STANDSTILL: f64 = 0.01;
@@ -18,13 +20,15 @@ const SETTLING_S: f64 = 1.0;
 
 /// Commands a motion. Returns false if the base was stopped before the time was over.
 pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
-    let line = BaseLine::from_arguments(&arguments.line)?;
-    let supervisor = line.supervisor(process::interrupt_flag()?)?;
+    let line = base_line::from_arguments(&arguments.line)?;
+    let supervisor = line
+        .supervise(process::interrupt_flag()?)
+        .context("--port")?;
     if arguments.release {
         // No motion was commanded yet, so this fails only for a base that moves by itself.
         supervisor.release()?;
     }
-    line.await_answer(&supervisor)?;
+    line.await_report(&supervisor).context("--port")?;
     let twist = Twist::new(arguments.linear, arguments.angular);
     output::note(format!(
         "the base answers: {:.2} m/s and {:.2} rad/s for {} s",
@@ -35,7 +39,7 @@ pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
         supervisor.now_s() - start_s < arguments.for_s
     });
     let driven_s = supervisor.now_s() - start_s;
-    let tracks = line.settings.base.tracks;
+    let tracks = line.config.base.tracks;
     let latest_s = supervisor.now_s() + tracks.max_stopping_time_s() + SETTLING_S;
     drive_while(&supervisor, &Twist::STOP, |supervisor, status| {
         supervisor.now_s() < latest_s && !is_still(status)
@@ -43,7 +47,7 @@ pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
     let status = supervisor.status();
     drop(supervisor);
     let interrupted = !status.is_running;
-    let stopped = base_text::stop_cause(&status);
+    let stopped = stop_cause(&status);
     let done = stopped.is_none() && !interrupted;
     if json {
         let mut object = base_text::status(&status);

@@ -1,6 +1,7 @@
 //! Text and JSON of a base's state.
 
 use inbye::base::{DriveStatus, Feedback, SupervisorStatus};
+use inbye::runtime::hardware::stop_cause;
 use serde_json::{Value, json};
 
 /// A report of a base as JSON.
@@ -28,18 +29,6 @@ pub fn status(status: &SupervisorStatus) -> Value {
         "counters": status.counters,
         "last_failure": status.last_failure.as_ref().map(ToString::to_string),
     })
-}
-
-/// Why the base does not follow its target, if so: a latched stop, a lost connection, or silence.
-pub fn stop_cause(status: &SupervisorStatus) -> Option<String> {
-    match (&status.stop_cause, &status.drive_status) {
-        (Some(reason), _) => Some(reason.to_string()),
-        (None, DriveStatus::Disconnected(why)) => Some(why.to_string()),
-        (None, DriveStatus::AwaitingFeedback) if status.feedback.is_none() => {
-            Some("the base does not answer".to_owned())
-        }
-        _ => None,
-    }
 }
 
 /// What the base is commanded to do, and why.

@@ -49,12 +49,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         if drives.is_empty() {
             output::note(format!("engine: {reason}"));
         }
-        let (mission, result, reel) = drive_scene(&scene, &config, engine)?;
+        let (simulation, result, reel) = drive_scene(&scene, &config, engine)?;
         if !arguments.json {
             output::line(format!("{:12} {}", scene.name, drive::one_line(&result)));
         }
         let page = MissionPage::new(scene.title, "inbye", &result);
-        drives.push((scene, mission, result, reel, page));
+        drives.push((scene, simulation, result, reel, page));
     }
     let mut all = engines::all()?;
     let bar = output::progress(CASES, "comparing engines");
@@ -84,7 +84,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         machine: &machine,
         missions: drives
             .iter()
-            .map(|(_, mission, result, reel, page)| page.view(mission, &config, result, reel))
+            .map(|(_, simulation, result, reel, page)| {
+                page.view(&simulation.mission, &config, result, reel)
+            })
             .collect(),
         comparisons: &comparisons,
         density: &rows,
@@ -151,7 +153,7 @@ fn drive_scene(
         })
     };
     let mut reel = Reel::default();
-    let result = drive::simulate(
+    let result = drive::drive(
         &simulation,
         config,
         engine,

@@ -10,10 +10,9 @@ use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
 use inbye::report::Reel;
 use inbye::runtime::{
-    Config, Mission, MissionError, MissionResult, Observer, PoseSource, StopError, TickEvent,
-    run_mission,
+    Config, Mission, MissionResult, Observer, PoseSource, StopError, TickEvent, run_mission,
 };
-use inbye::sim::{MovingObstacles, simulate_mission};
+use inbye::sim::{MovingObstacles, SimError, Simulation};
 use serde_json::{Value, json};
 
 use super::arguments::{DriveArguments, Obstacles, Place};
@@ -55,23 +54,26 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         yaw: place.yaw,
     };
     let goal = stop(&arguments.goal);
-    let mission = Mission {
-        via: arguments.via.iter().map(stop).collect(),
+    let simulation = Simulation {
         moving_obstacles,
         seed: arguments.seed,
-        time_limit_s: arguments.time_limit,
-        ..Mission::new(Arc::new(map), arguments.start.pose(), goal)
+        ..Simulation::new(Mission {
+            via: arguments.via.iter().map(stop).collect(),
+            time_limit_s: arguments.time_limit,
+            ..Mission::new(Arc::new(map), arguments.start.pose(), goal)
+        })
     };
+    let mission = &simulation.mission;
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
     // Frames cost time in every tick, so they are recorded for a report only.
     let mut reel = arguments.report.as_ref().map(|_| Reel::default());
     let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
         let is_real_time = wired.is_some();
-        Recording::begin(file, &mission, &config, engine.name(), is_real_time)
+        Recording::begin(file, mission, &config, engine.name(), is_real_time)
     });
-    let driven = simulate(
-        &mission,
+    let driven = drive(
+        &simulation,
         &config,
         engine,
         "driving",
@@ -80,7 +82,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         recording.as_mut(),
     );
     // The base stops before anything is written.
-    let base = wired.map(wired_drive::Wired::end);
+    let base = wired.map(wired_drive::HardwareDrive::end);
     let result = match driven {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
@@ -92,7 +94,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some((folder, reel)) = arguments.report.as_ref().zip(reel.as_ref()) {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let page = report_file::drive_page(
-            &mission,
+            mission,
             &config,
             &result,
             reel,
@@ -115,7 +117,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         if let Some(text) = map_file::unknown_cells_text(&mission.map, config.unknown) {
             output::line(format!("unknown      {text}"));
         }
-        for line in base.iter().flat_map(wired_drive::Ending::lines) {
+        for line in base.iter().flat_map(wired_drive::HardwareReport::lines) {
             output::line(line);
         }
         if let Some(recording) = &recording {
@@ -127,15 +129,16 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 /// Runs a mission with the wall clock and a progress bar: on a real base if one is connected, else simulated.
-pub fn simulate(
-    mission: &Mission,
+pub fn drive(
+    simulation: &Simulation,
     config: &Config,
     engine: Box<dyn inbye::local::Engine>,
     what: &str,
-    wired: Option<&mut wired_drive::Wired>,
+    wired: Option<&mut wired_drive::HardwareDrive>,
     mut reel: Option<&mut Reel>,
     mut recording: Option<&mut Recording<'_>>,
-) -> Result<MissionResult, MissionError> {
+) -> Result<MissionResult, SimError> {
+    let mission = &simulation.mission;
     let goal = mission.goal.position;
     let whole_cm = |metres: f64| (metres * 100.0) as u64;
     let far_m = (goal - mission.start.position()).norm();
@@ -165,8 +168,12 @@ pub fn simulate(
         on_tick: &mut on_tick,
     };
     let result = match wired {
-        Some(wired) => run_mission(mission, config, engine, wired, &mut observer),
-        None => simulate_mission(mission, config, engine, &mut observer),
+        Some(wired) if wired.has_lidar() => {
+            let robot = &mut wired.robot;
+            run_mission(mission, config, engine, robot, &mut observer).map_err(SimError::from)
+        }
+        Some(wired) => simulation.run_with(&mut wired.robot, config, engine, &mut observer),
+        None => simulation.run(config, engine, &mut observer),
     };
     bar.finish_and_clear();
     result
@@ -174,14 +181,14 @@ pub fn simulate(
 
 /// Prints a missing path, which is an answer; every other planning error is unusable input.
 fn no_path_or(
-    error: MissionError,
+    error: SimError,
     arguments: &DriveArguments,
     map: &OccupancyGrid,
     config: &Config,
     json: bool,
 ) -> anyhow::Result<bool> {
     match error {
-        MissionError::Fault(Fault::Plan(error @ PlanError::NoValidPath { .. })) => {
+        SimError::Fault(Fault::Plan(error @ PlanError::NoValidPath { .. })) => {
             let mut object = plan::no_path_json(&error);
             object["reached"] = json!(false);
             object["collided"] = json!(false);
@@ -189,7 +196,7 @@ fn no_path_or(
             plan::print_no_path(&error.to_string(), json.then_some(object))?;
             Ok(false)
         }
-        MissionError::Fault(Fault::Plan(error)) => {
+        SimError::Fault(Fault::Plan(error)) => {
             let reason = error.to_string();
             Err(plan::unusable(&error, &reason, &arguments.map, map, config))
         }
@@ -211,16 +218,17 @@ fn moving_obstacles(
     arguments: &DriveArguments,
     map: &OccupancyGrid,
     config: &Config,
-) -> Result<MovingObstacles, MissionError> {
+) -> Result<MovingObstacles, SimError> {
     let count = match &arguments.obstacles {
         Obstacles::Count(count) => *count,
         Obstacles::File(file) => {
             let ground = map.obstacles(config.unknown);
-            return Ok(MovingObstacles::read(file, &ground, arguments.seed)?);
+            return MovingObstacles::read(file, &ground, arguments.seed);
         }
     };
     let ends = (arguments.start.pose().position(), arguments.goal.position);
-    MovingObstacles::on_route(count, arguments.seed, map, config, ends)
+    let spawner = config.pedestrians.spawner(count, arguments.seed);
+    spawner.spawn_on_route(map, config, ends)
 }
 
 /// Collects the decision times.

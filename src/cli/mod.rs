@@ -28,7 +28,6 @@ mod engines;
 mod evaluate;
 mod import_nav2;
 mod incident_text;
-mod lidar_line;
 mod localization;
 mod map_file;
 mod missions;

@@ -7,7 +7,8 @@ use std::str::FromStr;
 use anyhow::bail;
 use inbye::map::OccupancyGrid;
 use inbye::report::{DriveView, drive_svg};
-use inbye::runtime::{Mission, MissionResult};
+use inbye::runtime::MissionResult;
+use inbye::sim::Simulation;
 
 use super::arguments::whole;
 use super::drive::one_line;
@@ -56,12 +57,13 @@ impl<'a> Files<'a> {
     pub fn write(
         self,
         title: &str,
-        mission: &Mission,
+        simulation: &Simulation,
         result: &MissionResult,
     ) -> anyhow::Result<()> {
         if let Some(svg) = self.svg {
             let solid = |&blocked: &bool| if blocked { 100 } else { 0 };
-            let truth = mission.truth.as_ref().map(|truth| {
+            let mission = &simulation.mission;
+            let truth = simulation.truth.as_ref().map(|truth| {
                 OccupancyGrid::new(*truth.frame(), truth.cells().iter().map(solid).collect())
             });
             svg.write(drive_svg(&DriveView {

@@ -203,7 +203,7 @@ fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Resu
     if let Some(result) = &result {
         let title = format!("{}, seed {}", site.name, cell.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let (mission, config) = (&drawn.mission, &setup.config);
+        let (mission, config) = (&drawn.simulation.mission, &setup.config);
         let page = report_file::drive_page(
             mission,
             config,

@@ -1,22 +1,17 @@
-//! `inbye drive --port`: a base on a line, in real time; a simulated world for it, or with `--lidar` the one that it is in.
+//! `inbye drive --port`: a base on a serial line, driven in real time; a simulated world around it, or with `--lidar` the real
+//! one.
 
 use std::path::PathBuf;
-use std::thread;
-use std::time::Duration;
 
+use anyhow::Context;
 use clap::Args;
-use inbye::base::{BaseSupervisor, Protocol, SupervisorStatus};
-use inbye::geometry::{Pose, Twist};
-use inbye::map::TimedScan;
-use inbye::runtime::{OdometryReading, Robot};
+use inbye::base::ld19::LidarStatus;
+use inbye::base::{Protocol, SupervisorStatus};
+use inbye::geometry::Pose;
+use inbye::runtime::hardware::{HardwareRobot, SerialLine, connect_lidar, stop_cause};
 use serde_json::{Value, json};
 
-use super::base_line::BaseLine;
-use super::lidar_line::{LidarEnding, LidarLine};
-use super::{base_text, process, report_file, value_parsers};
-
-/// How long a mission waits for a base that does not answer, seconds.
-const ANSWER_WITHIN_S: f64 = 10.0;
+use super::{base_line, base_text, process, report_file, value_parsers};
 
 /// The base of a drive.
 #[derive(Debug, Args)]
@@ -51,161 +46,107 @@ impl WiredArguments {
     }
 }
 
-/// A base on a line that drives a mission.
-pub struct Wired {
-    line: BaseLine,
-    supervisor: BaseSupervisor,
-    lidar: Option<LidarLine>,
-    /// Where the mission starts, and what the odometer says there; none before the first command.
-    origin: Option<(Pose, Pose)>,
-    start: Pose,
-    /// When the next tick is due, and how many were late by more than one.
-    due_s: f64,
-    late: u64,
-    heard_s: f64,
+/// A robot on serial lines.
+pub struct HardwareDrive {
+    line: SerialLine,
+    lidar_port: Option<String>,
+    pub robot: HardwareRobot,
 }
 
-/// How a base came out of a mission.
-pub struct Ending {
-    line: BaseLine,
+/// The robot after a mission.
+pub struct HardwareReport {
+    line: SerialLine,
     status: SupervisorStatus,
-    lidar: Option<LidarEnding>,
-    late: u64,
+    lidar: Option<(String, LidarStatus)>,
+    late_ticks: u64,
 }
 
-/// Opens the port of a drive and waits for the base, if one was named.
-pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option<Wired>> {
+/// Opens the ports of a drive, if any are given, and waits for the devices.
+pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option<HardwareDrive>> {
     let Some(port) = &arguments.port else {
         return Ok(None);
     };
     let file = arguments.base_config.as_deref();
-    let line = BaseLine::new(port, arguments.protocol.unwrap_or_default(), file)?;
-    let supervisor = line.supervisor(process::interrupt_flag()?)?;
-    line.await_answer(&supervisor)?;
-    let lidar = arguments.lidar.as_deref();
-    let lidar = lidar.map(|port| LidarLine::connect(port, line.settings.lidar));
-    let lidar = lidar.transpose()?;
-    Ok(Some(Wired {
+    let line = base_line::load(port, arguments.protocol.unwrap_or_default(), file)?;
+    let mut robot = line.connect(start, process::interrupt_flag()?).context("--port")?;
+    let lidar_port = arguments.lidar.clone();
+    if let Some(port) = &lidar_port {
+        let reader = connect_lidar(port, line.config.lidar).context("--lidar")?;
+        robot = robot.with_lidar(reader);
+    }
+    Ok(Some(HardwareDrive {
         line,
-        supervisor,
-        lidar,
-        origin: None,
-        start,
-        due_s: 0.0,
-        late: 0,
-        heard_s: 0.0,
+        lidar_port,
+        robot,
     }))
 }
 
-impl Wired {
-    /// Stops the base and leaves it.
-    pub fn end(self) -> Ending {
-        Ending {
-            status: self.supervisor.status(),
-            lidar: self.lidar.map(LidarLine::end),
+impl HardwareDrive {
+    /// Stops the base and closes the ports.
+    pub fn end(self) -> HardwareReport {
+        HardwareReport {
+            status: self.robot.base_status(),
+            lidar: self.lidar_port.zip(self.robot.lidar_status()),
+            late_ticks: self.robot.late_ticks(),
             line: self.line,
-            late: self.late,
         }
     }
 
-    fn motion(&self) -> Twist {
-        let feedback = self.supervisor.status().feedback;
-        feedback.map_or(Twist::STOP, |feedback| feedback.twist)
-    }
-
-    /// Whether the base is heard, or may be again.
-    fn may_go_on(&mut self) -> bool {
-        let (status, now_s) = (self.supervisor.status(), self.supervisor.now_s());
-        if status.feedback.is_some() {
-            self.heard_s = now_s;
-        }
-        status.stop_cause.is_none() && status.is_running && now_s - self.heard_s < ANSWER_WITHIN_S
+    pub const fn has_lidar(&self) -> bool {
+        self.lidar_port.is_some()
     }
 }
 
-impl Robot for Wired {
-    fn pose(&self) -> Pose {
-        let Some((start, origin)) = &self.origin else {
-            return self.start;
-        };
-        start.transform_pose(&origin.inverse_transform_pose(&self.supervisor.status().pose))
-    }
-
-    fn twist(&self) -> Twist {
-        self.motion()
-    }
-
-    fn odometry(&self) -> OdometryReading {
-        OdometryReading {
-            pose: self.pose(),
-            twist: self.motion(),
-        }
-    }
-
-    fn trouble(&self) -> Option<String> {
-        let status = self.supervisor.status();
-        let reported = || {
-            let faults = status.feedback.as_ref()?.faults;
-            (!faults.is_empty()).then(|| format!("the base reports: {faults}"))
-        };
-        base_text::stop_cause(&status).or_else(reported)
-    }
-
-    fn sweep(&mut self, time_s: f64) -> Option<TimedScan> {
-        self.lidar.as_mut().map(|lidar| lidar.sweep(time_s))
-    }
-
-    fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
-        let now_s = self.supervisor.now_s();
-        if self.origin.is_none() {
-            self.origin = Some((self.start, self.supervisor.status().pose));
-            (self.due_s, self.heard_s) = (now_s, now_s);
-        }
-        // A refusal is a stop, which ends the mission below.
-        let _ = self.supervisor.set_target(command, now_s);
-        self.due_s += period_s;
-        if self.due_s + period_s < now_s {
-            self.late += 1;
-            self.due_s = now_s;
-        }
-        thread::sleep(Duration::from_secs_f64((self.due_s - now_s).max(0.0)));
-        self.may_go_on()
-    }
-}
-
-impl Ending {
-    /// As scripts read it.
+impl HardwareReport {
+    /// For scripts.
     pub fn object(&self) -> Value {
         let mut object = base_text::status(&self.status);
         object["port"] = json!(self.line.port);
         object["protocol"] = json!(self.line.protocol.name());
         object["interrupted"] = json!(!self.status.is_running);
-        object["late_ticks"] = json!(self.late);
-        object["lidar"] = json!(self.lidar.as_ref().map(LidarEnding::object));
+        object["late_ticks"] = json!(self.late_ticks);
+        object["lidar"] = json!(self.lidar.as_ref().map(lidar_object));
         object
     }
 
-    /// As people read it.
+    /// For people.
     pub fn lines(&self) -> Vec<String> {
         let counters = self.status.counters;
         let mut lines = vec![format!(
-            "base         {} on {}: {} commands, {} late; {} ticks late; {} line failures",
+            "base         {} on {}: {} commands, {} late; {} ticks late; {} connection failures",
             self.line.protocol,
             self.line.port,
             counters.commands,
             counters.late_commands,
-            self.late,
+            self.late_ticks,
             counters.connection_failures,
         )];
-        lines.extend(self.lidar.iter().flat_map(LidarEnding::lines));
+        if let Some((port, status)) = &self.lidar {
+            lines.push(format!(
+                "lidar        LD19 on {port}: {} revolutions, {} bytes outside packets",
+                status.revolutions, status.dropped_bytes
+            ));
+            lines.extend(status.fault.iter().map(|why| format!("no scans     {why}")));
+        }
         if let Some(why) = &self.status.last_failure {
             lines.push(format!("line failed  {why}"));
         }
-        if let Some(why) = base_text::stop_cause(&self.status) {
+        if let Some(why) = stop_cause(&self.status) {
             lines.push(format!("stopped      {why}"));
         } else if !self.status.is_running {
             lines.push("stopped      by a signal".to_owned());
         }
         lines
     }
+}
+
+fn lidar_object((port, status): &(String, LidarStatus)) -> Value {
+    json!({
+        "port": port,
+        "revolutions": status.revolutions,
+        "packets": status.packets,
+        "dropped_bytes": status.dropped_bytes,
+        "connections": status.connections,
+        "fault": status.fault.as_ref().map(ToString::to_string),
+    })
 }

@@ -122,7 +122,7 @@ impl WorldsArguments {
         let (row, result) = drive(task, config, &mut wall_clock())?;
         if let Some(result) = &result {
             let title = format!("{benchmark} {}", row.key());
-            files.write(&title, &task.mission()?, result)?;
+            files.write(&title, &task.simulation()?, result)?;
         }
         if json {
             output::json(&row)?;

@@ -2,14 +2,12 @@
 
 use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
 use super::pose_source::PoseEstimator;
-use super::{
-    Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, Robot, Trace, TraceRow,
-};
+use super::{Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::Pose;
 use crate::local::{Engine, LocalPlanner};
-use crate::localization::{PoseHistory, DeskewedScan};
+use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::Scan;
-use crate::navigator::{Waypoints, Mode, Navigator, Observation};
+use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 
 pub(super) struct ControlLoop<'a> {
     mission: &'a Mission,

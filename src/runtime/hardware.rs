@@ -9,8 +9,10 @@ use std::time::Duration;
 use thiserror::Error;
 
 use super::{LidarData, OdometryReading, Robot, SensorData};
-use crate::base::ld19::{LidarKeeper, LidarSettings, LidarStatus, OpenLidar};
-use crate::base::{BaseConfig, BaseError, Condition, Keeper, Open, Protocol, Status};
+use crate::base::ld19::{LidarReader, LidarSettings, LidarStatus, OpenLidar};
+use crate::base::{
+    BaseConfig, BaseError, BaseSupervisor, DriveStatus, OpenBase, Protocol, SupervisorStatus,
+};
 use crate::geometry::{Pose, Twist};
 use crate::map::TimedScan;
 
@@ -65,18 +67,32 @@ pub struct SerialLine {
 }
 
 impl SerialLine {
-    /// Opens the port, starts the supervisor and waits for the first report of the base. The base stands until a command is
-    /// set, and again when the flag is set, as a signal handler may do.
+    /// Opens the port and starts the supervisor. The base stands until a target is set, and again when the flag is set, as a
+    /// signal handler may do.
     ///
     /// # Errors
-    /// [`HardwareError::Base`] and [`HardwareError::NoReport`].
-    pub fn connect(&self, end: Arc<AtomicBool>) -> Result<Keeper, HardwareError> {
-        let BaseConfig { base, keeper, .. } = self.config;
-        let supervisor = Keeper::start(self.opener(), &base, keeper, end)?;
+    /// [`HardwareError::Base`].
+    pub fn supervise(&self, end: Arc<AtomicBool>) -> Result<BaseSupervisor, HardwareError> {
+        let BaseConfig {
+            base, supervisor, ..
+        } = self.config;
+        Ok(BaseSupervisor::start(
+            self.opener(),
+            &base,
+            supervisor,
+            end,
+        )?)
+    }
+
+    /// Waits for the first report of the base, or for the end of its supervisor.
+    ///
+    /// # Errors
+    /// [`HardwareError::NoReport`].
+    pub fn await_report(&self, supervisor: &BaseSupervisor) -> Result<(), HardwareError> {
         loop {
             let status = supervisor.status();
             if status.feedback.is_some() || !status.is_running {
-                return Ok(supervisor);
+                return Ok(());
             }
             if supervisor.now_s() > FIRST_REPORT_S {
                 return Err(HardwareError::NoReport {
@@ -88,8 +104,22 @@ impl SerialLine {
         }
     }
 
+    /// Starts the supervisor and waits for the base; returns a robot without a lidar that stands at a pose of the map.
+    ///
+    /// # Errors
+    /// As [`SerialLine::supervise`] and [`SerialLine::await_report`].
+    pub fn connect(
+        &self,
+        start: Pose,
+        end: Arc<AtomicBool>,
+    ) -> Result<HardwareRobot, HardwareError> {
+        let supervisor = self.supervise(end)?;
+        self.await_report(&supervisor)?;
+        Ok(HardwareRobot::new(supervisor, start))
+    }
+
     #[cfg(feature = "serial")]
-    fn opener(&self) -> Open {
+    fn opener(&self) -> OpenBase {
         use crate::base::{SerialBase, SerialSettings};
         let Self {
             port,
@@ -98,7 +128,7 @@ impl SerialLine {
         } = self.clone();
         // One exchange must fit into the period of the commands.
         let settings = SerialSettings {
-            ask_within: Duration::from_millis(10),
+            request_timeout: Duration::from_millis(10),
             ..SerialSettings::default()
         };
         Box::new(move || {
@@ -108,7 +138,7 @@ impl SerialLine {
     }
 
     #[cfg(not(feature = "serial"))]
-    fn opener(&self) -> Open {
+    fn opener(&self) -> OpenBase {
         let port = self.port.clone();
         Box::new(move || Err(without_serial(&port)))
     }
@@ -118,15 +148,15 @@ impl SerialLine {
 ///
 /// # Errors
 /// [`HardwareError::Base`] and [`HardwareError::NoRevolution`].
-pub fn connect_lidar(port: &str, settings: LidarSettings) -> Result<LidarKeeper, HardwareError> {
-    let reader = LidarKeeper::start(lidar_opener(port.to_owned()), settings)?;
+pub fn connect_lidar(port: &str, settings: LidarSettings) -> Result<LidarReader, HardwareError> {
+    let reader = LidarReader::start(lidar_opener(port.to_owned()), settings)?;
     loop {
         let status = reader.status();
-        if status.sweep.is_some() {
+        if status.scan.is_some() {
             return Ok(reader);
         }
         if reader.now_s() > FIRST_REVOLUTION_S {
-            let reason = status.trouble.map(|why| why.to_string());
+            let reason = status.fault.map(|why| why.to_string());
             return Err(HardwareError::NoRevolution {
                 port: port.to_owned(),
                 reason: reason.unwrap_or_default(),
@@ -138,7 +168,7 @@ pub fn connect_lidar(port: &str, settings: LidarSettings) -> Result<LidarKeeper,
 
 #[cfg(feature = "serial")]
 fn lidar_opener(port: String) -> OpenLidar {
-    Box::new(move || crate::base::open_lidar(&port))
+    Box::new(move || crate::base::open_lidar_port(&port))
 }
 
 #[cfg(not(feature = "serial"))]
@@ -158,7 +188,7 @@ fn without_serial(port: &str) -> BaseError {
 ///
 /// Its pose is dead reckoning from the mission's start. With a lidar, set [`Config::pose_source`](super::Config) to scans.
 pub struct HardwareRobot {
-    base: Keeper,
+    base: BaseSupervisor,
     lidar: Option<Lidar>,
     start: Pose,
     /// The odometer's pose at the first command; none before.
@@ -170,7 +200,7 @@ pub struct HardwareRobot {
 }
 
 struct Lidar {
-    reader: LidarKeeper,
+    reader: LidarReader,
     /// The newest revolution by the clock of the mission, and its number.
     newest: (u64, TimedScan),
 }
@@ -178,7 +208,7 @@ struct Lidar {
 impl HardwareRobot {
     /// Creates a robot that stands at a pose of the map.
     #[must_use]
-    pub const fn new(base: Keeper, start: Pose) -> Self {
+    pub const fn new(base: BaseSupervisor, start: Pose) -> Self {
         Self {
             base,
             lidar: None,
@@ -192,7 +222,7 @@ impl HardwareRobot {
 
     /// Adds a lidar at the origin of the robot.
     #[must_use]
-    pub fn with_lidar(self, reader: LidarKeeper) -> Self {
+    pub fn with_lidar(self, reader: LidarReader) -> Self {
         let lidar = Some(Lidar {
             reader,
             newest: (0, TimedScan::default()),
@@ -202,7 +232,7 @@ impl HardwareRobot {
 
     /// The base's status.
     #[must_use]
-    pub fn base_status(&self) -> Status {
+    pub fn base_status(&self) -> SupervisorStatus {
         self.base.status()
     }
 
@@ -219,7 +249,7 @@ impl HardwareRobot {
     }
 
     /// The base's pose in the map by dead reckoning.
-    fn pose(&self, status: &Status) -> Pose {
+    fn pose(&self, status: &SupervisorStatus) -> Pose {
         self.origin.map_or(self.start, |origin| {
             self.start
                 .transform_pose(&origin.inverse_transform_pose(&status.pose))
@@ -232,12 +262,12 @@ impl Lidar {
     fn newest(&mut self, now_s: f64) -> TimedScan {
         let status = self.reader.status();
         let ahead_s = now_s - self.reader.now_s();
-        if let Some(sweep) = status.sweep.filter(|_| status.turns != self.newest.0) {
+        if let Some(sweep) = status.scan.filter(|_| status.revolutions != self.newest.0) {
             let mut sweep = TimedScan::clone(&sweep);
             for beam in &mut sweep.beams {
                 beam.time_s += ahead_s;
             }
-            self.newest = (status.turns, sweep);
+            self.newest = (status.revolutions, sweep);
         }
         self.newest.1.clone()
     }
@@ -265,7 +295,7 @@ impl Robot for HardwareRobot {
             (self.due_s, self.last_report_s) = (now_s, now_s);
         }
         // A rejected command means a latched stop, which breaks below.
-        let _ = self.base.want(command, now_s);
+        let _ = self.base.set_target(command, now_s);
         self.due_s += period_s;
         if self.due_s + period_s < now_s {
             self.late_ticks += 1;
@@ -277,7 +307,7 @@ impl Robot for HardwareRobot {
             self.last_report_s = now_s;
         }
         let is_silent = now_s - self.last_report_s >= LONGEST_SILENCE_S;
-        if status.stopped.is_some() || !status.is_running || is_silent {
+        if status.stop_cause.is_some() || !status.is_running || is_silent {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
@@ -287,7 +317,7 @@ impl Robot for HardwareRobot {
         let status = self.base.status();
         let reported = || {
             let faults = status.feedback.as_ref()?.faults;
-            (!faults.is_none()).then(|| format!("the base reports: {faults}"))
+            (!faults.is_empty()).then(|| format!("the base reports: {faults}"))
         };
         stop_cause(&status).or_else(reported)
     }
@@ -295,11 +325,11 @@ impl Robot for HardwareRobot {
 
 /// Describes why a base does not execute commands: a latched stop, a lost line, or silence.
 #[must_use]
-pub fn stop_cause(status: &Status) -> Option<String> {
-    match (&status.stopped, &status.condition) {
+pub fn stop_cause(status: &SupervisorStatus) -> Option<String> {
+    match (&status.stop_cause, &status.drive_status) {
         (Some(reason), _) => Some(reason.to_string()),
-        (None, Condition::NoLine(why)) => Some(why.to_string()),
-        (None, Condition::NotHeard) if status.feedback.is_none() => {
+        (None, DriveStatus::Disconnected(why)) => Some(why.to_string()),
+        (None, DriveStatus::AwaitingFeedback) if status.feedback.is_none() => {
             Some("the base does not answer".to_owned())
         }
         _ => None,

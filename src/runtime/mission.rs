@@ -7,10 +7,12 @@ use super::control_loop::ControlLoop;
 use super::{Config, ConfigError, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
-use crate::local::{Engine, TrajectoryFan, Incidents, Sampling};
-use crate::localization::{PoseEstimate, LocalizationError};
+use crate::local::{Engine, Incidents, Sampling, TrajectoryFan};
+use crate::localization::{LocalizationError, PoseEstimate};
 use crate::map::OccupancyGrid;
-use crate::navigator::{Decision, ObservationFault, Fault, Goal, Navigator, Observation, DeadlineStats};
+use crate::navigator::{
+    DeadlineStats, Decision, Fault, Goal, Navigator, Observation, ObservationFault,
+};
 
 /// A start, stops and a goal on a map.
 #[derive(Clone, Debug)]

@@ -3,6 +3,7 @@
 mod config;
 mod control_loop;
 mod fault_events;
+pub mod hardware;
 mod mission;
 mod obstacle_gap;
 mod pose_source;

@@ -2,7 +2,7 @@
 
 use super::{Config, LidarData, PoseSource};
 use crate::geometry::Pose;
-use crate::localization::{PoseEstimate, LocalizationError, Localizer, LostReason};
+use crate::localization::{LocalizationError, Localizer, LostReason, PoseEstimate};
 use crate::map::{ObstacleGrid, TimedScan};
 
 pub(super) enum PoseEstimator {
@@ -16,7 +16,11 @@ pub(super) enum PoseEstimator {
 }
 
 impl PoseEstimator {
-    pub fn new(config: &Config, known: &ObstacleGrid, start: Pose) -> Result<Self, LocalizationError> {
+    pub fn new(
+        config: &Config,
+        known: &ObstacleGrid,
+        start: Pose,
+    ) -> Result<Self, LocalizationError> {
         Ok(match config.pose_source {
             PoseSource::Fixes => Self::Fixes(start),
             PoseSource::Scans => Self::Scans {
@@ -74,6 +78,6 @@ impl PoseEstimator {
     }
 
     pub fn lost(&self) -> Option<LostReason> {
-        self.fix()?.state.lost()
+        self.fix()?.status.lost_reason()
     }
 }

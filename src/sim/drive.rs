@@ -145,7 +145,14 @@ impl SimBase {
     /// As [`SimBase::new`].
     pub fn of(config: &Config, pose: Pose, seed: u64) -> Result<Self, SimError> {
         let (dynamics, noise) = (config.dynamics, config.odometry);
-        Self::new(config.robot.drive(), config.robot.limits, dynamics, noise, pose, seed)
+        Self::new(
+            config.robot.drive(),
+            config.robot.limits,
+            dynamics,
+            noise,
+            pose,
+            seed,
+        )
     }
 
     /// Where the base truly is; its yaw is in (-pi, pi].

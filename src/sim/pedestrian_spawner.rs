@@ -56,16 +56,36 @@ impl PedestrianSpawner {
     }
 }
 
-impl MovingObstacles {
-    /// MovingObstacles spread along the robot's path, each crossing the drift there or following it, on a walk of 4 to 12 m
-    /// over ground that is free for it.
-    ///
-    /// No walk comes within 5 m of a place to keep clear, the robot's start and goal say; on a path shorter than
-    /// 20 m, within a quarter of its length.
+impl PedestrianSpawner {
+    /// Spawns pedestrians along the route that a robot plans from the first of the ends to the second.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where
-    /// some found no walk.
+    /// [`SimError::Fault`] where there is no route; the others as [`PedestrianSpawner::spawn`].
+    pub fn spawn_on_route(
+        &self,
+        map: &OccupancyGrid,
+        config: &Config,
+        (start, goal): (Point, Point),
+    ) -> Result<MovingObstacles, SimError> {
+        if self.count == 0 {
+            return Ok(MovingObstacles::default());
+        }
+        let obstacles = map.obstacles(config.unknown);
+        let mut planner = config.route_planner(map.frame().resolution_m);
+        let plan = planner
+            .plan(&obstacles, start, goal, &mut || 0.0)
+            .map_err(Fault::Plan)?;
+        self.spawn(&obstacles, plan.smoothed.points(), &[start, goal])
+    }
+
+    /// Spawns pedestrians along a path. Each crosses the roadway there or follows it, on a walk of 4 to 12 m over free ground.
+    ///
+    /// No walk comes within 5 m of the points to keep clear, such as the robot's start and goal; on a path shorter than 20 m
+    /// within a quarter of its length.
+    ///
+    /// # Errors
+    /// [`SimError::BadSetting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where there is
+    /// no walk for some of them.
     pub fn spawn(
         &self,
         obstacles: &ObstacleGrid,
@@ -100,11 +120,7 @@ impl MovingObstacles {
             let mut walk = Patrol::new(route, speed);
             walk.along_m = walk.route.length_m() * rng.random::<f64>();
             walk.forward = rng.random_bool(0.5);
-            moving_obstacles.push(MovingObstacle::under_way(
-                self.radius_m,
-                self.yields,
-                walk,
-            )?);
+            moving_obstacles.push(MovingObstacle::under_way(self.radius_m, self.yields, walk)?);
         }
         Ok(MovingObstacles::new(moving_obstacles))
     }

@@ -15,7 +15,9 @@ use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
 use crate::navigator::{Fault, Goal};
 use crate::runtime::{Config, Mission, Observer, PoseSource, TickEvent};
-use crate::sim::{FaultInjection, PedestrianSpawner, crossing, roadway as roadway_scene, SimError, Simulation};
+use crate::sim::{
+    FaultInjection, PedestrianSpawner, SimError, Simulation, crossing, roadway as roadway_scene,
+};
 
 /// Length and width of the smooth roadways, metres.
 const ROADWAY_M: (f64, f64) = (120.0, 3.0);
@@ -50,11 +52,7 @@ impl LocalizationPlan {
     ///
     /// # Errors
     /// When a setting is out of range, or no way leads from the start to the goal.
-    pub fn drive(
-        &self,
-        case: LocalizationCase,
-        seed: u64,
-    ) -> Result<LocalizationRow, SimError> {
+    pub fn drive(&self, case: LocalizationCase, seed: u64) -> Result<LocalizationRow, SimError> {
         let config = Config {
             pose_source: PoseSource::Scans,
             ..self.config.clone()

@@ -9,10 +9,8 @@ use crate::experiment::barn;
 use crate::experiment::dynabarn;
 use crate::experiment::missions::{self, Ending, MissionSite, Setup, Touch, verdict};
 use crate::experiment::worlds::drive_on;
-use crate::geometry::Pose;
 use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
 use crate::map::OccupancyGrid;
-use crate::navigator::Goal;
 use crate::runtime::{Config, Mission, MissionResult, Observer};
 use crate::sim::{SimError, Simulation};
 
