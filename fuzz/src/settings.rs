@@ -10,7 +10,7 @@ use inbye::local::{CpuEngine, Detail, Engine, EngineChoice, Evaluation, Quantize
 use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, Observer};
-use inbye::sim::{MovingObstacles, simulate_mission};
+use inbye::sim::{MovingObstacles, Simulation};
 
 use super::one_line;
 use super::program::{problem_file, toml_merge};
@@ -220,14 +220,17 @@ pub fn short_drive(data: &[u8]) {
     mission.time_limit_s = 6.0 * local.control_period_s;
     let people = r#"[{"x": 2, "y": 2, "radius": 0.2, "speed": 0.5, "route": [[4, 2]]}]"#;
     let ground = room().obstacles(UnknownPolicy::Blocked);
-    mission.moving_obstacles =
-        MovingObstacles::parse(people, "people.json", &ground, 1).expect("a walker");
+    let people = MovingObstacles::parse(people, "people.json", &ground, 1);
+    let simulation = Simulation {
+        moving_obstacles: people.expect("a pedestrian"),
+        ..Simulation::new(mission)
+    };
     let engine = Box::new(CpuEngine::single_threaded());
     let mut observer = Observer {
         clock: &mut || 0.0,
         on_tick: &mut |_| {},
     };
-    match simulate_mission(&mission, &config, engine, &mut observer) {
+    match simulation.run(&config, engine, &mut observer) {
         Err(error) => one_line(&error),
         Ok(result) => {
             let limits = &config.robot.limits;

@@ -14,7 +14,7 @@ use inbye::local::{
 };
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, MissionResult, Observer};
-use inbye::sim::{MovingObstacles, PedestrianSpawner, crossing, simulate_mission};
+use inbye::sim::{PedestrianSpawner, Simulation, crossing};
 use libtest_mimic::Failed;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -232,7 +232,7 @@ impl Engine for Battered {
 }
 
 /// Around the pillars among people, back and forth: long enough for ten failures and the delays after them.
-fn mission(config: &Config) -> Result<Mission, Failed> {
+fn mission(config: &Config) -> Result<Simulation, Failed> {
     let scene = crossing();
     let goal = |position| Goal {
         position,
@@ -240,14 +240,16 @@ fn mission(config: &Config) -> Result<Mission, Failed> {
     };
     let ground = scene.map.obstacles(config.unknown);
     let (start, end) = (scene.start.position(), scene.goal);
-    let crowd = PedestrianSpawner::new(3, scene.seed);
-    let moving_obstacles = MovingObstacles::seeded(&crowd, &ground, &[start, end], &[start, end])?;
-    Ok(Mission {
-        via: [end, start].map(goal).to_vec(),
+    let spawner = PedestrianSpawner::new(3, scene.seed);
+    let moving_obstacles = spawner.spawn(&ground, &[start, end], &[start, end])?;
+    Ok(Simulation {
         moving_obstacles,
         seed: 5,
-        time_limit_s: 400.0,
-        ..Mission::new(Arc::new(scene.map), scene.start, goal(end))
+        ..Simulation::new(Mission {
+            via: [end, start].map(goal).to_vec(),
+            time_limit_s: 400.0,
+            ..Mission::new(Arc::new(scene.map), scene.start, goal(end))
+        })
     })
 }
 
@@ -261,7 +263,7 @@ fn drive(engine: Box<dyn Engine>) -> Result<MissionResult, Failed> {
         clock: &mut || 0.0,
         on_tick: &mut |_| {},
     };
-    let result = simulate_mission(&mission(&config)?, &config, engine, &mut observer)?;
+    let result = mission(&config)?.run(&config, engine, &mut observer)?;
     if result.reached && !result.collided {
         Ok(result)
     } else {

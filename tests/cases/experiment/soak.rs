@@ -37,11 +37,16 @@ fn a_mission_belongs_to_its_seed() {
     };
     let draw = |seed| {
         let drawn = site.draw(seed, &rules, &config).expect("there is room");
-        let mission = drawn.mission;
+        let simulation = drawn.simulation;
+        let mission = simulation.mission;
         let goal = (mission.goal.position, mission.goal.yaw);
         (
             (mission.start, goal, drawn.path_m, drawn.people),
-            (mission.moving_obstacles, mission.truth, drawn.unmapped),
+            (
+                simulation.moving_obstacles,
+                simulation.truth,
+                drawn.unmapped,
+            ),
         )
     };
     let mut kinds = Vec::new();
@@ -71,7 +76,8 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
     let mut stood = 0;
     for (seed, site) in (1..=12).flat_map(|seed| sites.iter().map(move |site| (seed, site))) {
         let drawn = site.draw(seed, &rules, &config).expect("there is room");
-        let mission = &drawn.mission;
+        let simulation = &drawn.simulation;
+        let mission = &simulation.mission;
         let frame = site.map.frame();
         let ends = [mission.start.position(), mission.goal.position];
         let [start, goal] = ends.map(|end| frame.cell_of(&end).expect("on the map"));
@@ -83,8 +89,8 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
         let space = FreeSpace::new(&site.obstacles, radius_m);
         assert!(space.is_free(start) && space.is_free(goal), "seed {seed}");
         assert!(searcher.jump_points(&space, start, goal).is_ok());
-        assert!(mission.moving_obstacles.len() <= rules.most_people);
-        if let Some(truth) = &mission.truth {
+        assert!(simulation.moving_obstacles.len() <= rules.most_people);
+        if let Some(truth) = &simulation.truth {
             stood += drawn.unmapped;
             let blocked = |cells: &[bool]| cells.iter().filter(|&&cell| cell).count();
             assert!(blocked(truth.cells()) > blocked(site.obstacles.cells()));

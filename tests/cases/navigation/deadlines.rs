@@ -8,7 +8,7 @@ use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, Sampling};
 use inbye::navigator::{COMMAND_LIFETIME_S, Goal};
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
-use inbye::sim::{dead_end, simulate_mission};
+use inbye::sim::{Simulation, dead_end};
 
 const DEADLINE_S: f64 = 0.05;
 const LATE_S: f64 = 0.08;
@@ -21,10 +21,12 @@ fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResul
         position: scene.goal,
         yaw: None,
     };
-    let mission = Mission {
+    let mission = Simulation {
         seed: 4,
-        time_limit_s: 20.0,
-        ..Mission::new(Arc::new(scene.map), scene.start, goal)
+        ..Simulation::new(Mission {
+            time_limit_s: 20.0,
+            ..Mission::new(Arc::new(scene.map), scene.start, goal)
+        })
     };
     let mut config = Config::default();
     config.navigator.deadline_s = deadline_s;
@@ -40,7 +42,9 @@ fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResul
         on_tick: &mut progress,
     };
     let engine = Box::new(CpuEngine::single_threaded());
-    simulate_mission(&mission, &config, engine, &mut observer).expect("a mission that can start")
+    mission
+        .run(&config, engine, &mut observer)
+        .expect("a mission that can start")
 }
 
 /// Bursts of slow ticks: one alone, two apart, a long one.

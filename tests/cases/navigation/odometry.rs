@@ -1,6 +1,5 @@
 //! Pose sources of the simulated robot: drifting dead reckoning, and position fixes.
 
-use inbye::base::Base;
 use inbye::geometry::{Pose, Twist, wrap_angle};
 use inbye::robot::{Limits, TrackedDrive};
 use inbye::sim::{DriveDynamics, FixSource, Fixes, OdometryNoise, SimBase, Slip};

@@ -98,7 +98,7 @@ fn a_ramp_is_followed_with_the_stated_lag() {
         base.twist()
     );
     // The sensors give the mean over their last 10 ms, 5 ms ago.
-    let measured = base.feedback().unwrap().twist.linear;
+    let measured = base.odometry().twist.linear;
     assert!((base.twist().linear - 0.005 * 0.5 - measured).abs() < 1e-4);
 }
 
@@ -206,7 +206,7 @@ fn steady_slip_and_width_change_speed_and_turn_as_stated() {
     // The belts run as the controller believes to need, the encoders see only them, and the gyro sees the turn.
     let tracks = base.track_speeds();
     assert!((tracks.right - tracks.left - 0.4 * 0.5 * 1.2).abs() < 1e-9);
-    let measured = base.feedback().unwrap().twist;
+    let measured = base.odometry().twist;
     assert!((measured.linear - 0.6).abs() < 1e-9);
     assert!((measured.angular - truth.angular).abs() < 1e-9);
 }

@@ -56,7 +56,9 @@ fn mission(scene: &Scene) -> Vec<Point> {
 
 fn crowd_of(scene: &Scene, crowd: &PedestrianSpawner) -> MovingObstacles {
     let ends = [scene.start.position(), scene.goal];
-    MovingObstacles::seeded(crowd, &ground(scene), &mission(scene), &ends).expect("room for all")
+    crowd
+        .spawn(&ground(scene), &mission(scene), &ends)
+        .expect("room for all")
 }
 
 fn gap(disc: &MovingDisc, pose: &Pose, radius: f64) -> f64 {
@@ -397,8 +399,7 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
 fn a_crowd_that_finds_no_room_is_an_error_and_none_is_none() {
     let narrow = ObstacleGrid::new(FRAME, vec![true; FRAME.len()]);
     let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
-    let asked =
-        |count| MovingObstacles::seeded(&PedestrianSpawner::new(count, 1), &narrow, &path, &[]);
+    let asked = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[]);
     assert!(matches!(
         asked(2),
         Err(SimError::NoRoom {

@@ -5,27 +5,29 @@ use inbye::local::{CpuEngine, Engine};
 use inbye::map::MovingDisc;
 use inbye::navigator::{Goal, Mode};
 use inbye::robot::Limits;
-use inbye::runtime::{Config, Mission, MissionError, MissionResult, Observer, Trace, TraceRow};
-use inbye::sim::{MovingObstacles, simulate_mission};
+use inbye::runtime::{Config, Mission, MissionResult, Observer, Trace, TraceRow};
+use inbye::sim::{MovingObstacles, SimError, Simulation};
 
 use super::ground::Ground;
 
 /// A mission over known ground where nothing moves, for up to 400 s.
-pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Mission {
+pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Simulation {
     let goal = Goal {
         position: Point::new(goal_x, goal_y),
         yaw: None,
     };
-    Mission {
+    Simulation {
         seed: 1,
-        time_limit_s: 400.0,
-        ..Mission::new(ground.map(), Pose::new(x, y, yaw), goal)
+        ..Simulation::new(Mission {
+            time_limit_s: 400.0,
+            ..Mission::new(ground.map(), Pose::new(x, y, yaw), goal)
+        })
     }
 }
 
 /// People from JSON, as a file would have them.
-pub fn people(mission: &Mission, json: &str) -> MovingObstacles {
-    let ground = mission.map.obstacles(Config::default().unknown);
+pub fn people(mission: &Simulation, json: &str) -> MovingObstacles {
+    let ground = mission.mission.map.obstacles(Config::default().unknown);
     MovingObstacles::parse(json, "people.json", &ground, 0).expect("people on the map")
 }
 
@@ -46,19 +48,19 @@ pub fn everybody(trace: &Trace, row: &TraceRow) -> Vec<MovingDisc> {
 }
 
 pub fn try_drive(
-    mission: &Mission,
+    mission: &Simulation,
     config: &Config,
     engine: Box<dyn Engine>,
-) -> Result<MissionResult, MissionError> {
+) -> Result<MissionResult, SimError> {
     let mut observer = Observer {
         clock: &mut || 0.0,
         on_tick: &mut |_| {},
     };
-    simulate_mission(mission, config, engine, &mut observer)
+    mission.run(config, engine, &mut observer)
 }
 
 /// Drives with the default robot, and checks what holds of every drive: lawful commands and no contact.
-pub fn drive(mission: &Mission) -> MissionResult {
+pub fn drive(mission: &Simulation) -> MissionResult {
     let config = Config::default();
     let engine = Box::new(CpuEngine::single_threaded());
     let result = try_drive(mission, &config, engine).expect("a mission that can start");
@@ -72,7 +74,7 @@ pub fn drive(mission: &Mission) -> MissionResult {
 }
 
 /// Drives to the goal.
-pub fn arrive(mission: &Mission) -> MissionResult {
+pub fn arrive(mission: &Simulation) -> MissionResult {
     let result = drive(mission);
     assert!(
         result.reached && result.fault.is_none(),

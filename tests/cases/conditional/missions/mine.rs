@@ -8,7 +8,7 @@ use inbye::geometry::{Point, Pose};
 use inbye::map::{LoadOptions, UnknownPolicy, load};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission};
-use inbye::sim::{Lidar, MovingObstacles, PedestrianSpawner};
+use inbye::sim::{Lidar, PedestrianSpawner, Simulation};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::driving::{arrive, story};
@@ -84,16 +84,17 @@ fn crosses() -> Result<(), Failed> {
             position: goal,
             yaw: None,
         };
-        let result = arrive(&Mission {
-            moving_obstacles: MovingObstacles::seeded(
-                &PedestrianSpawner::new(5, seed),
+        let result = arrive(&Simulation {
+            moving_obstacles: PedestrianSpawner::new(5, seed).spawn(
                 &obstacles,
                 path.points(),
                 &ends,
             )?,
             seed,
-            time_limit_s: 900.0,
-            ..Mission::new(Arc::new(map.clone()), start, there)
+            ..Simulation::new(Mission {
+                time_limit_s: 900.0,
+                ..Mission::new(Arc::new(map.clone()), start, there)
+            })
         });
         assert!(result.travelled_m >= 150.0, "{}", story(&result));
     }

@@ -1,8 +1,8 @@
 //! People who cross, follow, come towards the robot, stand in its way or appear before it.
 
 use inbye::geometry::{Pose, wrap_angle};
-use inbye::runtime::{Config, Mission, MissionResult};
-use inbye::sim::World;
+use inbye::runtime::{Config, MissionResult};
+use inbye::sim::{Simulation, World};
 
 use super::Test;
 use super::driving::{arrive, drive, everybody, mission, people, story, try_drive};
@@ -36,11 +36,11 @@ pub const TESTS: &[Test] = &[
 ];
 
 /// A drift 6 m wide, and a drive along it.
-fn drift() -> Mission {
+fn drift() -> Simulation {
     mission(&hall(24.0, 6.0), [2.0, 3.5, 0.0], [23.0, 3.5])
 }
 
-fn with(mut task: Mission, json: &str) -> Mission {
+fn with(mut task: Simulation, json: &str) -> Simulation {
     task.moving_obstacles = people(&task, json);
     task
 }
@@ -102,7 +102,7 @@ fn from_behind() {
 }
 
 /// Drives without the demand that nobody touches the robot.
-fn drive_on(task: &Mission) -> MissionResult {
+fn drive_on(task: &Simulation) -> MissionResult {
     let engine = Box::new(inbye::local::CpuEngine::single_threaded());
     try_drive(task, &Config::default(), engine).expect("a mission that can start")
 }

@@ -6,7 +6,8 @@ use inbye::geometry::wrap_angle;
 use inbye::global::PlanError;
 use inbye::local::CpuEngine;
 use inbye::navigator::{Fault, Mode};
-use inbye::runtime::{Config, MissionError};
+use inbye::runtime::Config;
+use inbye::sim::SimError;
 
 use super::Test;
 use super::driving::{arrive, has_mode, mission, story, try_drive};
@@ -64,7 +65,7 @@ fn out_of_a_dead_end() {
 fn meets_a_yaw() {
     for yaw in [0.0, 1.3, PI, -FRAC_PI_2, 9.0] {
         let mut task = mission(&hall(8.0, 4.0), [1.5, 2.5, 0.3], [7.0, 2.5]);
-        task.goal.yaw = Some(yaw);
+        task.mission.goal.yaw = Some(yaw);
         let result = arrive(&task);
         let error = result.final_yaw_error.expect("the goal has a yaw");
         let last = result.trace.rows.last().expect("a drive has ticks");
@@ -99,7 +100,7 @@ fn refuses_a_start() {
         let refused = try_drive(&task, &Config::default(), engine).map(|result| story(&result));
         let occupied = matches!(
             refused,
-            Err(MissionError::Fault(Fault::Plan(
+            Err(SimError::Fault(Fault::Plan(
                 PlanError::StartOccupied { .. }
             )))
         );

@@ -6,7 +6,7 @@ use inbye::local::CpuEngine;
 use inbye::map::UnknownPolicy;
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission};
-use inbye::sim::{MovingObstacles, PedestrianSpawner, Scene, crossing, dead_end, roadway};
+use inbye::sim::{PedestrianSpawner, Scene, Simulation, crossing, dead_end, roadway};
 
 use super::Test;
 use super::driving::{arrive, try_drive};
@@ -27,7 +27,7 @@ pub const TESTS: &[Test] = &[
 ];
 
 /// A scene's task with other people and other noise than its own, by so much.
-fn task(scene: &Scene, other: u64) -> Mission {
+fn task(scene: &Scene, other: u64) -> Simulation {
     let config = Config::default();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
     let mut planner = config.route_planner(scene.map.frame().resolution_m);
@@ -35,18 +35,21 @@ fn task(scene: &Scene, other: u64) -> Mission {
     let plan = planner.plan(&obstacles, start, scene.goal, &mut || 0.0);
     let path = plan.expect("a scene has a way").smoothed;
     let seed = scene.seed + other;
-    let crowd = PedestrianSpawner::new(scene.obstacles, seed);
+    let spawner = PedestrianSpawner::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
     let goal = Goal {
         position: scene.goal,
         yaw: None,
     };
-    Mission {
-        moving_obstacles: MovingObstacles::seeded(&crowd, &obstacles, path.points(), &ends)
+    Simulation {
+        moving_obstacles: spawner
+            .spawn(&obstacles, path.points(), &ends)
             .expect("room for people"),
         seed,
-        time_limit_s: 600.0,
-        ..Mission::new(Arc::new(scene.map.clone()), scene.start, goal)
+        ..Simulation::new(Mission {
+            time_limit_s: 600.0,
+            ..Mission::new(Arc::new(scene.map.clone()), scene.start, goal)
+        })
     }
 }
 

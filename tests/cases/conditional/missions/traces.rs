@@ -1,8 +1,8 @@
 //! One trace, bit for bit, whatever computes it.
 
 use inbye::local::{CpuEngine, Engine, FanArc, SampleStatus, Sampling};
-use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
-use inbye::sim::simulate_mission;
+use inbye::runtime::{Config, MissionResult, Observer, TickEvent};
+use inbye::sim::Simulation;
 
 use super::Test;
 use super::driving::{mission, people, story, try_drive};
@@ -23,10 +23,10 @@ pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
 const GOLDEN: &str = "7ffc877a7a0e93300b59ca5015a2cdcfb2bbaef38b7a6a796d3b5390f977f5df";
 
 /// A short drive with a turn, a wall that the map does not show, somebody who crosses, and a yaw to park with.
-fn short_drive() -> Mission {
+fn short_drive() -> Simulation {
     let ground = hall(10.0, 6.0).wall([4.0, 0.0, 4.4, 2.5]);
     let mut task = mission(&ground, [1.5, 1.5, 3.0], [9.5, 5.0]);
-    task.goal.yaw = Some(-1.0);
+    task.mission.goal.yaw = Some(-1.0);
     task.truth = Some(ground.wall([6.5, 3.0, 7.0, 3.6]).obstacles());
     task.moving_obstacles = people(
         &task,
@@ -127,7 +127,7 @@ fn fans() {
         on_tick: &mut on_tick,
     };
     let engine = Box::new(CpuEngine::single_threaded());
-    let driven = simulate_mission(&short_drive(), &Config::default(), engine, &mut observer);
+    let driven = short_drive().run(&Config::default(), engine, &mut observer);
     // A on_tick that looks closely changes nothing.
     assert_eq!(
         driven.expect("a mission that can start").trace.digest(),

@@ -6,14 +6,14 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Engine};
 use inbye::navigator::Goal;
 use inbye::report::{MissionView, Outcome, Reel, Report, html};
-use inbye::runtime::{Config, Mission, MissionResult, Observer, run_mission};
-use inbye::sim::{MovingObstacles, crossing, simulate_mission};
+use inbye::runtime::{Config, Mission, MissionResult, Observer};
+use inbye::sim::{MovingObstacles, Simulation, crossing};
 
 use super::troubled::{Noted, Troubled, mortal_engine};
 
 /// A mission that was driven, and its reel.
 pub struct Run {
-    mission: Mission,
+    simulation: Simulation,
     config: Config,
     pub result: MissionResult,
     reel: Reel,
@@ -33,19 +33,19 @@ pub fn long_run(ticks: usize) -> Run {
 
 /// The same while much goes wrong.
 pub fn troubled_run(ticks: usize) -> Run {
-    let mission = to_and_fro(ticks);
+    let simulation = to_and_fro(ticks);
     let mut config = Config::default();
     // What the odometer says is all that the robot knows of its place.
     config.fixes.rate_hz = 0.0;
-    let mut base = Troubled::new(&mission, &config);
-    run(mission, &config, mortal_engine(), Some(&mut base))
+    let mut base = Troubled::new(&simulation, &config);
+    run(simulation, &config, mortal_engine(), Some(&mut base))
 }
 
 fn engine() -> Box<dyn Engine> {
     Box::new(CpuEngine::single_threaded())
 }
 
-fn among_people() -> Mission {
+fn among_people() -> Simulation {
     let scene = crossing();
     let goal = Goal {
         position: scene.goal,
@@ -56,27 +56,30 @@ fn among_people() -> Mission {
     let people = r#"[{"x": 8.0, "y": 6.8, "radius": 0.3, "speed": 0.4, "route": [[8.0, 9.4]]}]"#;
     let ground = map.obstacles(Config::default().unknown);
     let moving_obstacles = MovingObstacles::parse(people, "people.json", &ground, scene.seed);
-    Mission {
+    Simulation {
         moving_obstacles: moving_obstacles.expect("people on the map"),
-        ..Mission::new(map, scene.start, goal)
+        ..Simulation::new(Mission::new(map, scene.start, goal))
     }
 }
 
-fn to_and_fro(ticks: usize) -> Mission {
-    let mut mission = among_people();
-    let [there, back] = [mission.goal.position, mission.start.position()];
+fn to_and_fro(ticks: usize) -> Simulation {
+    let mut simulation = among_people();
+    let [there, back] = [
+        simulation.mission.goal.position,
+        simulation.mission.start.position(),
+    ];
     let stop = |position: Point| Goal {
         position,
         yaw: None,
     };
-    mission.via = (0..100).flat_map(|_| [stop(there), stop(back)]).collect();
-    mission.time_limit_s = ticks as f64 * 0.1;
-    mission.moving_obstacles = MovingObstacles::default();
-    mission
+    simulation.mission.via = (0..100).flat_map(|_| [stop(there), stop(back)]).collect();
+    simulation.mission.time_limit_s = ticks as f64 * 0.1;
+    simulation.moving_obstacles = MovingObstacles::default();
+    simulation
 }
 
 fn run(
-    mission: Mission,
+    simulation: Simulation,
     config: &Config,
     engine: Box<dyn Engine>,
     base: Option<&mut Troubled>,
@@ -90,12 +93,12 @@ fn run(
         },
     };
     let result = match base {
-        Some(base) => run_mission(&mission, config, engine, base, &mut observer),
-        None => simulate_mission(&mission, config, engine, &mut observer),
+        Some(base) => simulation.run_with(base, config, engine, &mut observer),
+        None => simulation.run(config, engine, &mut observer),
     };
     Run {
         result: result.expect("a mission that can start"),
-        mission,
+        simulation,
         config: config.clone(),
         reel,
         noted,
@@ -114,9 +117,9 @@ impl Run {
         MissionView {
             title: "A run",
             command: "inbye",
-            map: &self.mission.map,
-            start: self.mission.start,
-            goal: self.mission.goal.position,
+            map: &self.simulation.mission.map,
+            start: self.simulation.mission.start,
+            goal: self.simulation.mission.goal.position,
             searched: plan.raw.points(),
             pruned: plan.pruned.points(),
             smoothed: plan.smoothed.points(),

@@ -1,15 +1,15 @@
 //! A drive on which much goes wrong, and what a on_tick of its own noted of it.
 
-use std::cell::Cell;
+use core::ops::ControlFlow;
 use std::collections::BTreeMap;
 
-use inbye::geometry::{Pose, Twist};
+use inbye::geometry::Twist;
 use inbye::local::{
     CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, GpuFailureKind, QuantizedProblem,
 };
 use inbye::navigator::ObservationFault;
-use inbye::runtime::{Config, Mission, OdometryReading, Robot, TickEvent};
-use inbye::sim::SimBase;
+use inbye::runtime::{Config, GroundTruth, OdometryReading, Robot, SensorData, TickEvent};
+use inbye::sim::{SimBase, Simulation};
 
 /// Ticks at which the odometer is elsewhere, and those at which it stands.
 const ELSEWHERE: [usize; 2] = [40, 43];
@@ -24,7 +24,7 @@ pub struct Troubled {
     base: SimBase,
     driven: usize,
     /// What the odometer said last before it stood.
-    last: Cell<OdometryReading>,
+    last: OdometryReading,
 }
 
 fn is_within(tick: usize, [from, to]: [usize; 2]) -> bool {
@@ -32,17 +32,11 @@ fn is_within(tick: usize, [from, to]: [usize; 2]) -> bool {
 }
 
 impl Troubled {
-    pub fn new(mission: &Mission, config: &Config) -> Self {
-        let base = SimBase::new(
-            config.robot.drive(),
-            config.robot.limits,
-            config.dynamics,
-            config.odometry,
-            mission.start,
-            mission.seed,
-        );
+    pub fn new(simulation: &Simulation, config: &Config) -> Self {
+        let start = simulation.mission.start;
+        let base = SimBase::of(config, start, simulation.seed);
         let base = base.expect("sound settings");
-        let last = Cell::new(base.odometry());
+        let last = base.odometry();
         Self {
             base,
             driven: 0,
@@ -52,34 +46,31 @@ impl Troubled {
 }
 
 impl Robot for Troubled {
-    fn pose(&self) -> Pose {
-        *self.base.pose()
-    }
-
-    fn twist(&self) -> Twist {
-        self.base.twist()
-    }
-
-    fn odometry(&self) -> OdometryReading {
-        let mut reading = self.base.odometry();
+    fn sense(&mut self, time_s: f64) -> SensorData {
+        let mut sensed = self.base.sense(time_s);
         if is_within(self.driven, FROZEN) {
-            return self.last.get();
+            sensed.odometry = self.last;
+            return sensed;
         }
         if is_within(self.driven, ELSEWHERE) {
-            reading.pose.x += 5.0;
+            sensed.odometry.pose.x += 5.0;
         }
-        self.last.set(reading);
-        reading
+        self.last = sensed.odometry;
+        sensed
     }
 
-    fn trouble(&self) -> Option<String> {
-        // It is asked when the tick is over.
-        is_within(self.driven - 1, HOT).then(|| "the base reports: <overheated>".to_owned())
+    fn ground_truth(&self) -> Option<GroundTruth> {
+        self.base.ground_truth()
     }
 
-    fn drive(&mut self, command: &Twist, period_s: f64) -> bool {
+    fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
         self.driven += 1;
-        Robot::drive(&mut self.base, command, period_s)
+        self.base.drive(command, period_s)
+    }
+
+    fn fault(&self) -> Option<String> {
+        // The loop calls it at the end of a tick.
+        is_within(self.driven - 1, HOT).then(|| "the base reports: <overheated>".to_owned())
     }
 }
 
@@ -161,7 +152,7 @@ impl Noted {
             now.extend(new.iter().map(|one| format!("engine: {}", one.message)));
             self.told = incidents.messages.len();
         }
-        now.extend(moment.trouble.map(|words| format!("base: {words}")));
+        now.extend(moment.robot_fault.map(|words| format!("base: {words}")));
         self.at.push(now);
     }
 

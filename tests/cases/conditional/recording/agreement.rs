@@ -27,8 +27,8 @@ pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
     [("replay_on_gpu_agrees", replay_on_gpu_agrees)];
 
 fn replay_on_cpu_agrees() {
-    for (mission, config) in [tour(), crowded()] {
-        let (result, file) = record(&mission, &config);
+    for (simulation, config) in [tour(), crowded()] {
+        let (result, file) = record(&simulation, &config);
         for threads in [1, 2] {
             let replay = replay_on(&file, cpu(threads));
             assert_eq!(replay.first_difference, None);
@@ -39,8 +39,8 @@ fn replay_on_cpu_agrees() {
 }
 
 fn replay_on_gpu_agrees(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
-    let (mission, config) = crowded();
-    let (_, file) = record(&mission, &config);
+    let (simulation, config) = crowded();
+    let (_, file) = record(&simulation, &config);
     let engine = Box::new(inbye::local::GpuEngine::new(adapter)?);
     let replay = replay_on(&file, engine);
     match replay.first_difference {
@@ -50,9 +50,9 @@ fn replay_on_gpu_agrees(adapter: &inbye::local::Adapter) -> Result<(), libtest_m
 }
 
 fn replay_repeats_late_decisions() {
-    let (mission, config, mut clock) = late_tour();
+    let (simulation, config, mut clock) = late_tour();
     let file = Memory::default();
-    let ends = (&mission, &config);
+    let ends = (&simulation, &config);
     let (result, recorded) = record_by(ends, &mut clock, file.clone(), BackpressurePolicy::Block);
     assert_eq!(recorded.stopped, None);
     let stats = result.deadline_stats.expect("a deadline");
@@ -90,8 +90,8 @@ fn command_at(beams: usize) -> usize {
 }
 
 fn replay_reports_flipped_bit() {
-    let (mission, config) = tour();
-    let (result, file) = record(&mission, &config);
+    let (simulation, config) = tour();
+    let (result, file) = record(&simulation, &config);
     let at = command_at(config.lidar.beams);
     // The least significant bit of the speed, the turn rate and the target, and the mode.
     for (place, field) in [
@@ -121,8 +121,8 @@ fn replay_reports_flipped_bit() {
 }
 
 fn replay_of_changed_observation_differs() {
-    let (mission, config) = tour();
-    let (_, file) = record(&mission, &config);
+    let (simulation, config) = tour();
+    let (_, file) = record(&simulation, &config);
     // The exponent of x: the pose jumps, and the robot brakes.
     let copy = altered(&file, "/inbye/tick", 9, |message| message[42] ^= 0x10);
     let replay = replay_on(&copy, cpu(1));
@@ -135,12 +135,12 @@ fn replay_of_changed_observation_differs() {
 }
 
 fn reader_returns_drive() {
-    let (mission, config) = tour();
-    let (result, file) = record(&mission, &config);
+    let (simulation, config) = tour();
+    let (result, file) = record(&simulation, &config);
     let mut recording = Reader::open(&file[..]).expect("a recording");
     assert_eq!(recording.metadata().config, config);
-    assert_eq!(*recording.metadata().map, *mission.map);
-    assert_eq!(recording.metadata().waypoints.stops, mission.stops());
+    assert_eq!(*recording.metadata().map, *simulation.mission.map);
+    assert_eq!(recording.metadata().waypoints.stops, simulation.mission.stops());
     for row in &result.trace.rows {
         let tick = recording
             .next_tick()

@@ -5,7 +5,6 @@ use std::sync::mpsc::{Receiver, channel};
 
 use inbye::recording::{BackpressurePolicy, Reader, RecordingError};
 use inbye::runtime::Observer;
-use inbye::sim::simulate_mission;
 
 use super::drives::{Memory, cpu, record, record_by, replay_on, tour};
 use crate::support::mcap_copy::chunk_ends;
@@ -50,21 +49,21 @@ impl Write for SmallDisk {
 }
 
 fn full_disk_stops_recording_not_drive() {
-    let (mission, config) = tour();
+    let (simulation, config) = tour();
     let mut observer = Observer {
         clock: &mut || 0.0,
         on_tick: &mut |_| {},
     };
     let alone =
-        simulate_mission(&mission, &config, cpu(1), &mut observer).expect("a valid mission");
-    let (_, whole) = record(&mission, &config);
+        simulation.run(&config, cpu(1), &mut observer).expect("a valid mission");
+    let (_, whole) = record(&simulation, &config);
     for free_bytes in [whole.len() / 3, whole.len() / 2 + 1, whole.len() - 1] {
         let file = Memory::default();
         let disk = SmallDisk {
             file: file.clone(),
             free_bytes,
         };
-        let ends = (&mission, &config);
+        let ends = (&simulation, &config);
         let (result, recorded) = record_by(ends, &mut || 0.0, disk, BackpressurePolicy::Block);
         assert_eq!(result.trace.digest(), alone.trace.digest());
         let cause = recorded.stopped.expect("a full disk");
@@ -101,7 +100,7 @@ impl Write for BlockedDisk {
 }
 
 fn slow_disk_stops_recording_in_real_time() {
-    let (mission, config) = tour();
+    let (simulation, config) = tour();
     let (release, released) = channel();
     let file = Memory::default();
     let disk = BlockedDisk {
@@ -110,7 +109,7 @@ fn slow_disk_stops_recording_in_real_time() {
     };
     let mut ticks = 0;
     let engine = cpu(1);
-    let metadata = inbye::recording::DriveMetadata::new(&mission, &config, engine.name());
+    let metadata = inbye::recording::DriveMetadata::new(&simulation.mission, &config, engine.name());
     let mut recorder = inbye::recording::Recorder::new(disk, &metadata, BackpressurePolicy::Stop)
         .expect("space for the metadata");
     let mut kept = 0;
@@ -125,7 +124,7 @@ fn slow_disk_stops_recording_in_real_time() {
         on_tick: &mut on_tick,
     };
     let result =
-        simulate_mission(&mission, &config, engine, &mut observer).expect("a valid mission");
+        simulation.run(&config, engine, &mut observer).expect("a valid mission");
     assert_eq!(ticks, result.trace.rows.len());
     // The ticks of the blocked first chunk and those in the queue: there is no more memory.
     assert!((64..=64 + 22).contains(&kept), "{kept} of {ticks}");
@@ -160,14 +159,14 @@ impl Write for MeasuringDisk {
 }
 
 fn writes_are_at_most_a_chunk() {
-    let (mission, config) = tour();
+    let (simulation, config) = tour();
     let file = Memory::default();
     let largest = std::sync::Arc::default();
     let disk = MeasuringDisk {
         file: file.clone(),
         bytes: std::sync::Arc::clone(&largest),
     };
-    let ends = (&mission, &config);
+    let ends = (&simulation, &config);
     let (_, recorded) = record_by(ends, &mut || 0.0, disk, BackpressurePolicy::Block);
     let largest = largest.load(std::sync::atomic::Ordering::Relaxed);
     assert!(largest < 1_200_000, "{largest}");
@@ -175,8 +174,8 @@ fn writes_are_at_most_a_chunk() {
 }
 
 fn truncated_file_is_replayed() {
-    let (mission, config) = tour();
-    let (result, file) = record(&mission, &config);
+    let (simulation, config) = tour();
+    let (result, file) = record(&simulation, &config);
     let all = result.trace.rows.len() as u64;
     let ends = chunk_ends(&file);
     assert!(ends.len() > 5, "{ends:?}");
@@ -216,8 +215,8 @@ fn truncated_file_is_replayed() {
 }
 
 fn damaged_file_is_rejected() {
-    let (mission, config) = tour();
-    let (_, file) = record(&mission, &config);
+    let (simulation, config) = tour();
+    let (_, file) = record(&simulation, &config);
     let ends = chunk_ends(&file);
     for place in [ends[2] - 5_000, ends[3] - 10] {
         let mut copy = file.clone();

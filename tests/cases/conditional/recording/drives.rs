@@ -11,7 +11,7 @@ use inbye::recording::{
     BackpressurePolicy, DriveMetadata, Reader, Recorder, RecordingReport, Replay, replay,
 };
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
-use inbye::sim::{MovingObstacles, crossing, simulate_mission};
+use inbye::sim::{MovingObstacles, Simulation, crossing};
 
 /// A shared file in memory.
 #[derive(Clone, Default)]
@@ -45,7 +45,7 @@ pub fn rows() -> Vec<String> {
 }
 
 /// A drive through the room with a waypoint and a crossing pedestrian.
-pub fn tour() -> (Mission, Config) {
+pub fn tour() -> (Simulation, Config) {
     let origin = Pose::new(-1.0 / 3.0, 0.1, 0.0);
     let map = OccupancyGrid::from_rows(&rows(), 0.2, origin).expect("rows of equal length");
     let goal = |x, y, yaw| Goal {
@@ -57,26 +57,20 @@ pub fn tour() -> (Mission, Config) {
     let map = Arc::new(map);
     let known = map.obstacles(config.unknown);
     let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];
-    let crowd = config.pedestrians.crowd(1, 3);
+    let spawner = config.pedestrians.spawner(1, 3);
     let moving_obstacles =
-        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("enough space");
-    let mission = Mission {
-        via: vec![goal(5.0, 4.0, Some(1.0))],
-        moving_obstacles,
-        seed: 3,
-        time_limit_s: 40.0,
-        ..Mission::new(map, Pose::new(1.2, 2.5, 0.0), goal(9.5, 2.5, None))
-    };
-    (mission, config)
+        spawner.spawn(&known, &way, &way).expect("enough space");
+    let simulation = Simulation {moving_obstacles, seed: 3, ..Simulation::new(Mission {via: vec![goal(5.0, 4.0, Some(1.0))], time_limit_s: 40.0, ..Mission::new(map, Pose::new(1.2, 2.5, 0.0), goal(9.5, 2.5, None))})};
+    (simulation, config)
 }
 
 /// The tour with an unmapped obstacle, late decisions and asynchronous plans, as on a real robot: every seventh reading of the
 /// clock is late.
-pub fn late_tour() -> (Mission, Config, impl FnMut() -> f64) {
-    let (mut mission, mut config) = tour();
-    let mut truth = mission.map.obstacles(config.unknown);
+pub fn late_tour() -> (Simulation, Config, impl FnMut() -> f64) {
+    let (mut simulation, mut config) = tour();
+    let mut truth = simulation.mission.map.obstacles(config.unknown);
     truth.fill_disc(&Point::new(3.0, 3.0), 0.4);
-    mission.truth = Some(truth);
+    simulation.truth = Some(truth);
     config.navigator.deadline_s = Some(0.05);
     config.navigator.wait_for_plans = false;
     let (mut now_s, mut reading) = (0.0, 0_u64);
@@ -90,7 +84,7 @@ pub fn late_tour() -> (Mission, Config, impl FnMut() -> f64) {
         };
         now_s
     };
-    (mission, config, clock)
+    (simulation, config, clock)
 }
 
 pub fn cpu(threads: usize) -> Box<dyn Engine> {
@@ -99,13 +93,13 @@ pub fn cpu(threads: usize) -> Box<dyn Engine> {
 
 /// Records a mission in a file, with a clock.
 pub fn record_by<W: Write + Send + 'static>(
-    (mission, config): (&Mission, &Config),
+    (simulation, config): (&Simulation, &Config),
     clock: &mut dyn FnMut() -> f64,
     file: W,
     policy: BackpressurePolicy,
 ) -> (MissionResult, RecordingReport) {
     let engine = cpu(1);
-    let metadata = DriveMetadata::new(mission, config, engine.name());
+    let metadata = DriveMetadata::new(&simulation.mission, config, engine.name());
     let mut recorder = Recorder::new(file, &metadata, policy).expect("space for the metadata");
     let mut on_tick = |moment: &TickEvent<'_>| {
         recorder.record(moment);
@@ -114,17 +108,17 @@ pub fn record_by<W: Write + Send + 'static>(
         clock,
         on_tick: &mut on_tick,
     };
-    let result = simulate_mission(mission, config, engine, &mut observer).expect("a valid mission");
+    let result = simulation.run(config, engine, &mut observer).expect("a valid mission");
     let recorded = recorder.finish(result.trace.digest());
     (result, recorded)
 }
 
 /// Records a mission in memory.
-pub fn record(mission: &Mission, config: &Config) -> (MissionResult, Vec<u8>) {
+pub fn record(simulation: &Simulation, config: &Config) -> (MissionResult, Vec<u8>) {
     let file = Memory::default();
     let mut clock = || 0.0;
     let (result, recorded) = record_by(
-        (mission, config),
+        (simulation, config),
         &mut clock,
         file.clone(),
         BackpressurePolicy::Block,
@@ -136,7 +130,7 @@ pub fn record(mission: &Mission, config: &Config) -> (MissionResult, Vec<u8>) {
 }
 
 /// A crossing with pedestrians, for a few seconds.
-pub fn crowded() -> (Mission, Config) {
+pub fn crowded() -> (Simulation, Config) {
     let scene = crossing();
     let config = Config::default();
     let goal = Goal {
@@ -145,16 +139,11 @@ pub fn crowded() -> (Mission, Config) {
     };
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
-    let crowd = config.pedestrians.crowd(4, 5);
+    let spawner = config.pedestrians.spawner(4, 5);
     let moving_obstacles =
-        MovingObstacles::seeded(&crowd, &known, &way, &way).expect("enough space");
-    let mission = Mission {
-        moving_obstacles,
-        seed: 5,
-        time_limit_s: 12.0,
-        ..Mission::new(Arc::new(scene.map), scene.start, goal)
-    };
-    (mission, config)
+        spawner.spawn(&known, &way, &way).expect("enough space");
+    let simulation = Simulation {moving_obstacles, seed: 5, ..Simulation::new(Mission {time_limit_s: 12.0, ..Mission::new(Arc::new(scene.map), scene.start, goal)})};
+    (simulation, config)
 }
 
 pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {

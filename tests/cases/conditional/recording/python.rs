@@ -8,7 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use inbye::runtime::{Config, Mission};
+use inbye::runtime::Config;
+use inbye::sim::Simulation;
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::drives::{crowded, record, tour};
@@ -29,8 +30,8 @@ pub fn trials() -> Vec<Trial> {
     };
     vec![
         trial("python_reader_returns_equal_values", |python| {
-            for (mission, config) in [tour(), crowded()] {
-                let place = Place::new(&mission, &config)?;
+            for (simulation, config) in [tour(), crowded()] {
+                let place = Place::new(&simulation, &config)?;
                 let output = place.compare(python)?;
                 // Seven messages in each tick, the map and at least one plan.
                 let messages: u64 = output.trim().parse()?;
@@ -41,8 +42,8 @@ pub fn trials() -> Vec<Trial> {
             Ok(())
         }),
         trial("python_reader_reports_flipped_bits", |python| {
-            let (mission, config) = tour();
-            let place = Place::new(&mission, &config)?;
+            let (simulation, config) = tour();
+            let place = Place::new(&simulation, &config)?;
             place.compare(python)?;
             let whole = fs::read(place.file())?;
             // The turn rate, the odometry's x, the first range rounded, the second exactly, a cell, the frame's x.
@@ -75,9 +76,9 @@ struct Place {
 }
 
 impl Place {
-    fn new(mission: &Mission, config: &Config) -> Result<Self, Failed> {
+    fn new(simulation: &Simulation, config: &Config) -> Result<Self, Failed> {
         let folder = tempfile::tempdir()?;
-        let (result, file) = record(mission, config);
+        let (result, file) = record(simulation, config);
         fs::write(folder.path().join("run.mcap"), file)?;
         let lines: Vec<String> = result
             .trace
@@ -86,7 +87,7 @@ impl Place {
             .map(serde_json::to_string)
             .collect::<Result<_, _>>()?;
         fs::write(folder.path().join("rows.jsonl"), lines.join("\n"))?;
-        let grid = &mission.map;
+        let grid = &simulation.mission.map;
         let frame = grid.frame();
         let map = serde_json::json!({
             "width": frame.width,
