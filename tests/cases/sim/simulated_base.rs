@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use inbye::base::{Base, BaseError};
+use inbye::base::BaseError;
 use inbye::geometry::{Pose, Twist};
 use inbye::robot::{Limits, TrackedDrive};
 use inbye::sim::{DriveDynamics, OdometryNoise, SimBase, Slip};
