@@ -68,7 +68,9 @@ pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option
     };
     let file = arguments.base_config.as_deref();
     let line = base_line::load(port, arguments.protocol.unwrap_or_default(), file)?;
-    let mut robot = line.connect(start, process::interrupt_flag()?).context("--port")?;
+    let mut robot = line
+        .connect(start, process::interrupt_flag()?)
+        .context("--port")?;
     let lidar_port = arguments.lidar.clone();
     if let Some(port) = &lidar_port {
         let reader = connect_lidar(port, line.config.lidar).context("--lidar")?;

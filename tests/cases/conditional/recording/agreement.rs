@@ -140,7 +140,10 @@ fn reader_returns_drive() {
     let mut recording = Reader::open(&file[..]).expect("a recording");
     assert_eq!(recording.metadata().config, config);
     assert_eq!(*recording.metadata().map, *simulation.mission.map);
-    assert_eq!(recording.metadata().waypoints.stops, simulation.mission.stops());
+    assert_eq!(
+        recording.metadata().waypoints.stops,
+        simulation.mission.stops()
+    );
     for row in &result.trace.rows {
         let tick = recording
             .next_tick()

@@ -54,8 +54,9 @@ fn full_disk_stops_recording_not_drive() {
         clock: &mut || 0.0,
         on_tick: &mut |_| {},
     };
-    let alone =
-        simulation.run(&config, cpu(1), &mut observer).expect("a valid mission");
+    let alone = simulation
+        .run(&config, cpu(1), &mut observer)
+        .expect("a valid mission");
     let (_, whole) = record(&simulation, &config);
     for free_bytes in [whole.len() / 3, whole.len() / 2 + 1, whole.len() - 1] {
         let file = Memory::default();
@@ -109,7 +110,8 @@ fn slow_disk_stops_recording_in_real_time() {
     };
     let mut ticks = 0;
     let engine = cpu(1);
-    let metadata = inbye::recording::DriveMetadata::new(&simulation.mission, &config, engine.name());
+    let metadata =
+        inbye::recording::DriveMetadata::new(&simulation.mission, &config, engine.name());
     let mut recorder = inbye::recording::Recorder::new(disk, &metadata, BackpressurePolicy::Stop)
         .expect("space for the metadata");
     let mut kept = 0;
@@ -123,8 +125,9 @@ fn slow_disk_stops_recording_in_real_time() {
         clock: &mut || 0.0,
         on_tick: &mut on_tick,
     };
-    let result =
-        simulation.run(&config, engine, &mut observer).expect("a valid mission");
+    let result = simulation
+        .run(&config, engine, &mut observer)
+        .expect("a valid mission");
     assert_eq!(ticks, result.trace.rows.len());
     // The ticks of the blocked first chunk and those in the queue: there is no more memory.
     assert!((64..=64 + 22).contains(&kept), "{kept} of {ticks}");

@@ -11,7 +11,7 @@ use inbye::recording::{
     BackpressurePolicy, DriveMetadata, Reader, Recorder, RecordingReport, Replay, replay,
 };
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
-use inbye::sim::{MovingObstacles, Simulation, crossing};
+use inbye::sim::{Simulation, crossing};
 
 /// A shared file in memory.
 #[derive(Clone, Default)]
@@ -58,9 +58,16 @@ pub fn tour() -> (Simulation, Config) {
     let known = map.obstacles(config.unknown);
     let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];
     let spawner = config.pedestrians.spawner(1, 3);
-    let moving_obstacles =
-        spawner.spawn(&known, &way, &way).expect("enough space");
-    let simulation = Simulation {moving_obstacles, seed: 3, ..Simulation::new(Mission {via: vec![goal(5.0, 4.0, Some(1.0))], time_limit_s: 40.0, ..Mission::new(map, Pose::new(1.2, 2.5, 0.0), goal(9.5, 2.5, None))})};
+    let moving_obstacles = spawner.spawn(&known, &way, &way).expect("enough space");
+    let simulation = Simulation {
+        moving_obstacles,
+        seed: 3,
+        ..Simulation::new(Mission {
+            via: vec![goal(5.0, 4.0, Some(1.0))],
+            time_limit_s: 40.0,
+            ..Mission::new(map, Pose::new(1.2, 2.5, 0.0), goal(9.5, 2.5, None))
+        })
+    };
     (simulation, config)
 }
 
@@ -108,7 +115,9 @@ pub fn record_by<W: Write + Send + 'static>(
         clock,
         on_tick: &mut on_tick,
     };
-    let result = simulation.run(config, engine, &mut observer).expect("a valid mission");
+    let result = simulation
+        .run(config, engine, &mut observer)
+        .expect("a valid mission");
     let recorded = recorder.finish(result.trace.digest());
     (result, recorded)
 }
@@ -140,9 +149,15 @@ pub fn crowded() -> (Simulation, Config) {
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
     let spawner = config.pedestrians.spawner(4, 5);
-    let moving_obstacles =
-        spawner.spawn(&known, &way, &way).expect("enough space");
-    let simulation = Simulation {moving_obstacles, seed: 5, ..Simulation::new(Mission {time_limit_s: 12.0, ..Mission::new(Arc::new(scene.map), scene.start, goal)})};
+    let moving_obstacles = spawner.spawn(&known, &way, &way).expect("enough space");
+    let simulation = Simulation {
+        moving_obstacles,
+        seed: 5,
+        ..Simulation::new(Mission {
+            time_limit_s: 12.0,
+            ..Mission::new(Arc::new(scene.map), scene.start, goal)
+        })
+    };
     (simulation, config)
 }
 
