@@ -20,10 +20,10 @@ mod cases {
         mod program;
         mod recording;
         mod records;
-        mod refusals;
         mod shells;
         mod soak;
         mod tools;
+        mod unusable_input;
         mod verbosity;
     }
 }

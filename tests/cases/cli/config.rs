@@ -1,11 +1,10 @@
-//! `inbye config`: what is printed is used as it stands, what is checked is what `drive` would say, and a Nav2 file becomes
-//! settings that drive.
+//! `inbye config`: printing, checking, and importing Nav2 files.
 
 use serde_json::Value;
 
 use super::program::{Workplace, assert_fields};
 
-/// A small robot with DWB, a velocity smoother and another node beside them.
+/// A small robot with DWB, a velocity smoother and another node.
 pub const NAV2: &str = r#"
 controller_server:
   ros__parameters:
@@ -38,9 +37,9 @@ fn place() -> Workplace {
 }
 
 #[test]
-fn what_is_printed_is_a_configuration_and_changes_nothing() {
+fn printed_configuration_is_valid_and_equals_defaults() {
     let place = place();
-    for (flags, use_it) in [
+    for (flags, command) in [
         (
             "",
             "plan --map mine.yaml --start 10,5 --goal 80,40 --config",
@@ -50,7 +49,7 @@ fn what_is_printed_is_a_configuration_and_changes_nothing() {
         let run = place.run(&format!("config --print {flags}"));
         assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
         place.write("all.toml", &run.stdout);
-        let used = place.run(&format!("{use_it} all.toml"));
+        let used = place.run(&format!("{command} all.toml"));
         assert_eq!((used.status, used.errors.len()), (0, 0), "{used:?}");
         let (status, object) = place.json(&format!("config --print {flags}"));
         assert_eq!(status, 0);
@@ -71,7 +70,7 @@ fn what_is_printed_is_a_configuration_and_changes_nothing() {
 }
 
 #[test]
-fn a_file_is_checked_by_the_words_of_those_who_use_it() {
+fn check_reports_errors_of_the_commands() {
     let place = place();
     place.write("good.toml", "[local]\nvx_samples = 8\n");
     place.write("bad.toml", "[local]\nvx_sample = 8\n");
@@ -120,7 +119,7 @@ fn a_file_is_checked_by_the_words_of_those_who_use_it() {
 }
 
 #[test]
-fn a_nav2_file_becomes_settings_that_drive() {
+fn imported_nav2_settings_drive() {
     let place = place();
     let import = "config import-nav2 nav2_params.yaml";
     let run = place.run(import);
@@ -171,7 +170,7 @@ fn a_nav2_file_becomes_settings_that_drive() {
 }
 
 #[test]
-fn nav2_files_that_mean_nothing() {
+fn unusable_nav2_files_are_rejected() {
     let place = place();
     let robots =
         |name: &str| NAV2.replace("controller_server:", &format!("{name}/controller_server:"));
@@ -245,12 +244,12 @@ fn nav2_files_that_mean_nothing() {
         }
     }
     let kept = std::fs::read_to_string(place.path("keep.toml")).expect("it is there");
-    assert_eq!(kept, "# kept\n", "a refusal leaves files as they are");
+    assert_eq!(kept, "# kept\n", "an error leaves files unchanged");
 }
 
-/// A key of a map file without a meaning is another tool's, or one mistyped.
+/// An unknown key of a map file may belong to another tool; only a likely misspelling is noted.
 #[test]
-fn a_map_key_that_is_almost_one_is_noted() {
+fn misspelled_map_key_is_noted() {
     let place = place();
     let yaml = std::fs::read_to_string(place.path("mine.yaml")).expect("the map is there");
     place.write("odd.yaml", yaml + "mdoe: scale\nauthor: me\n");

@@ -7,7 +7,7 @@ use roxmltree::{Document, Node};
 
 use super::program::Workplace;
 
-/// Runs a plan with both pictures: its exit status, the drawing and the pixels.
+/// Runs a plan with both pictures; returns the exit status, the SVG and the pixels.
 #[track_caller]
 fn pictures(place: &Workplace, arguments: &str) -> (i32, String, RgbaImage) {
     let run = place.run(&format!("{arguments} --svg plan.svg --png plan.png"));
@@ -30,8 +30,8 @@ fn texts<'a>(svg: &'a Document) -> Vec<&'a str> {
         .collect()
 }
 
-/// What holds of every drawing: it is XML, needs nothing from elsewhere and no more of CSS than classes, and the pixels
-/// have its shape, 1440 wide.
+/// Checks a picture: the SVG is XML without external references or CSS beyond classes; the pixels are 1440 wide with the same
+/// aspect ratio.
 #[track_caller]
 fn check(svg: &str, pixels: &RgbaImage) {
     let drawing = Document::parse(svg).expect("the drawing is XML");
@@ -53,16 +53,16 @@ fn check(svg: &str, pixels: &RgbaImage) {
     let (mut ink, mut paper) = (0, 0);
     for pixel in pixels.pixels() {
         let [red, green, blue, opacity] = pixel.0;
-        assert_eq!(opacity, 255, "a picture without holes");
+        assert_eq!(opacity, 255, "an opaque picture");
         ink += u32::from(red < 80 && green < 80 && blue < 80);
         paper += u32::from([red, green, blue] == [255; 3]);
     }
-    // Letters, marks and free ground.
+    // Letters, marks and free cells.
     assert!(ink > 1000 && paper > 10_000, "{ink} and {paper}");
 }
 
 #[test]
-fn a_plan_is_drawn_on_its_map() {
+fn plan_is_drawn_on_map() {
     let place = Workplace::new();
     let (status, svg, pixels) = pictures(
         &place,
@@ -88,7 +88,7 @@ fn a_plan_is_drawn_on_its_map() {
         assert!(caption.contains(words), "{caption}");
     }
     assert!(texts.iter().any(|text| text.contains("mine.yaml")));
-    // The colour of the smoothed path is in the picture, and of no other mark.
+    // Only the smoothed path is green.
     let is_green = |[red, green, blue, _]: [u8; 4]| {
         u16::from(green) > u16::from(red) + 40 && u16::from(green) > u16::from(blue) + 10
     };
@@ -97,10 +97,10 @@ fn a_plan_is_drawn_on_its_map() {
 }
 
 #[test]
-fn letters_come_with_the_program() {
+fn letters_are_rendered_without_system_fonts() {
     let place = Workplace::new();
     let (_, _, pixels) = pictures(&place, "plan --map mine.yaml --start 10,5 --goal 80,40");
-    // The headline's band holds nothing but letters.
+    // The band of the title contains letters only.
     let dark = |pixel: &image::Rgba<u8>| pixel.0[0] < 120;
     let headline = (0..1440).flat_map(|x| (20..60).map(move |y| (x, y)));
     let ink = headline
@@ -110,7 +110,7 @@ fn letters_come_with_the_program() {
 }
 
 #[test]
-fn the_same_plan_gives_the_same_bytes() {
+fn same_plan_gives_same_bytes() {
     let place = Workplace::new();
     let arguments = "plan --map mine.yaml --start 10,5 --goal 80,40";
     let one = pictures(&place, arguments);
@@ -118,7 +118,7 @@ fn the_same_plan_gives_the_same_bytes() {
 }
 
 #[test]
-fn any_map_can_be_drawn() {
+fn unusual_maps_are_drawn() {
     let place = Workplace::new();
     place.write("empty.txt", "........\n........\n........\n");
     place.write("dot.txt", ".\n");
@@ -151,7 +151,7 @@ fn any_map_can_be_drawn() {
 }
 
 #[test]
-fn how_far_a_plan_got_is_drawn_too() {
+fn failed_plan_is_drawn() {
     let place = Workplace::new();
     place.write("halves.txt", "#######\n#..#..#\n#..#..#\n#######\n");
     let (status, svg, pixels) = pictures(
@@ -166,17 +166,17 @@ fn how_far_a_plan_got_is_drawn_too() {
         "{svg}"
     );
     assert!(texts(&drawing).contains(&"nearest that can be reached"));
-    // The leg that could be planned.
+    // The planned leg.
     assert!(!with_class(&drawing, "smoothed").is_empty());
 
-    // An end in the rock is best seen on the map.
+    // An occupied goal is drawn as well.
     place.refusal("plan --map halves.txt --start 1.5,1.5 --goal 3.5,1.5 --radius 0 --svg plan.svg");
     let svg = fs::read_to_string(place.path("plan.svg")).unwrap();
     assert!(svg.contains("no path to the goal (GOAL_OCCUPIED)"));
 }
 
 #[test]
-fn hostile_names_stay_text() {
+fn markup_in_map_name_is_escaped() {
     let place = Workplace::new();
     let name = "a&b<c>.txt";
     place.write(name, "....\n....\n");

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::program::{Workplace, assert_fields};
 
-/// A room of 12 by 5.2 m at 0.2 m a cell, with a pillar in the way.
+/// A room of 12 by 5.2 m with 0.2 m cells and a pillar between start and goal.
 fn room() -> Workplace {
     let place = Workplace::new();
     let row = |pillar: &str| format!("#{:.<58}#\n", format!("{:.<27}{pillar}", ""));
@@ -33,7 +33,7 @@ fn digest(object: &Value) -> &str {
 }
 
 #[test]
-fn the_robot_arrives_and_the_object_has_every_field() {
+fn drive_reaches_goal_and_json_has_every_field() {
     let place = room();
     let (status, object) = place.json(DRIVE);
     assert_eq!(status, 0);
@@ -49,7 +49,7 @@ fn the_robot_arrives_and_the_object_has_every_field() {
         (&json!(true), &json!(false))
     );
     let number = |name: &str| object[name].as_f64().unwrap();
-    // Nine metres at no more than 1 m/s, less the tolerance of 0.25 m at the goal.
+    // Nine metres at 1 m/s at most, less the goal tolerance of 0.25 m.
     assert!(
         number("travelled_m") > 8.7 && number("travelled_m") < 12.0,
         "{object}"
@@ -69,7 +69,7 @@ fn the_robot_arrives_and_the_object_has_every_field() {
 }
 
 #[test]
-fn the_same_run_has_the_same_digest_on_any_number_of_threads() {
+fn digest_is_equal_for_equal_seed_and_any_threads() {
     let place = room();
     let run = |more: &str| {
         place
@@ -84,18 +84,18 @@ fn the_same_run_has_the_same_digest_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_goal_with_a_yaw_is_parked_at() {
+fn goal_yaw_is_reached() {
     let arguments = DRIVE.replace("10.5,2.5", "4.5,2.5,-1.5");
     let (status, object) = room().json(&arguments);
     assert_eq!(status, 0);
-    let off = object["final_error"]["yaw_rad"]
+    let error = object["final_error"]["yaw_rad"]
         .as_f64()
-        .expect("a yaw was asked for");
-    assert!(off.abs() <= 0.1, "{object}");
+        .expect("a yaw error");
+    assert!(error.abs() <= 0.1, "{object}");
 }
 
 #[test]
-fn a_report_and_a_record_are_written() {
+fn report_and_record_are_written() {
     let place = room();
     let run = place.run(&format!("{DRIVE} --report out/page --record trace.jsonl"));
     assert_eq!(run.status, 0, "{run:?}");
@@ -115,7 +115,7 @@ fn a_report_and_a_record_are_written() {
 }
 
 #[test]
-fn people_read_how_it_ended() {
+fn drive_text_states_outcome() {
     let place = room();
     let run = place.run(&format!("{DRIVE} --time-limit 2"));
     assert_eq!(run.status, 1, "{run:?}");
@@ -134,7 +134,7 @@ fn people_read_how_it_ended() {
 }
 
 #[test]
-fn the_cpu_drives_the_same_way_where_there_is_no_gpu_and_that_is_counted() {
+fn missing_gpu_is_counted_and_cpu_gives_same_digest() {
     let place = room();
     let cpu = place.json(DRIVE).1;
     let auto = place.json(&DRIVE.replace("--engine cpu", "")).1;
@@ -153,7 +153,7 @@ fn the_cpu_drives_the_same_way_where_there_is_no_gpu_and_that_is_counted() {
 }
 
 #[test]
-fn a_deadline_that_is_never_missed_changes_nothing_and_one_always_missed_keeps_it_standing() {
+fn met_deadline_changes_nothing_and_missed_deadline_stands() {
     let place = room();
     let free = place.json(DRIVE).1;
     let kept = place.json(&format!("{DRIVE} --deadline 1e6")).1;
@@ -178,7 +178,7 @@ fn a_deadline_that_is_never_missed_changes_nothing_and_one_always_missed_keeps_i
 }
 
 #[test]
-fn a_walled_off_goal_is_an_answer() {
+fn unreachable_goal_is_an_answer() {
     let place = room();
     let open = fs::read_to_string(place.path("room.txt")).unwrap();
     let cut = |row: &str| [&row[..40], "#", &row[41..], "\n"].concat();
@@ -202,7 +202,7 @@ fn a_walled_off_goal_is_an_answer() {
 }
 
 #[test]
-fn people_in_the_way_come_by_number_or_from_a_file() {
+fn obstacles_are_a_number_or_a_file() {
     let place = room();
     place.write(
         "far.json",
@@ -227,7 +227,7 @@ fn people_in_the_way_come_by_number_or_from_a_file() {
 }
 
 #[test]
-fn something_that_stands_in_the_robot_is_touched_at_once() {
+fn obstacle_inside_robot_collides_at_once() {
     let place = room();
     place.write(
         "in.json",
@@ -242,7 +242,7 @@ fn something_that_stands_in_the_robot_is_touched_at_once() {
 }
 
 #[test]
-fn a_configuration_changes_the_robot() {
+fn configuration_changes_robot() {
     let place = room();
     place.write(
         "slow.toml",

@@ -1,13 +1,13 @@
-//! `inbye evaluate`, against arithmetic done by hand.
+//! `inbye evaluate`, compared with arithmetic by hand.
 
 use serde_json::{Value, json};
 
 use super::program::{Workplace, assert_fields};
 
-/// The clearance is measured in units of at most 0.25 mm, an end in sixteenths of it.
+/// Clearances have a resolution of at most 0.25 mm, end poses of a sixteenth of that.
 const TOLERANCE: f64 = 1e-3;
 
-/// A room of 41 by 41 cells of 0.1 m, the robot in its middle, three speeds and three turn rates.
+/// A room of 41 by 41 cells of 0.1 m with the robot in the centre; three speeds and three turn rates.
 fn room() -> Value {
     let inside = format!("#{}#", ".".repeat(39));
     let mut rows = vec![inside; 41];
@@ -35,7 +35,7 @@ fn evaluate(problem: &Value) -> (i32, Value) {
 }
 
 #[track_caller]
-fn close(found: &Value, expected: f64) {
+fn assert_close(found: &Value, expected: f64) {
     let number = found.as_f64().unwrap_or(f64::NAN);
     assert!(
         (number - expected).abs() < TOLERANCE,
@@ -44,67 +44,67 @@ fn close(found: &Value, expected: f64) {
 }
 
 #[test]
-fn the_object_has_every_field() {
+fn evaluate_json_has_every_field() {
     let (status, object) = evaluate(&room());
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "winner.index whole, winner.v real, winner.omega real, winner.heading real, winner.dist real, \
-         winner.vel real, winner.combine real, winner.score real, admissible whole, rejected.collision whole, \
-         rejected.cannot_stop whole, rejected.outside whole, sums.heading real, sums.dist real, sums.vel real, \
-         sums.combine real, digest text, samples list, samples[].index whole, samples[].v real, \
-         samples[].omega real, samples[].admissible bool, samples[].reason text, samples[].end list, \
-         samples[].heading real, samples[].dist real, samples[].vel real, samples[].combine real, \
+        "winner.index whole, winner.vx real, winner.vtheta real, winner.heading real, winner.clearance real, \
+         winner.velocity real, winner.path real, winner.score real, admissible whole, rejected.collision whole, \
+         rejected.cannot_stop whole, rejected.outside whole, sums.heading real, sums.clearance real, sums.velocity real, \
+         sums.path real, digest text, samples list, samples[].index whole, samples[].vx real, \
+         samples[].vtheta real, samples[].admissible bool, samples[].status text, samples[].end list, \
+         samples[].heading real, samples[].clearance real, samples[].velocity real, samples[].path real, \
          samples[].score real",
     );
 }
 
 #[test]
-fn window_order_ends_and_terms_are_as_defined() {
+fn samples_have_documented_order_end_and_terms() {
     let (_, object) = evaluate(&room());
     let samples = object["samples"].as_array().unwrap();
     assert_eq!((samples.len(), &object["admissible"]), (9, &json!(9)));
-    // 0.2 m/s and 0.5 m/s^2 for 0.1 s either way; 0 and 1 rad/s^2.
+    // 0.2 m/s +- 0.5 m/s^2 for 0.1 s; 0 +- 1 rad/s^2.
     for (index, sample) in samples.iter().enumerate() {
         let (v, omega) = ([0.15, 0.2, 0.25][index % 3], [-0.1, 0.0, 0.1][index / 3]);
         assert_eq!(
-            (&sample["index"], &sample["reason"]),
+            (&sample["index"], &sample["status"]),
             (&json!(index), &json!("ok"))
         );
-        close(&sample["v"], v);
-        close(&sample["omega"], omega);
-        close(&sample["vel"], v);
-        // Ten steps of 0.1 s, each straight along the heading at its beginning.
+        assert_close(&sample["vx"], v);
+        assert_close(&sample["vtheta"], omega);
+        assert_close(&sample["velocity"], v);
+        // Ten steps of 0.1 s, each straight along the heading at its start.
         let along = |part: fn(f64) -> f64| -> f64 {
             (0..10)
                 .map(|step| v * 0.1 * part(omega * 0.1 * f64::from(step)))
                 .sum()
         };
         let (x, y) = (along(libm::cos), along(libm::sin));
-        close(&sample["end"][0], 2.05 + x);
-        close(&sample["end"][1], 2.05 + y);
-        close(&sample["end"][2], omega);
+        assert_close(&sample["end"][0], 2.05 + x);
+        assert_close(&sample["end"][1], 2.05 + y);
+        assert_close(&sample["end"][2], omega);
         // The target lies 1.5 m, the key node 0.25 m ahead of the start.
         let bearing = libm::atan2(-y, 1.5 - x);
-        close(
+        assert_close(
             &sample["heading"],
             core::f64::consts::PI - (bearing - omega).abs(),
         );
-        close(&sample["combine"], libm::hypot(0.25 - x, y));
+        assert_close(&sample["path"], libm::hypot(0.25 - x, y));
     }
     // Sample 4 ends in the cell about (2.25, 2.05); the wall's cells are about x 4.05.
-    close(&samples[4]["dist"], 4.05 - 2.25 - 0.1);
+    assert_close(&samples[4]["clearance"], 4.05 - 2.25 - 0.1);
 }
 
 #[test]
-fn the_winner_has_the_best_score_of_equation_35() {
+fn winner_has_best_score_of_equation_35() {
     let (_, object) = evaluate(&room());
     let samples = object["samples"].as_array().unwrap();
     let terms = [
         ("heading", 0.1),
-        ("dist", 0.2),
-        ("vel", 0.3),
-        ("combine", -0.4),
+        ("clearance", 0.2),
+        ("velocity", 0.3),
+        ("path", -0.4),
     ];
     let sum = |term: &str| {
         samples
@@ -113,7 +113,7 @@ fn the_winner_has_the_best_score_of_equation_35() {
             .sum::<f64>()
     };
     for (term, _) in terms {
-        close(&object["sums"][term], sum(term));
+        assert_close(&object["sums"][term], sum(term));
     }
     let score = |sample: &Value| -> f64 {
         terms
@@ -127,11 +127,11 @@ fn the_winner_has_the_best_score_of_equation_35() {
             "{sample}"
         );
     }
-    // Straight at the target, fastest, onto the key node.
+    // Straight to the target at the highest speed, through the key node.
     let winner = &object["winner"];
     assert_eq!(winner["index"], 5);
-    close(&winner["v"], 0.25);
-    close(&winner["combine"], 0.0);
+    assert_close(&winner["vx"], 0.25);
+    assert_close(&winner["path"], 0.0);
     assert!(
         samples
             .iter()
@@ -141,8 +141,8 @@ fn the_winner_has_the_best_score_of_equation_35() {
 }
 
 #[test]
-fn each_kind_of_rejection_is_counted() {
-    // A wall 0.5 m ahead of the robot's centre, all others far off; four speeds straight at it for 0.4 s.
+fn every_kind_of_rejection_is_counted() {
+    // A wall 0.5 m ahead of the robot's centre, all others far away; four speeds straight towards it for 0.4 s.
     let mut problem = room();
     let row = format!("{}#{}", ".".repeat(30), ".".repeat(10));
     problem["map"]["rows"] = json!(vec![row; 41]);
@@ -158,16 +158,16 @@ fn each_kind_of_rejection_is_counted() {
     problem["vtheta_samples"] = json!(1);
     let (status, object) = evaluate(&problem);
     assert_eq!(status, 0);
-    // Clearance at the end, and what stopping takes, v^2 / (2 * 1.5): 0.3 m/s has 0.3 m for 0.03 m, 0.5 m/s 0.2 m for
-    // 0.083 m, 0.7 m/s 0.1 m for 0.163 m; at 0.9 m/s the robot ends in the cell before the wall, and touches it.
-    let reasons: Vec<&str> = object["samples"]
+    // Clearance at the end against the stopping distance v^2 / (2 * 1.5): 0.3 m and 0.03 m at 0.3 m/s, 0.2 m and 0.083 m at
+    // 0.5 m/s, 0.1 m and 0.163 m at 0.7 m/s; at 0.9 m/s the robot ends in the cell before the wall and hits it.
+    let statuses: Vec<&str> = object["samples"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|sample| sample["reason"].as_str().unwrap())
+        .map(|sample| sample["status"].as_str().unwrap())
         .collect();
     assert_eq!(
-        reasons,
+        statuses,
         ["ok", "ok", "cannot_stop", "collision"],
         "{object}"
     );
@@ -178,9 +178,9 @@ fn each_kind_of_rejection_is_counted() {
     );
     assert_eq!(object["samples"][3]["score"], Value::Null);
     assert_eq!(object["samples"][3]["admissible"], false);
-    close(&object["samples"][1]["dist"], 0.2);
+    assert_close(&object["samples"][1]["clearance"], 0.2);
 
-    // The same speeds from 0.3 m before the map's far side: 0.9 m/s leaves it, unless what lies beyond is free.
+    // The same speeds from 0.3 m before the map's far side: 0.9 m/s leaves it, unless the outside is free.
     problem["robot"]["pose"] = json!([3.8, 2.05, 0.0]);
     let (_, object) = evaluate(&problem);
     assert_eq!(
@@ -194,7 +194,7 @@ fn each_kind_of_rejection_is_counted() {
 }
 
 #[test]
-fn no_admissible_sample_is_an_answer() {
+fn missing_admissible_sample_is_an_answer() {
     let mut problem = room();
     problem["robot"]["pose"] = json!([0.05, 0.05, 0.0]);
     let (status, object) = evaluate(&problem);
@@ -214,8 +214,8 @@ fn no_admissible_sample_is_an_answer() {
 }
 
 #[test]
-fn a_moving_obstacle_is_met_when_it_is_there() {
-    // It crosses the robot's line 0.2 m ahead: at once, or long after the horizon of 1 s.
+fn moving_obstacle_collides_only_in_its_time() {
+    // It crosses the robot's path 0.2 m ahead: at once, or long after the horizon of 1 s.
     let mut problem = room();
     problem["obstacles"] = json!([{"x": 2.25, "y": 2.05, "radius": 0.1, "vx": 0.0, "vy": 0.0}]);
     let (_, object) = evaluate(&problem);
@@ -225,11 +225,11 @@ fn a_moving_obstacle_is_met_when_it_is_there() {
     let (_, object) = evaluate(&problem);
     assert_eq!(object["admissible"], 9, "{object}");
     // At 1 s it is at (2.25, 3.05), and sample 4 at (2.25, 2.05).
-    close(&object["samples"][4]["dist"], 1.0 - 0.1 - 0.1);
+    assert_close(&object["samples"][4]["clearance"], 1.0 - 0.1 - 0.1);
 }
 
 #[test]
-fn a_map_file_is_found_beside_the_problem() {
+fn map_file_is_relative_to_problem_file() {
     let place = Workplace::new();
     let mut problem = room();
     let rows: Vec<String> = problem["map"]["rows"]
@@ -250,14 +250,14 @@ fn a_map_file_is_found_beside_the_problem() {
 }
 
 #[test]
-fn people_read_the_decision_and_its_samples() {
+fn evaluate_text_lists_decision_and_samples() {
     let place = Workplace::new();
     place.write("problem.json", room().to_string());
     let run = place.run("evaluate --problem problem.json --engine cpu --samples");
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
     assert!(
         run.stdout
-            .starts_with("command      v 0.250 m/s, omega +0.000 rad/s (sample 5)\n"),
+            .starts_with("command      vx 0.250 m/s, vtheta +0.000 rad/s (sample 5)\n"),
         "{}",
         run.stdout
     );

@@ -1,4 +1,4 @@
-//! What a plan on a large map may take of memory.
+//! Memory limit of planning on a large map.
 
 #![cfg(unix)]
 
@@ -9,10 +9,10 @@ use super::program::Workplace;
 /// Columns and rows of the map.
 const SIDE: usize = 4000;
 
-/// The whole process, in kibibytes of address space.
-const MOST_KIB: usize = 300_000;
+/// Address space of the whole process, KiB.
+const MAX_KIB: usize = 300_000;
 
-/// Rows of rooms with a pillar in each, closed by a wall.
+/// A map of rooms with a pillar in each, enclosed by a wall.
 fn pillars() -> String {
     let mut rows = String::with_capacity(SIDE * (SIDE + 1));
     for row in 0..SIDE {
@@ -26,14 +26,14 @@ fn pillars() -> String {
     rows
 }
 
-fn status(place: &Workplace, most_kib: usize) -> Option<i32> {
+fn status(place: &Workplace, max_kib: usize) -> Option<i32> {
     let arguments =
         "plan --map large.txt --resolution 0.1 --start 3,3 --goal 397,397 --radius 0.2 --json";
     let program = assert_cmd::cargo::cargo_bin!("inbye").display().to_string();
     Command::new("sh")
         .arg("-c")
         .arg(format!(
-            "ulimit -v {most_kib} && exec '{program}' {arguments} >plan.json"
+            "ulimit -v {max_kib} && exec '{program}' {arguments} >plan.json"
         ))
         .current_dir(place.path(""))
         .env("RUST_BACKTRACE", "0")
@@ -44,10 +44,10 @@ fn status(place: &Workplace, most_kib: usize) -> Option<i32> {
 }
 
 #[test]
-fn a_map_of_sixteen_million_cells_is_planned_on_within_300_megabytes() {
+fn map_of_16_million_cells_is_planned_within_300_mb() {
     let place = Workplace::new();
     place.write("large.txt", pillars());
-    assert_eq!(status(&place, MOST_KIB), Some(0));
-    // The limit holds: a third of it is not enough.
-    assert_ne!(status(&place, MOST_KIB / 3), Some(0));
+    assert_eq!(status(&place, MAX_KIB), Some(0));
+    // The limit is effective: a third of it is not enough.
+    assert_ne!(status(&place, MAX_KIB / 3), Some(0));
 }

@@ -8,11 +8,11 @@ use super::program::{Workplace, assert_fields};
 
 const ENDS: &str = "plan --map mine.yaml --start 10,5 --goal 80,40";
 
-/// A room in two halves; a character is a metre.
+/// A room in two halves; each cell is 1 m.
 const HALVES: &str = "#############\n#.....#.....#\n#.....#.....#\n#.....#.....#\n#############\n";
 
 #[test]
-fn the_object_has_every_field() {
+fn plan_json_has_every_field() {
     let place = Workplace::new();
     let (status, object) = place.json(ENDS);
     assert_eq!(status, 0);
@@ -44,7 +44,7 @@ fn the_object_has_every_field() {
         (&path[0], &path[path.len() - 1]),
         (&json!([10.0, 5.0]), &json!([80.0, 40.0]))
     );
-    // The wall at 49.5 to 50.5 m ends at 50 m; nothing is shorter than by way of the corner.
+    // The wall at 49.5 to 50.5 m ends at 50 m; no path is shorter than along its corner.
     let corner = libm::hypot(39.5, 45.0) + 1.0 + libm::hypot(29.5, 10.0);
     let length_m = object["length_m"].as_f64().unwrap();
     assert!(
@@ -52,12 +52,12 @@ fn the_object_has_every_field() {
         "{length_m} over {corner}"
     );
     assert!(object["raw"]["length_m"].as_f64().unwrap() >= length_m);
-    // The circle about the default robot is 0.42 m.
+    // The circumscribed radius of the default robot is 0.42 m.
     assert!(object["min_clearance_m"].as_f64().unwrap() > 0.42);
 }
 
 #[test]
-fn people_read_the_same_numbers() {
+fn plan_text_has_same_numbers_as_json() {
     let place = Workplace::new();
     let (_, object) = place.json(ENDS);
     let run = place.run(ENDS);
@@ -83,7 +83,7 @@ fn people_read_the_same_numbers() {
 }
 
 #[test]
-fn the_distance_to_keep_can_be_given() {
+fn radius_sets_clearance() {
     let place = Workplace::new();
     let clearance = |radius: &str| {
         let (status, object) = place.json(&format!("{ENDS} --radius {radius}"));
@@ -95,7 +95,7 @@ fn the_distance_to_keep_can_be_given() {
 }
 
 #[test]
-fn a_walled_off_goal_is_an_answer() {
+fn unreachable_goal_is_an_answer() {
     let place = Workplace::new();
     place.write("halves.txt", HALVES);
     let arguments = "plan --map halves.txt --start 2,2 --goal 10,2 --radius 0.2";
@@ -110,7 +110,7 @@ fn a_walled_off_goal_is_an_answer() {
         &object,
         "reason text, expanded whole, length_m null, stop null, nearest_reachable list",
     );
-    // As far as the wall between the halves, less the distance kept, and back to the middle of a cell.
+    // The centre of the cell nearest to the wall between the halves, at the clearance.
     let nearest = &object["nearest_reachable"];
     assert_eq!(*nearest, json!([4.5, 2.5]));
     let (status, there) =
@@ -127,11 +127,11 @@ fn a_walled_off_goal_is_an_answer() {
 }
 
 #[test]
-fn a_tour_is_its_legs_one_after_the_other() {
+fn plan_with_stops_joins_its_legs() {
     let place = Workplace::new();
     let stops = ["10,5", "20,30", "60,50", "80,40"];
-    let tour = "plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40";
-    let (status, object) = place.json(tour);
+    let arguments = "plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40";
+    let (status, object) = place.json(arguments);
     assert_eq!((status, &object["found"]), (0, &json!(true)));
     let legs = object["legs"].as_array().unwrap();
     assert_eq!(legs.len(), 3);
@@ -165,11 +165,11 @@ fn a_tour_is_its_legs_one_after_the_other() {
         .map(|leg| leg["min_clearance_m"].as_f64().unwrap());
     let least = clearances.fold(f64::INFINITY, f64::min);
     assert_eq!(object["min_clearance_m"].as_f64(), Some(least));
-    // The turns at the stops are corners of the tour, and of no leg.
+    // The turns at the stops are sharp turns of the whole path, but of no leg.
     assert_eq!(object["curvature"]["sharp_turns"], 2);
     assert_eq!(object["curvature"]["slowest_speed_mps"], 0.0);
 
-    let run = place.run(tour);
+    let run = place.run(arguments);
     let table: Vec<&str> = run
         .stdout
         .lines()
@@ -187,7 +187,7 @@ fn a_tour_is_its_legs_one_after_the_other() {
 }
 
 #[test]
-fn a_leg_that_cannot_be_is_named_by_its_stop() {
+fn failed_leg_is_named_by_its_stop() {
     let place = Workplace::new();
     place.write("halves.txt", HALVES);
     let map = "plan --map halves.txt --start 2,2 --radius 0.2";
@@ -215,7 +215,7 @@ fn a_leg_that_cannot_be_is_named_by_its_stop() {
 }
 
 #[test]
-fn bends_are_held_against_what_the_base_can_do() {
+fn curvature_is_compared_with_robot_limits() {
     let place = Workplace::new();
     let figure = |arguments: &str, name: &str| {
         let (status, object) = place.json(arguments);
@@ -224,7 +224,7 @@ fn bends_are_held_against_what_the_base_can_do() {
     };
     let (tightest, limit) = (figure(ENDS, "max_per_m"), figure(ENDS, "limit_per_m"));
     assert!((figure(ENDS, "min_radius_m") * tightest - 1.0).abs() < 1e-12);
-    // 1 rad/s at 1 m/s; the path hugs the end of the wall more tightly than that.
+    // 1 rad/s at 1 m/s; the path is tighter at the end of the wall.
     assert!(
         (limit - 1.0).abs() < 1e-12 && tightest > limit,
         "{tightest}"
@@ -233,7 +233,7 @@ fn bends_are_held_against_what_the_base_can_do() {
     assert!(share > 0.9 && share < 1.0, "{share}");
     let slowest = figure(ENDS, "slowest_speed_mps");
     assert!((slowest - 1.0 / tightest).abs() < 1e-9, "{slowest}");
-    // A base that turns faster follows it all at its top speed.
+    // A base that turns faster follows the whole path at its highest speed.
     place.write(
         "agile.toml",
         "[robot]\nlimits = { max_vel_x = 0.5, max_vel_theta = 10.0 }\n",
@@ -241,7 +241,7 @@ fn bends_are_held_against_what_the_base_can_do() {
     let agile = format!("{ENDS} --config agile.toml");
     assert_eq!(figure(&agile, "within_limit_share"), 1.0);
     assert_eq!(figure(&agile, "slowest_speed_mps"), 0.5);
-    // Nothing is smoothed at degree one.
+    // Degree 1 does not smooth.
     place.write("sharp.toml", "[global]\nspline_degree = 1\n");
     let sharp = format!("{ENDS} --config sharp.toml");
     assert!(figure(&sharp, "sharp_turns") >= 1.0);
@@ -250,7 +250,7 @@ fn bends_are_held_against_what_the_base_can_do() {
 }
 
 #[test]
-fn start_and_goal_may_be_one() {
+fn start_may_equal_goal() {
     let (status, object) = Workplace::new().json("plan --map mine.yaml --start 10,5 --goal 10,5");
     assert_eq!((status, &object["found"]), (0, &json!(true)));
     assert_eq!(object["length_m"], 0.0);
@@ -258,7 +258,7 @@ fn start_and_goal_may_be_one() {
 }
 
 #[test]
-fn unknown_ground_is_blocked_unless_it_is_said_to_be_free() {
+fn unknown_cells_are_blocked_by_default() {
     let place = Workplace::new();
     place.write("half_known.txt", "....???\n....???\n....???\n");
     let arguments = "plan --map half_known.txt --start 1.5,1.5 --goal 5.5,1.5 --radius 0.4";
@@ -278,7 +278,7 @@ fn unknown_ground_is_blocked_unless_it_is_said_to_be_free() {
 }
 
 #[test]
-fn a_reader_that_stops_reading_is_no_fault() {
+fn closed_pipe_is_no_error() {
     let place = Workplace::new();
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("inbye"))
         .args(ENDS.split_whitespace())
@@ -295,7 +295,7 @@ fn a_reader_that_stops_reading_is_no_fault() {
 }
 
 #[test]
-fn every_kind_of_map_is_read() {
+fn movingai_map_is_read() {
     let place = Workplace::new();
     place.write(
         "room.map",
@@ -309,7 +309,7 @@ fn every_kind_of_map_is_read() {
 }
 
 #[test]
-fn the_search_can_be_chosen_and_says_whether_it_is_exact() {
+fn search_is_selectable_and_states_exactness() {
     let place = Workplace::new();
     let raw_m = |config: &str| {
         place.write("search.toml", config);

@@ -1,4 +1,4 @@
-//! Running the program in a folder of its own, and the scenes that lie there.
+//! Runs the program in a temporary folder with a map.
 
 use std::fs;
 use std::path::PathBuf;
@@ -8,14 +8,14 @@ use image::{GrayImage, Luma};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// An open room of 100 by 60 m with a wall across it that leaves 10 m free at its upper end, as `mine.yaml`.
+/// `mine.yaml`: a room of 100 by 60 m, divided by a wall with a 10 m gap at its upper end.
 const MINE_YAML: &str = "image: mine.png\nresolution: 0.25\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n\
     occupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
-/// A folder with a map, in which the program is run; gone when this is dropped.
+/// A temporary folder with a map; removed when dropped.
 pub struct Workplace(TempDir);
 
-/// What the program did.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Run {
     pub status: i32,
@@ -51,7 +51,7 @@ impl Workplace {
         fs::write(path, bytes).expect("the folder can be written to");
     }
 
-    /// The program, to be run here, where it finds no graphics adapter.
+    /// The program in this folder, without graphics adapters.
     pub fn command(&self) -> Command {
         let mut command = Command::cargo_bin("inbye").expect("cargo builds the program first");
         command
@@ -62,7 +62,7 @@ impl Workplace {
         command
     }
 
-    /// Runs the program with arguments parted by spaces.
+    /// Runs the program with arguments separated by spaces.
     pub fn run(&self, arguments: &str) -> Run {
         self.run_words(&arguments.split_whitespace().collect::<Vec<_>>())
     }
@@ -88,7 +88,7 @@ impl Workplace {
         }
     }
 
-    /// Runs the program with `--json`: its exit status and its one object.
+    /// Runs the program with `--json`; returns the exit status and the object.
     #[track_caller]
     pub fn json(&self, arguments: &str) -> (i32, Value) {
         let run = self.run(&format!("{arguments} --json"));
@@ -99,7 +99,7 @@ impl Workplace {
         (run.status, object)
     }
 
-    /// Runs the program on input that it must refuse, and says how it did: no result, one line, exit status 2.
+    /// Runs the program on unusable input and returns its error: no result, one line, exit status 2.
     #[track_caller]
     pub fn refusal(&self, arguments: &str) -> String {
         let mut run = self.run(arguments);
@@ -113,8 +113,8 @@ impl Workplace {
     }
 }
 
-/// Checks the type of every field: `name type` or `outer.inner type`, parted by commas; `name[]` looks at the first
-/// entry of a list.
+/// Checks the type of every field: `name type` or `outer.inner type`, separated by commas; `name[]` is the first entry of a
+/// list.
 #[track_caller]
 pub fn assert_fields(object: &Value, fields: &str) {
     for field in fields.split(',') {

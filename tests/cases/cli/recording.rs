@@ -17,7 +17,7 @@ fn room() -> Workplace {
     place
 }
 
-/// A drive recorded as `run.mcap`: what was said of it.
+/// Records a drive as `run.mcap` and returns its JSON.
 fn recorded(place: &Workplace) -> Value {
     let (status, object) = place.json(&format!("{DRIVE} --record run.mcap"));
     assert_eq!(status, 0, "{object}");
@@ -25,7 +25,7 @@ fn recorded(place: &Workplace) -> Value {
 }
 
 #[test]
-fn a_recorded_drive_is_decided_again_with_the_same_bits() {
+fn replay_reproduces_recorded_drive() {
     let place = room();
     let drive = recorded(&place);
     assert_fields(
@@ -54,18 +54,15 @@ fn a_recorded_drive_is_decided_again_with_the_same_bits() {
         );
     }
     let run = place.run("replay run.mcap --engine cpu");
-    assert!(
-        run.stdout.starts_with("the same bits in all of "),
-        "{run:?}"
-    );
+    assert!(run.stdout.starts_with("the same bits in all "), "{run:?}");
 }
 
 #[test]
-fn one_flipped_bit_is_told_with_its_tick_and_field() {
+fn flipped_bit_is_reported_with_tick_and_field() {
     let place = room();
     recorded(&place);
     let file = fs::read(place.path("run.mcap")).expect("it is there");
-    // The last bit of the speed that was commanded, behind 360 ranges.
+    // The last bit of the commanded speed, after 360 ranges.
     let copy = altered(&file, "/inbye/tick", 11, |message| {
         message[108 + 8 * 360] ^= 1;
     });
@@ -92,13 +89,13 @@ fn one_flipped_bit_is_told_with_its_tick_and_field() {
 }
 
 #[test]
-fn a_cut_recording_is_replayed_as_far_as_it_goes() {
+fn truncated_recording_is_replayed_to_its_end() {
     let place = room();
     let drive = recorded(&place);
     let file = fs::read(place.path("run.mcap")).expect("it is there");
     let ends = chunk_ends(&file);
-    place.write("cut.mcap", &file[..ends[2] + 1000]);
-    let (status, replay) = place.json("replay cut.mcap --engine cpu");
+    place.write("truncated.mcap", &file[..ends[2] + 1000]);
+    let (status, replay) = place.json("replay truncated.mcap --engine cpu");
     assert_eq!(status, 0, "{replay}");
     assert_eq!(
         (&replay["agree"], &replay["complete"]),
@@ -107,16 +104,16 @@ fn a_cut_recording_is_replayed_as_far_as_it_goes() {
     assert!(
         replay["ticks"].as_u64() > Some(20) && replay["ticks"].as_u64() < drive["ticks"].as_u64()
     );
-    let run = place.run("replay cut.mcap --engine cpu");
+    let run = place.run("replay truncated.mcap --engine cpu");
     assert!(
         run.stdout
-            .contains("the recording is cut: it ends with tick "),
+            .contains("the recording is truncated: it ends with tick "),
         "{run:?}"
     );
 }
 
 #[test]
-fn what_is_no_recording_is_refused_in_one_line() {
+fn unusable_recordings_are_rejected_with_one_line() {
     let place = room();
     recorded(&place);
     let file = fs::read(place.path("run.mcap")).expect("it is there");
@@ -127,11 +124,11 @@ fn what_is_no_recording_is_refused_in_one_line() {
     damaged[ends[2] - 5000] ^= 1;
     place.write("damaged.mcap", damaged);
     let newer = altered(&file, "drive.toml", 0, |text| {
-        let told = text.windows(10).position(|bytes| bytes == b"format = 3");
-        text[told.expect("the format is told") + 9] = b'4';
+        let format = text.windows(10).position(|bytes| bytes == b"format = 3");
+        text[format.expect("the format is stated") + 9] = b'4';
     });
     place.write("newer.mcap", newer);
-    for (name, said) in [
+    for (name, words) in [
         ("gone.mcap", "name a recording"),
         ("room.txt", "no MCAP file"),
         ("empty.mcap", "no recording of"),
@@ -140,7 +137,10 @@ fn what_is_no_recording_is_refused_in_one_line() {
         ("newer.mcap", "format 4"),
     ] {
         let line = place.refusal(&format!("replay {name} --engine cpu"));
-        assert!(line.contains(name) && line.contains(said), "{name}: {line}");
+        assert!(
+            line.contains(name) && line.contains(words),
+            "{name}: {line}"
+        );
     }
     let line = place.refusal("replay run.mcap --engine warp");
     assert!(line.contains("warp"), "{line}");
@@ -148,7 +148,7 @@ fn what_is_no_recording_is_refused_in_one_line() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_stops_the_recording_and_not_the_drive() {
+fn full_disk_stops_recording_but_not_drive() {
     let place = room();
     let alone = place.json(DRIVE).1;
     for name in ["full.mcap", "full.jsonl"] {
@@ -163,8 +163,8 @@ fn a_full_disk_stops_the_recording_and_not_the_drive() {
         assert_eq!(object["trace_digest"], alone["trace_digest"]);
         let recording = &object["recording"];
         assert_eq!(recording["file"], json!(name));
-        let why = recording["stopped"].as_str().expect("a reason");
-        assert!(why.contains("No space left on device"), "{why}");
+        let reason = recording["stopped"].as_str().expect("a reason");
+        assert!(reason.contains("No space left on device"), "{reason}");
         assert_eq!(run.errors.len(), 1, "{run:?}");
         assert!(
             run.errors[0].starts_with("warning: the recording stopped: ")

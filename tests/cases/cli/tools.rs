@@ -1,4 +1,4 @@
-//! `inbye verify`, `inbye devices`, `inbye bench density`, and graphics adapters that are not there.
+//! `inbye verify`, `inbye devices`, `inbye bench density`, and missing graphics adapters.
 
 use std::fs;
 
@@ -37,7 +37,7 @@ fn verify_compares_engines() {
 }
 
 #[test]
-fn devices_are_listed() {
+fn devices_lists_adapters_and_cpu() {
     let place = Workplace::new();
     let (status, object) = place.json("devices");
     assert_eq!(status, 0);
@@ -49,12 +49,12 @@ fn devices_are_listed() {
     assert!(run.stdout.starts_with("CPU: "), "{run:?}");
 }
 
-/// A measurement that takes next to no time.
+/// A very short measurement.
 const QUICK: &str =
     "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0";
 
 #[test]
-fn density_is_measured() {
+fn density_measures_latency() {
     let place = Workplace::new();
     let (status, object) = place.json(&format!("{QUICK} --record rows.csv"));
     assert_eq!(status, 0);
@@ -66,7 +66,7 @@ fn density_is_measured() {
          rows[].missed_100_hz whole, skipped list, crossover list, quality list, closed_loop list",
     );
     let rows = object["rows"].as_array().unwrap();
-    // The key is there even for an engine without an adapter.
+    // The key exists for engines without an adapter, too.
     assert!(
         rows.iter()
             .all(|row| row.as_object().unwrap().contains_key("adapter"))
@@ -81,12 +81,12 @@ fn density_is_measured() {
     for row in rows {
         let count = |field: &str| row[field].as_u64().expect("a whole number");
         let decisions = count("decisions");
-        // A decision that is late for a slow loop is late for a faster one too.
+        // A decision that misses a slow deadline misses a faster one.
         let late = ["missed_20_hz", "missed_50_hz", "missed_100_hz"].map(count);
         assert!(late.is_sorted() && late[2] <= decisions, "{row}");
         assert!(row["name"].as_str().unwrap().starts_with("CPU, "), "{row}");
     }
-    // Without an adapter nothing overtakes the CPU.
+    // Without an adapter no engine overtakes the CPU.
     assert_eq!(object["crossover"], serde_json::json!([]));
     let table = fs::read_to_string(place.path("rows.csv")).expect("the record is there");
     assert_eq!(table.lines().count(), rows.len() + 1);
@@ -111,7 +111,7 @@ fn density_is_measured() {
 }
 
 #[test]
-fn commands_are_compared_with_those_of_the_densest_sampling() {
+fn density_compares_commands_with_densest_sampling() {
     let place = Workplace::new();
     let files = "--record-quality quality.csv --chart density.svg";
     let (status, object) = place.json(&format!("{QUICK} {files}"));
@@ -138,7 +138,7 @@ fn commands_are_compared_with_those_of_the_densest_sampling() {
         );
         assert!(row["regret_p50"].as_f64() >= Some(0.0), "{row}");
     }
-    // No clock has a hand in these.
+    // These do not depend on the clock.
     let again = place.json(&format!("{QUICK} {files}")).1;
     assert_eq!(again["quality"], object["quality"]);
     let table = fs::read_to_string(place.path("quality.csv")).expect("the record is there");
@@ -160,7 +160,7 @@ fn commands_are_compared_with_those_of_the_densest_sampling() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn without_an_adapter_a_gpu_is_refused_and_auto_takes_the_cpu() {
+fn missing_adapter_fails_for_gpu_and_falls_back_for_auto() {
     let place = Workplace::new();
     let ends = "drive --map mine.yaml --start 10,5 --goal 12,5";
     for engine in ["gpu", "gpu:NoSuchAdapter"] {

@@ -1,4 +1,4 @@
-//! Input that cannot be used: one line that names the file or flag, the place and the mend; exit status 2.
+//! Unusable input: one line with the file or flag, the place and the cure; exit status 2.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::program::Workplace;
 
-/// A place with bad files of every kind.
+/// A folder with unusable files of every kind.
 fn place() -> Workplace {
     let place = Workplace::new();
     let yaml = fs::read_to_string(place.path("mine.yaml")).expect("the map is there");
@@ -40,7 +40,7 @@ fn place() -> Workplace {
     place
 }
 
-/// Runs each line of a table, `ARGUMENTS -> WORD; WORD`, and looks for the words in the one line of the answer.
+/// Runs each line of a table, `ARGUMENTS -> WORD; WORD`, and checks that the error contains the words.
 #[track_caller]
 fn assert_table(place: &Workplace, prefix: &str, table: &str) {
     for line in table.lines().filter(|line| !line.is_empty()) {
@@ -56,7 +56,7 @@ fn assert_table(place: &Workplace, prefix: &str, table: &str) {
 }
 
 #[test]
-fn maps_that_mean_nothing() {
+fn unusable_maps_are_rejected() {
     let table = "
 --map gone.yaml -> gone.yaml; cannot be read; check the path
 --map . -> cannot be read
@@ -85,7 +85,7 @@ fn maps_that_mean_nothing() {
 }
 
 #[test]
-fn ends_off_the_map_or_in_a_wall() {
+fn start_and_goal_outside_map_or_in_obstacle_are_rejected() {
     let table = "
 --start -1,5 --goal 80,40 -> mine.yaml: START_OUTSIDE_MAP; (100.00, 60.00)
 --start 10,5 --goal 80,4000 -> mine.yaml: GOAL_OUTSIDE_MAP; (100.00, 60.00)
@@ -108,7 +108,7 @@ fn ends_off_the_map_or_in_a_wall() {
 }
 
 #[test]
-fn flags_that_mean_nothing() {
+fn unusable_flags_are_rejected() {
     let place = place();
     let table = "
 --start 1,nan -> --start; write X,Y
@@ -187,7 +187,7 @@ bench density --seconds 0 -> --seconds; above zero
 }
 
 #[test]
-fn configurations_that_mean_nothing() {
+fn unusable_configurations_are_rejected() {
     let place = place();
     let drive = "drive --map mine.yaml --start 10,5 --goal 80,40 --config";
     for file in ["gone.toml", "binary.toml", "."] {
@@ -256,13 +256,13 @@ fn problem() -> Value {
 }
 
 #[test]
-fn problems_that_mean_nothing() {
+fn unusable_problem_values_are_rejected() {
     let place = place();
     place.write("problem.json", problem().to_string());
     assert_eq!(
         place.json("evaluate --problem problem.json").0,
         0,
-        "the problem is sound before it is spoilt"
+        "the problem is valid before the change"
     );
     let table = r#"
 /vx_samples 0 -> vx_samples is 0; at least 1
@@ -323,16 +323,16 @@ fn problems_that_mean_nothing() {
         let (change, words) = line.split_once(" -> ").expect("a line has an arrow");
         let (pointer, value) = change.split_once(' ').expect("a change has a value");
         let (parent, key) = pointer.rsplit_once('/').expect("a pointer has a slash");
-        let mut spoilt = problem();
-        let parent = spoilt.pointer_mut(parent).expect("the parent is there");
+        let mut changed = problem();
+        let parent = changed.pointer_mut(parent).expect("the parent is there");
         parent[key] = serde_json::from_str(value).expect("the value is JSON");
-        place.write("spoilt.json", spoilt.to_string());
-        assert_says(&place, "spoilt.json", change, words);
+        place.write("changed.json", changed.to_string());
+        assert_error(&place, "changed.json", change, words);
     }
 }
 
 #[test]
-fn problems_that_are_no_problems() {
+fn unusable_problem_files_are_rejected() {
     let place = place();
     for (text, words) in [
         ("", "line 1"),
@@ -343,7 +343,7 @@ fn problems_that_are_no_problems() {
         ("{\n\"target\": [1, 0]\n}", "line 3; missing field `map`"),
     ] {
         place.write("no.json", text);
-        assert_says(&place, "no.json", text, words);
+        assert_error(&place, "no.json", text, words);
     }
     for file in ["gone.json", "."] {
         let refusal = place.refusal(&format!("evaluate --problem {file}"));
@@ -355,7 +355,7 @@ fn problems_that_are_no_problems() {
 }
 
 #[track_caller]
-fn assert_says(place: &Workplace, file: &str, what: &str, words: &str) {
+fn assert_error(place: &Workplace, file: &str, what: &str, words: &str) {
     let refusal = place.refusal(&format!("evaluate --problem {file} --engine cpu"));
     assert!(refusal.contains(file), "{what}: {refusal}");
     for word in words.split("; ") {
@@ -363,9 +363,9 @@ fn assert_says(place: &Workplace, file: &str, what: &str, words: &str) {
     }
 }
 
-/// A node talks to the network: only what is refused before that can be tried here.
+/// A node uses the network: only errors before that are tested here.
 #[test]
-fn nodes_that_cannot_begin() {
+fn unusable_node_arguments_are_rejected() {
     let place = place();
     let table = if cfg!(feature = "ros2") {
         "--namespace rover -> `rover`; begin with a slash
