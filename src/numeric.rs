@@ -1,8 +1,8 @@
-//! Integer arithmetic that every engine shares. TWIN of `shaders/numeric.wgsl`: same names, same order, same bits.
+//! Integer arithmetic shared by all engines. TWIN of `shaders/numeric.wgsl`: same names, same order, same bits.
 //!
-//! Whatever decides a command is computed here, in two's complement integers: they wrap and sum the same on every
-//! processor, which floats in WGSL do not. Angles are binary angles: a full turn is 2^32, so a difference that wraps
-//! round is a plain subtraction. `Qn` names a fixed-point number with n bits behind the point.
+//! All values that decide a command are two's complement integers. Their sums are identical on every processor, unlike floats
+//! in WGSL. Angles are binary angles: a full turn is 2^32, so a wrapped difference is a plain subtraction. `Qn` denotes a
+//! fixed-point number with n fractional bits.
 
 /// One in the fixed-point format of [`sin_q20`] and [`cos_q20`].
 pub const ONE_Q20: i32 = 1 << 20;
@@ -27,7 +27,7 @@ pub const fn mul_hi_i32(a: i32, b: i32) -> i32 {
     ((a as i64 * b as i64) >> 32) as i32
 }
 
-/// `value / 2^bits` rounded to the nearest, halves up. `bits` is 0..=30 and the sum must not overflow.
+/// `value / 2^bits` rounded to nearest, halves up. `bits` is 0..=30 and the sum must not overflow.
 #[must_use]
 #[inline]
 pub const fn shift_round(value: i32, bits: u32) -> i32 {
@@ -36,19 +36,19 @@ pub const fn shift_round(value: i32, bits: u32) -> i32 {
 
 /// Sine of a binary angle in Q20, within 6e-7.
 ///
-/// Folds the angle into a quarter turn either way and evaluates an odd polynomial of degree nine, fitted for the
-/// least greatest error (3e-9 before rounding).
+/// Folds the angle to at most a quarter turn to either side and evaluates an odd minimax polynomial of degree nine (error 3e-9
+/// before rounding).
 #[must_use]
 #[inline]
 pub const fn sin_q20(angle: u32) -> i32 {
     let signed = angle as i32;
-    // Beyond a quarter turn the sine runs back: sin(x) = sin(half turn - x).
+    // Beyond a quarter turn, sin(x) = sin(half turn - x).
     let folded = if angle.wrapping_add(QUARTER_TURN) > HALF_TURN {
         (HALF_TURN as i32).wrapping_sub(signed)
     } else {
         signed
     };
-    // One unit short of the peak keeps the doubling below in range; the sine there is flat.
+    // One unit below the peak keeps the doubling in range; the sine is flat there.
     let peak = QUARTER_TURN as i32 - 1;
     let x = if folded > peak { peak } else { folded };
     let square = mul_hi_i32(x << 1, x << 1);
@@ -115,7 +115,7 @@ pub const fn isqrt64(value: u64) -> u32 {
     value.isqrt() as u32
 }
 
-/// Squared length of a vector whose coordinates are below 2^30 in size.
+/// Squared length of a vector with coordinates below 2^30 in magnitude.
 #[must_use]
 #[inline]
 pub const fn squared_length(x: i32, y: i32) -> u64 {
@@ -123,21 +123,21 @@ pub const fn squared_length(x: i32, y: i32) -> u64 {
     width * width + height * height
 }
 
-/// The size of a binary angle's turn either way, 0..=2^31.
+/// Absolute value of a signed binary angle, 0..=2^31.
 #[must_use]
 #[inline]
 pub const fn turn_size(angle: u32) -> u32 {
     (angle as i32).unsigned_abs()
 }
 
-/// `(upper * 2^32) / divisor` rounded down, for `upper` below `divisor`: the quotient fits in 32 bits.
+/// `(upper * 2^32) / divisor` rounded down. `upper` is below `divisor`, so that the quotient fits in 32 bits.
 #[must_use]
 #[inline]
 pub const fn div_wide(upper: u32, divisor: u32) -> u32 {
     (((upper as u64) << 32) / divisor as u64) as u32
 }
 
-/// `value * 2^-bits`, rounded down; `bits` may be negative, down to -63, when nothing is lost at the top.
+/// `value * 2^-bits`, rounded down. `bits` may be negative, down to -63, if the result fits.
 #[must_use]
 #[inline]
 pub const fn shift_wide(value: u64, bits: i32) -> u64 {

@@ -1,11 +1,11 @@
-//! Which word somebody meant who mistyped it.
+//! Suggestions for misspelled names.
 
 use strsim::normalized_damerau_levenshtein;
 
-/// Less alike than this, two words are not the same one mistyped: 1 is the same word, 0 one that shares nothing with it.
-const ALIKE: f64 = 0.75;
+/// Smallest similarity of a misspelling, from 0 (nothing in common) to 1 (equal).
+const MIN_SIMILARITY: f64 = 0.75;
 
-/// The word that is most like the one given, if any is like it at all.
+/// The known name most similar to a given one, if any is similar enough.
 ///
 /// ```
 /// use inbye::suggest::closest_name;
@@ -14,10 +14,10 @@ const ALIKE: f64 = 0.75;
 /// assert_eq!(closest_name("colour", known), None);
 /// ```
 pub fn closest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let likeness = |known: &'a str| (known, normalized_damerau_levenshtein(given, known));
-    let (known, alike) = known
+    let rated = |known: &'a str| (known, normalized_damerau_levenshtein(given, known));
+    let (known, similarity) = known
         .into_iter()
-        .map(likeness)
+        .map(rated)
         .max_by(|one, other| one.1.total_cmp(&other.1))?;
-    (alike >= ALIKE).then_some(known)
+    (similarity >= MIN_SIMILARITY).then_some(known)
 }

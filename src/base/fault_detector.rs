@@ -223,7 +223,7 @@ impl FaultDetector {
     ) -> Option<StopCause> {
         let settings = self.settings;
         let recent = || {
-            let of_side = |(_, speeds): &(f64, TrackSpeeds)| PerTrack::from(*speeds).of(side);
+            let of_side = |(_, speeds): &(f64, TrackSpeeds)| speeds.of(side);
             self.recent.iter().map(of_side)
         };
         let fastest = recent().fold(0.0, f64::max);

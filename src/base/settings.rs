@@ -92,7 +92,7 @@ impl BaseSettings {
     pub(super) fn limit(&self, twist: &Twist) -> Result<Twist, BaseError> {
         let twist = require_finite(twist)?;
         let tracks = self.drive().tracks(twist);
-        let within = self.tracks.within(&tracks);
+        let within = self.tracks.scale_to_max(&tracks);
         // A command within the limits must not lose its last bits in the conversion to tracks and back.
         Ok(if within == tracks {
             *twist
@@ -103,7 +103,7 @@ impl BaseSettings {
 
     /// Converts track speeds, m/s, to ticks per second of the controller's two channels.
     pub(super) fn channel_rates(&self, speeds: &TrackSpeeds) -> [f64; 2] {
-        let rates = PerTrack::from(*speeds)
+        let rates = speeds
             .zip(self.ticks_per_m, |speed, per_m| speed * per_m)
             .zip(
                 self.reversed,

@@ -1,25 +1,24 @@
-//! Encoder ticks: how far each track ran, and where that takes the base (paper, eqs. 3-8).
+//! Odometry from encoder ticks (paper, eqs. 3-8).
 
 use super::{PerTrack, TrackedDrive};
 use crate::geometry::{Pose, Twist};
 
-/// Ticks from one reading of a 32-bit counter to the next, either way, across its wrap-around.
+/// Signed difference of two readings of a 32-bit counter, across its wrap-around.
 ///
-/// Right as long as less than 2^31 ticks passed: half a day at 50,000 ticks a second.
-#[must_use]
-pub const fn tick_difference(before: u32, now: u32) -> i32 {
+/// Correct for less than 2^31 ticks: half a day at 50,000 ticks per second.
+const fn tick_difference(before: u32, now: u32) -> i32 {
     now.wrapping_sub(before) as i32
 }
 
 impl TrackedDrive {
-    /// The pose after each track ran a way, metres, both evenly: the exact arc of eqs. 6 to 8. Its yaw is in (-pi, pi].
+    /// The pose after uniform travel of each track, metres: the exact arc of eqs. 6 to 8. Its yaw is in (-pi, pi].
     #[must_use]
     pub fn after(&self, pose: &Pose, travel_m: &PerTrack<f64>) -> Pose {
-        pose.after(&self.twist(&(*travel_m).into()), 1.0)
+        pose.after(&self.twist(travel_m), 1.0)
     }
 }
 
-/// Adds up encoder readings to a pose.
+/// Dead reckoning from encoder readings.
 #[derive(Clone, Debug)]
 pub struct TrackOdometry {
     drive: TrackedDrive,
@@ -29,7 +28,7 @@ pub struct TrackOdometry {
 }
 
 impl TrackOdometry {
-    /// Odometry that begins at a pose. The drive's width is the effective one.
+    /// Creates odometry that starts at a pose. The drive's width is the effective one.
     #[must_use]
     pub fn new(drive: TrackedDrive, ticks_per_m: PerTrack<f64>, pose: Pose) -> Self {
         Self {
@@ -40,27 +39,27 @@ impl TrackOdometry {
         }
     }
 
-    /// Takes a reading and returns the motion since the last one, metres and radians: zero for the first.
-    pub fn read(&mut self, ticks: PerTrack<u32>) -> Twist {
+    /// Adds a reading and returns the motion since the last one, metres and radians; zero for the first.
+    pub fn update(&mut self, ticks: PerTrack<u32>) -> Twist {
         let last = self.last.replace(ticks).unwrap_or(ticks);
         let travel_m = travel_m(&last, &ticks, &self.ticks_per_m);
         self.pose = self.drive.after(&self.pose, &travel_m);
-        self.drive.twist(&travel_m.into())
+        self.drive.twist(&travel_m)
     }
 
-    /// Where the base believes to be.
+    /// The estimated pose.
     #[must_use]
     pub const fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// Forgets the last reading and keeps the pose: after the counters may have begun anew.
+    /// Discards the last reading and keeps the pose, for counters that may have been reset.
     pub fn reset_counters(&mut self) {
         self.last = None;
     }
 }
 
-/// How far each track ran from one reading to another, metres.
+/// Travel of each track between two readings, metres.
 #[must_use]
 pub fn travel_m(
     before: &PerTrack<u32>,
@@ -81,7 +80,7 @@ mod tests {
     const DRIVE: TrackedDrive = TrackedDrive { track_width_m: 0.5 };
 
     #[test]
-    fn counters_wrap_in_both_directions() {
+    fn tick_difference_wraps_in_both_directions() {
         assert_eq!(tick_difference(u32::MAX - 1, 3), 5);
         assert_eq!(tick_difference(3, u32::MAX - 1), -5);
         assert_eq!(tick_difference(0x7FFF_FFFE, 0x8000_0003), 5);
@@ -89,12 +88,12 @@ mod tests {
     }
 
     #[test]
-    fn a_half_turn_on_the_spot_is_half_the_circle_of_each_track() {
+    fn odometry_measures_a_half_turn_in_place() {
         let mut odometry =
             TrackOdometry::new(DRIVE, PerTrack::new(1000.0, 2000.0), Pose::default());
-        odometry.read(PerTrack::new(100, u32::MAX - 99));
-        // pi / 2 times 0.5 m is 0.7854 m back and forth: 785 and 1571 ticks, across both wraps.
-        let moved = odometry.read(PerTrack::new(100_u32.wrapping_sub(785), 1471));
+        odometry.update(PerTrack::new(100, u32::MAX - 99));
+        // Each track travels pi / 2 times 0.5 m = 0.7854 m: 785 and 1571 ticks, across both wraps.
+        let moved = odometry.update(PerTrack::new(100_u32.wrapping_sub(785), 1471));
         assert!(
             moved.linear.abs() < 3e-4 && (moved.angular - PI).abs() < 2e-3,
             "{moved:?}"
@@ -103,12 +102,12 @@ mod tests {
     }
 
     #[test]
-    fn counters_that_begin_anew_do_not_move_the_base() {
+    fn odometry_ignores_a_counter_reset() {
         let mut odometry = TrackOdometry::new(DRIVE, PerTrack::both(1000.0), Pose::default());
-        odometry.read(PerTrack::both(500));
-        odometry.read(PerTrack::both(1500));
+        odometry.update(PerTrack::both(500));
+        odometry.update(PerTrack::both(1500));
         odometry.reset_counters();
-        assert_eq!(odometry.read(PerTrack::both(0)), Twist::STOP);
+        assert_eq!(odometry.update(PerTrack::both(0)), Twist::STOP);
         assert!((odometry.pose().x - 1.0).abs() < 1e-12);
     }
 }

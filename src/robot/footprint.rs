@@ -1,23 +1,23 @@
-//! The shape of the robot as a set of discs.
+//! The robot's footprint as a set of discs.
 
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
 use crate::geometry::{Point, Pose};
 
-/// A disc in the robot's own frame.
+/// A disc in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
-    /// Centre ahead of the robot's origin, metres.
+    /// x coordinate of the centre, forward, metres.
     pub x: f64,
-    /// Centre to the left of the robot's origin, metres.
+    /// y coordinate of the centre, to the left, metres.
     pub y: f64,
     /// Radius, metres, above zero.
     pub radius: f64,
 }
 
-/// The discs that cover a robot. One disc is the simple case; two or three cover a tracked rectangle.
+/// The discs that cover a robot. Two or three discs cover a rectangle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Disc>", into = "Vec<Disc>")]
 pub struct Footprint {
@@ -25,10 +25,10 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// A footprint of discs.
+    /// Creates a footprint from discs.
     ///
     /// # Errors
-    /// When there is none, or one has a number that is not finite or a radius that is not above zero.
+    /// Returns an error without discs, or for a disc with a value that is not finite or a radius not above zero.
     pub fn new(discs: Vec<Disc>) -> Result<Self, RobotError> {
         if discs.is_empty() {
             return Err(RobotError::EmptyFootprint);
@@ -46,10 +46,10 @@ impl Footprint {
         Ok(Self { discs })
     }
 
-    /// A round robot: one disc about its origin.
+    /// Creates the footprint of a round robot: one disc around its origin.
     ///
     /// # Errors
-    /// When the radius, in metres, is not finite and above zero.
+    /// Returns an error if the radius, in metres, is not finite and above zero.
     pub fn round(radius: f64) -> Result<Self, RobotError> {
         let (x, y) = (0.0, 0.0);
         Self::new(vec![Disc { x, y, radius }])
@@ -61,7 +61,7 @@ impl Footprint {
         &self.discs
     }
 
-    /// Radius of the circle about the robot's origin that holds the whole footprint, metres.
+    /// Radius of the circle around the robot's origin that contains the footprint, metres.
     #[must_use]
     pub fn circumscribed_radius_m(&self) -> f64 {
         let reach = |disc: &Disc| libm::hypot(disc.x, disc.y) + disc.radius;
@@ -75,7 +75,7 @@ impl Footprint {
         radii.fold(0.0, f64::max)
     }
 
-    /// Gap between a robot at this pose and another disc, metres; not above zero is contact.
+    /// Distance between a robot at this pose and another disc, metres; zero or less means contact.
     #[must_use]
     pub fn gap_to_disc_m(&self, pose: &Pose, center: &Point, radius_m: f64) -> f64 {
         self.at(pose)
@@ -83,7 +83,7 @@ impl Footprint {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The same discs with a margin, metres, added to each radius. A negative margin shrinks, down to 1 mm.
+    /// Adds a margin, metres, to each radius. A negative margin shrinks the discs, down to 1 mm.
     #[must_use]
     pub fn padded(&self, margin_m: f64) -> Self {
         let grow = |disc: &Disc| Disc {
@@ -95,7 +95,7 @@ impl Footprint {
         }
     }
 
-    /// Centre and radius of each disc in the map frame, for a robot at this pose.
+    /// Centre and radius of each disc in the map frame, for a robot at a pose.
     pub fn at(&self, pose: &Pose) -> impl Iterator<Item = (Point, f64)> + '_ {
         let isometry = pose.isometry();
         self.discs.iter().map(move |disc| {

@@ -1,29 +1,23 @@
-//! The tracked drive: forward speed and turn rate against the speeds of the two tracks (paper, eqs. 1-12).
+//! Kinematics of the tracked drive: twist and track speeds (paper, eqs. 1-12).
 
 use serde::{Deserialize, Serialize};
 
-use super::Limits;
+use super::{Limits, PerTrack};
 use crate::geometry::Twist;
 
-/// Speeds of the two tracks over the ground, metres per second, forward positive.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TrackSpeeds {
-    /// The left track.
-    pub left: f64,
-    /// The right track.
-    pub right: f64,
-}
+/// Speeds of the two tracks, metres per second, forward positive.
+pub type TrackSpeeds = PerTrack<f64>;
 
-/// A base steered by the difference of its tracks' speeds.
+/// A base steered by the speed difference of its tracks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrackedDrive {
-    /// Distance between the tracks' centre lines, metres, above zero. The paper prints it once as omega.
+    /// Distance between the tracks' centre lines, metres, above zero. The paper once prints it as omega.
     pub track_width_m: f64,
 }
 
 impl TrackedDrive {
-    /// The twist that two track speeds make without slip (eqs. 1 and 2).
+    /// The twist of two track speeds without slip (eqs. 1 and 2).
     #[must_use]
     pub fn twist(&self, tracks: &TrackSpeeds) -> Twist {
         Twist {
@@ -32,7 +26,7 @@ impl TrackedDrive {
         }
     }
 
-    /// The track speeds that make a twist without slip: the inverse of eqs. 1 and 2.
+    /// The track speeds of a twist without slip: the inverse of eqs. 1 and 2.
     #[must_use]
     pub fn tracks(&self, twist: &Twist) -> TrackSpeeds {
         let half = twist.angular * self.track_width_m / 2.0;
@@ -42,7 +36,7 @@ impl TrackedDrive {
         }
     }
 
-    /// Radius of the turn, metres, positive to the left (eq. 9); infinite when the tracks run alike.
+    /// Turning radius, metres, positive to the left (eq. 9); infinite for equal track speeds.
     #[must_use]
     pub fn turning_radius_m(&self, tracks: &TrackSpeeds) -> f64 {
         let twist = self.twist(tracks);
@@ -53,24 +47,23 @@ impl TrackedDrive {
         }
     }
 
-    /// The sharpest curvature, 1/m, that can be driven at a forward speed above zero: eq. 12, where the outer
-    /// track runs at `max_track_speed`, and the limit of the turn rate, whichever is less.
+    /// The largest curvature, 1/m, at a forward speed above zero: the smaller of eq. 12, with the outer track at
+    /// `max_track_speed`, and the limit by the turn rate.
     #[must_use]
     pub fn max_curvature(&self, speed: f64, max_track_speed: f64, max_vel_theta: f64) -> f64 {
         let by_tracks = 2.0 / self.track_width_m * (max_track_speed / speed - 1.0);
         by_tracks.max(0.0).min(max_vel_theta / speed)
     }
 
-    /// The greatest forward speed, m/s, at which a curvature, 1/m and above zero, can be driven: the inverse of
-    /// [`Self::max_curvature`].
+    /// The largest forward speed, m/s, for a curvature, 1/m and above zero: the inverse of [`Self::max_curvature`].
     #[must_use]
     pub fn max_speed(&self, curvature: f64, max_track_speed: f64, max_vel_theta: f64) -> f64 {
         let by_tracks = max_track_speed / (1.0 + curvature * self.track_width_m / 2.0);
         by_tracks.min(max_vel_theta / curvature)
     }
 
-    /// The speed of the outer track, m/s, where the limits of forward speed and turn rate are both used up: the top speed
-    /// of a track, as far as the limits tell. They allow any turn rate at any speed, and name none for a track alone.
+    /// The speed of the outer track, m/s, at the largest forward speed and turn rate. The limits allow both at once, so this is
+    /// the top speed of a track.
     #[must_use]
     pub fn top_track_speed(&self, limits: &Limits) -> f64 {
         let top = Twist::new(limits.max_vel_x, limits.max_vel_theta);
@@ -85,14 +78,14 @@ mod tests {
     const DRIVE: TrackedDrive = TrackedDrive { track_width_m: 0.5 };
 
     #[test]
-    fn tracks_and_twist_are_inverse() {
+    fn twist_and_tracks_are_inverse() {
         let twist = Twist::new(0.7, -0.4);
         let back = DRIVE.twist(&DRIVE.tracks(&twist));
         assert!((back.linear - 0.7).abs() < 1e-15 && (back.angular + 0.4).abs() < 1e-15);
     }
 
     #[test]
-    fn equal_tracks_run_straight() {
+    fn equal_track_speeds_have_an_infinite_radius() {
         let radius = DRIVE.turning_radius_m(&TrackSpeeds {
             left: 0.3,
             right: 0.3,
@@ -101,13 +94,14 @@ mod tests {
     }
 
     #[test]
-    fn curvature_is_eq_12_until_the_turn_rate_limits_it() {
+    fn max_curvature_is_the_smaller_of_eq_12_and_the_turn_rate_limit() {
         // 2 / 0.5 * (1.0 / 0.9 - 1) = 0.444..; at 0.5 m/s the rate 1.0 rad/s allows only 2.0, eq. 12 would give 4.0.
         assert!((DRIVE.max_curvature(0.9, 1.0, 1.0) - 4.0 / 9.0).abs() < 1e-12);
         assert!((DRIVE.max_curvature(0.5, 1.0, 1.0) - 2.0).abs() < 1e-12);
     }
+
     #[test]
-    fn the_greatest_speed_is_the_one_whose_sharpest_curvature_is_given() {
+    fn max_speed_is_the_inverse_of_max_curvature() {
         for curvature in [0.01, 0.4, 1.0, 3.0, 50.0] {
             for max_vel_theta in [0.2, 1.0, 1e9] {
                 let speed = DRIVE.max_speed(curvature, 1.2, max_vel_theta);
@@ -121,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn at_the_top_track_speed_the_turn_rate_is_the_limit() {
+    fn top_track_speed_combines_both_limits() {
         let limits = Limits {
             max_vel_x: 0.8,
             max_vel_theta: 1.2,

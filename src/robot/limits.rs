@@ -1,4 +1,4 @@
-//! Speed and acceleration limits, under the names that ROS users know.
+//! Speed and acceleration limits, named as in Nav2.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,29 +7,29 @@ use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 
 documented! {
-    /// What the base can do. Names are those of Nav2's DWB; decelerations are negative there, and here.
+    /// Limits of the base. Names and signs follow Nav2's DWB: decelerations are negative.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Limits {
-        /// Lowest forward speed, m/s, at most `max_vel_x`; negative lets the robot back up.
+        /// Smallest forward speed, m/s, at most `max_vel_x`; a negative value permits reversing.
         pub min_vel_x: f64,
-        /// Highest forward speed, m/s, at least `min_vel_x`.
+        /// Largest forward speed, m/s, at least `min_vel_x`.
         pub max_vel_x: f64,
-        /// Highest turn rate either way, rad/s, above zero.
+        /// Largest turn rate in both directions, rad/s, above zero.
         pub max_vel_theta: f64,
-        /// Highest gain of forward speed, m/s^2, above zero.
+        /// Largest forward acceleration, m/s^2, above zero.
         pub acc_lim_x: f64,
-        /// Hardest braking, m/s^2, below zero.
+        /// Largest forward deceleration, m/s^2, below zero.
         pub decel_lim_x: f64,
-        /// Highest gain of turn rate, rad/s^2, above zero.
+        /// Largest angular acceleration, rad/s^2, above zero.
         pub acc_lim_theta: f64,
-        /// Hardest loss of turn rate, rad/s^2, below zero.
+        /// Largest angular deceleration, rad/s^2, below zero.
         pub decel_lim_theta: f64,
     }
 }
 
 impl Default for Limits {
-    /// A small tracked inspection robot.
+    /// Limits of a small tracked inspection robot.
     fn default() -> Self {
         Self {
             min_vel_x: 0.0,
@@ -44,7 +44,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// Checks every number.
+    /// Validates all limits.
     ///
     /// # Errors
     /// Names the first limit that is not finite or has the wrong sign.
@@ -87,79 +87,78 @@ impl Limits {
         Ok(())
     }
 
-    /// The nearest twist within the speed limits.
+    /// Clamps a twist to the speed limits.
     #[must_use]
-    pub fn clamp(&self, wanted: &Twist) -> Twist {
+    pub fn clamp(&self, target: &Twist) -> Twist {
         Twist {
-            linear: wanted.linear.clamp(self.min_vel_x, self.max_vel_x),
-            angular: wanted
+            linear: target.linear.clamp(self.min_vel_x, self.max_vel_x),
+            angular: target
                 .angular
                 .clamp(-self.max_vel_theta, self.max_vel_theta),
         }
     }
 
-    /// The nearest twist to `wanted` that the base can reach from `current` within a time in seconds.
+    /// The twist nearest to `target` that the base can reach from `current` within a time, seconds.
     #[must_use]
-    pub fn reachable(&self, current: &Twist, wanted: &Twist, time_s: f64) -> Twist {
-        let step = |from: f64, to: f64, gain: f64, brake: f64| {
+    pub fn reachable(&self, current: &Twist, target: &Twist, time_s: f64) -> Twist {
+        let step = |from: f64, to: f64, acceleration: f64, deceleration: f64| {
             // Braking is any change towards zero.
             let (up, down) = if from >= 0.0 {
-                (gain, brake)
+                (acceleration, deceleration)
             } else {
-                (-brake, -gain)
+                (-deceleration, -acceleration)
             };
             to.clamp(from + down * time_s, from + up * time_s)
         };
         Twist {
             linear: step(
                 current.linear,
-                wanted.linear,
+                target.linear,
                 self.acc_lim_x,
                 self.decel_lim_x,
             ),
             angular: step(
                 current.angular,
-                wanted.angular,
+                target.angular,
                 self.acc_lim_theta,
                 self.decel_lim_theta,
             ),
         }
     }
 
-    /// The velocity after braking for a time in seconds, as hard as the limits allow with the curvature kept as far as they
-    /// allow that: a robot that brakes goes on along the arc it is on, which was looked over, and not straight into what
-    /// the arc leads round.
+    /// The twist after braking for a time, seconds, with the largest deceleration. The curvature is kept as far as the limits
+    /// allow: a braking robot stays on its arc, which was checked, and does not leave it towards an obstacle.
     #[must_use]
     pub fn brake(&self, twist: &Twist, time_s: f64) -> Twist {
         let hardest = self.reachable(twist, &Twist::STOP, time_s);
         if twist.linear == 0.0 {
             return hardest;
         }
-        let on_the_arc = twist.angular * (hardest.linear / twist.linear);
+        let on_arc = twist.angular * (hardest.linear / twist.linear);
         Twist::new(
             hardest.linear,
-            on_the_arc
+            on_arc
                 .abs()
                 .max(hardest.angular.abs())
                 .copysign(twist.angular),
         )
     }
 
-    /// Where a base is, and how fast it moves, that makes for a velocity for a time in seconds: its speed changes evenly to
-    /// what it can reach, and the pose follows the mean of the two.
+    /// Pose and twist after a time, seconds, of motion towards a target twist. The twist changes linearly to the reachable one;
+    /// the pose follows the mean of both.
     #[must_use]
     pub fn advance(
         &self,
         pose: &Pose,
         twist: &Twist,
-        wanted: &Twist,
+        target: &Twist,
         time_s: f64,
     ) -> (Pose, Twist) {
-        let then = self.reachable(twist, wanted, time_s);
+        let then = self.reachable(twist, target, time_s);
         (pose.after(&mean(twist, &then), time_s), then)
     }
 
-    /// The same for a base that brakes.
+    /// Pose and twist after a time, seconds, of braking as in [`Self::brake`].
     #[must_use]
     pub fn advance_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
         let then = self.brake(twist, time_s);
@@ -179,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn braking_keeps_to_the_arc_as_far_as_the_limits_allow() {
+    fn braking_keeps_the_curvature_as_far_as_the_limits_allow() {
         let limits = Limits::default();
         let twist = Twist::new(0.8, -0.6);
         let braked = limits.brake(&twist, 0.1);
@@ -191,7 +190,7 @@ mod tests {
             braked.linear,
             limits.reachable(&twist, &Twist::STOP, 0.1).linear
         );
-        // Too sharp an arc for that: it turns on for a moment.
+        // The arc is too sharp: angular deceleration takes longer than linear.
         let sharp = Twist::new(0.01, 0.9);
         let expected = limits.reachable(&sharp, &Twist::STOP, 0.1);
         assert_eq!(limits.brake(&sharp, 0.1), expected);
@@ -201,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn braking_and_gaining_use_their_own_limits_in_both_directions() {
+    fn acceleration_and_deceleration_limits_apply_in_both_directions() {
         let limits = Limits {
             acc_lim_x: 1.0,
             decel_lim_x: -2.0,
@@ -219,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_positive_deceleration_is_refused_by_name() {
+    fn limits_reject_a_positive_deceleration_by_name() {
         let limits = Limits {
             decel_lim_x: 0.5,
             ..Limits::default()

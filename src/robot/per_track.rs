@@ -1,8 +1,8 @@
-//! A thing that both tracks have.
+//! Pairs of values, one for each track.
 
 use serde::{Deserialize, Serialize};
 
-/// One of the two tracks, seen in the direction of travel.
+/// One of the two tracks, in the direction of travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
@@ -16,29 +16,29 @@ pub enum Side {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PerTrack<T> {
-    /// Of the left track.
+    /// Value of the left track.
     pub left: T,
-    /// Of the right track.
+    /// Value of the right track.
     pub right: T,
 }
 
 impl<T> PerTrack<T> {
-    /// A value for each track.
+    /// Creates a pair from its values.
     pub const fn new(left: T, right: T) -> Self {
         Self { left, right }
     }
 
-    /// What a function makes of each.
+    /// Applies a function to both values.
     pub fn map<U>(self, mut change: impl FnMut(T) -> U) -> PerTrack<U> {
         PerTrack::new(change(self.left), change(self.right))
     }
 
-    /// What a function makes of each together with another's.
+    /// Combines both values with those of another pair.
     pub fn zip<U, V>(self, other: PerTrack<U>, mut join: impl FnMut(T, U) -> V) -> PerTrack<V> {
         PerTrack::new(join(self.left, other.left), join(self.right, other.right))
     }
 
-    /// Left and right exchanged.
+    /// Returns the pair with left and right exchanged.
     #[must_use]
     pub fn swapped(self) -> Self {
         Self::new(self.right, self.left)
@@ -46,7 +46,7 @@ impl<T> PerTrack<T> {
 }
 
 impl<T: Copy> PerTrack<T> {
-    /// The same for both.
+    /// Creates a pair of equal values.
     pub const fn both(value: T) -> Self {
         Self::new(value, value)
     }

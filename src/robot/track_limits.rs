@@ -1,25 +1,25 @@
-//! What a track can do, and what is made of speeds that it cannot.
+//! Limits of the individual tracks.
 
 use serde::{Deserialize, Serialize};
 
-use super::{PerTrack, RobotError, TrackSpeeds};
+use super::{RobotError, TrackSpeeds};
 use crate::documented::documented;
 
 documented! {
-    /// The limits of each track alone, which hold after the mixing of speed and turn rate.
+    /// Limits of each track. They apply after the conversion from forward speed and turn rate.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct TrackLimits {
-        /// Highest speed of a track either way, m/s, above zero. Default 1.25 m/s: what the default limits of the robot ask
-        /// of the outer track of a base 0.5 m wide, at top speed and top turn rate.
+        /// Largest speed of a track in both directions, m/s, above zero. Default 1.25 m/s: the outer track of a base 0.5 m wide
+        /// at the default top speed and turn rate.
         pub max_track_speed: f64,
-        /// Highest gain of a track's speed, m/s^2, above zero. Default 1.5 m/s^2: the default gain of forward speed and of
-        /// turn rate at once, 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
+        /// Largest acceleration of a track, m/s^2, above zero. Default 1.5 m/s^2: the default forward and angular acceleration
+        /// combined, 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
         pub acc_lim_track: f64,
-        /// Hardest braking of a track, m/s^2, below zero, in Nav2's sign for braking. Default -1.5 m/s^2, as the gain.
+        /// Largest deceleration of a track, m/s^2, below zero as in Nav2. Default -1.5 m/s^2, equal to the acceleration.
         pub decel_lim_track: f64,
-        /// Speed below which a track stands, m/s, at least zero and below `max_track_speed`. Default 0.02 m/s: our own
-        /// choice for geared motors, which stick or jerk below it.
+        /// Smallest speed of a moving track, m/s, at least zero and below `max_track_speed`. Default 0.02 m/s: our choice for
+        /// geared motors, which stick or jerk below it.
         pub deadband: f64,
     }
 }
@@ -36,7 +36,7 @@ impl Default for TrackLimits {
 }
 
 impl TrackLimits {
-    /// Checks every number.
+    /// Validates all limits.
     ///
     /// # Errors
     /// Names the first limit that is not finite or has the wrong sign.
@@ -79,50 +79,50 @@ impl TrackLimits {
         Ok(())
     }
 
-    /// The speeds within the highest: both are scaled alike, so that the curvature of the way (eq. 11) stays.
+    /// Scales both speeds by the same factor to at most the largest, which keeps the curvature (eq. 11).
     #[must_use]
-    pub fn within(&self, wanted: &TrackSpeeds) -> TrackSpeeds {
-        let fastest = wanted.left.abs().max(wanted.right.abs());
+    pub fn scale_to_max(&self, target: &TrackSpeeds) -> TrackSpeeds {
+        let fastest = target.left.abs().max(target.right.abs());
         if fastest <= self.max_track_speed {
-            return *wanted;
+            return *target;
         }
-        let share = self.max_track_speed / fastest;
-        // Dividing first and multiplying then may end an ulp above the limit.
-        let keep = |speed: f64| (speed * share).clamp(-self.max_track_speed, self.max_track_speed);
+        let factor = self.max_track_speed / fastest;
+        // Rounding may leave the product one ulp above the limit.
+        let keep = |speed: f64| (speed * factor).clamp(-self.max_track_speed, self.max_track_speed);
         TrackSpeeds {
-            left: keep(wanted.left),
-            right: keep(wanted.right),
+            left: keep(target.left),
+            right: keep(target.right),
         }
     }
 
-    /// The speeds nearest to those wanted that the tracks reach from their present ones within a time in seconds.
+    /// The speeds nearest to the target that the tracks can reach from the current ones within a time, seconds.
     ///
-    /// Both changes are cut by the same share, that of the track which needs it most, so that both arrive together: from
-    /// a standstill the curvature is the wanted one all the way, and a stop takes no longer for it.
+    /// Both changes are scaled by the factor of the slower track, so that both tracks reach their targets together. A start
+    /// from standstill has the target's curvature throughout, and a stop takes no longer.
     #[must_use]
     pub fn reachable(
         &self,
         current: &TrackSpeeds,
-        wanted: &TrackSpeeds,
+        target: &TrackSpeeds,
         time_s: f64,
     ) -> TrackSpeeds {
-        let share = |from: f64, to: f64| {
+        let factor = |from: f64, to: f64| {
             let change = (to - from).abs();
-            let most = self.most_change(from, to, time_s);
-            if change > most { most / change } else { 1.0 }
+            let max = self.max_change(from, to, time_s);
+            if change > max { max / change } else { 1.0 }
         };
-        let share = share(current.left, wanted.left).min(share(current.right, wanted.right));
-        if share >= 1.0 {
-            return *wanted;
+        let factor = factor(current.left, target.left).min(factor(current.right, target.right));
+        if factor >= 1.0 {
+            return *target;
         }
         TrackSpeeds {
-            left: current.left + share * (wanted.left - current.left),
-            right: current.right + share * (wanted.right - current.right),
+            left: current.left + factor * (target.left - current.left),
+            right: current.right + factor * (target.right - current.right),
         }
     }
 
-    /// The greatest change of a track's speed on its way to another: braking to zero first where it must.
-    fn most_change(&self, from: f64, to: f64, time_s: f64) -> f64 {
+    /// The largest change of a track's speed towards another within a time: a reversal first decelerates to zero.
+    fn max_change(&self, from: f64, to: f64, time_s: f64) -> f64 {
         let away_from_zero = from == 0.0 || (to - from) * from > 0.0;
         if away_from_zero {
             return self.acc_lim_track * time_s;
@@ -135,13 +135,12 @@ impl TrackLimits {
         }
     }
 
-    /// The speeds with those within the deadband made zero.
+    /// Sets speeds within the deadband to zero.
     ///
-    /// Not lifted to the deadband, as drivers of a motor's voltage do: a base then moved faster than it was told, and by
-    /// noise alone. A track that cannot turn so slowly only heats its motor; and its encoder, not the command, tells
-    /// the planner that it stands.
+    /// Speeds are not raised to the deadband, as motor drivers do for voltages: the base would move faster than commanded, and
+    /// on noise alone. The planner reads the resulting standstill from the encoder.
     #[must_use]
-    pub fn without_deadband(&self, speeds: &TrackSpeeds) -> TrackSpeeds {
+    pub fn apply_deadband(&self, speeds: &TrackSpeeds) -> TrackSpeeds {
         let keep = |speed: f64| {
             if speed.abs() < self.deadband {
                 0.0
@@ -155,25 +154,10 @@ impl TrackLimits {
         }
     }
 
-    /// The longest time, seconds, from any speeds of the tracks to standstill.
+    /// The longest time to standstill, seconds.
     #[must_use]
     pub fn max_stopping_time_s(&self) -> f64 {
         self.max_track_speed / -self.decel_lim_track
-    }
-}
-
-impl From<TrackSpeeds> for PerTrack<f64> {
-    fn from(speeds: TrackSpeeds) -> Self {
-        Self::new(speeds.left, speeds.right)
-    }
-}
-
-impl From<PerTrack<f64>> for TrackSpeeds {
-    fn from(speeds: PerTrack<f64>) -> Self {
-        Self {
-            left: speeds.left,
-            right: speeds.right,
-        }
     }
 }
 
@@ -193,15 +177,15 @@ mod tests {
     }
 
     #[test]
-    fn too_fast_a_pair_keeps_its_ratio() {
-        assert_eq!(LIMITS.within(&tracks(0.8, 1.6)), tracks(0.5, 1.0));
-        assert_eq!(LIMITS.within(&tracks(-4.0, 2.0)), tracks(-1.0, 0.5));
-        assert_eq!(LIMITS.within(&tracks(0.8, 0.9)), tracks(0.8, 0.9));
+    fn scale_to_max_keeps_the_ratio() {
+        assert_eq!(LIMITS.scale_to_max(&tracks(0.8, 1.6)), tracks(0.5, 1.0));
+        assert_eq!(LIMITS.scale_to_max(&tracks(-4.0, 2.0)), tracks(-1.0, 0.5));
+        assert_eq!(LIMITS.scale_to_max(&tracks(0.8, 0.9)), tracks(0.8, 0.9));
     }
 
     #[test]
-    fn a_start_keeps_the_wanted_curvature_and_a_stop_is_as_quick_as_the_faster_track() {
-        // 0.1 s at 1 m/s^2 is 0.1 m/s for the right track; the left has half of it.
+    fn reachable_keeps_the_curvature_at_start_and_the_stopping_time() {
+        // 0.1 s at 1 m/s^2 is 0.1 m/s for the right track, and half of it for the left.
         let started = LIMITS.reachable(&tracks(0.0, 0.0), &tracks(0.4, 0.8), 0.1);
         assert!((started.left - 0.05).abs() < 1e-12 && (started.right - 0.1).abs() < 1e-12);
         // 0.1 s at 2 m/s^2 is a fourth of the right track's 0.8 m/s.
@@ -212,23 +196,23 @@ mod tests {
     }
 
     #[test]
-    fn a_reversal_brakes_first_and_gains_then() {
-        // 0.1 s to brake 0.2 m/s at 2 m/s^2; the other 0.1 s gain 0.1 m/s at 1 m/s^2.
+    fn reversal_decelerates_before_it_accelerates() {
+        // 0.1 s to stop from 0.2 m/s at 2 m/s^2; then 0.1 s at 1 m/s^2 gives 0.1 m/s.
         let turned = LIMITS.reachable(&tracks(0.2, 0.2), &tracks(-1.0, -1.0), 0.2);
         assert!((turned.left + 0.1).abs() < 1e-12 && (turned.right + 0.1).abs() < 1e-12);
     }
 
     #[test]
-    fn the_deadband_stands() {
+    fn speeds_within_the_deadband_become_zero() {
         assert_eq!(
-            LIMITS.without_deadband(&tracks(0.049, -0.05)),
+            LIMITS.apply_deadband(&tracks(0.049, -0.05)),
             tracks(0.0, -0.05)
         );
     }
 
     #[test]
-    fn limits_that_no_track_has_are_refused_by_name() {
-        for (limits, words) in [
+    fn track_limits_reject_bad_values_by_name() {
+        for (limits, start) in [
             (
                 TrackLimits {
                     max_track_speed: 0.0,
@@ -259,8 +243,8 @@ mod tests {
             ),
         ] {
             let message = limits.validate().unwrap_err().to_string();
-            assert!(message.starts_with(words), "{message}");
+            assert!(message.starts_with(start), "{message}");
         }
-        TrackLimits::default().validate().expect("sound limits");
+        TrackLimits::default().validate().expect("valid limits");
     }
 }

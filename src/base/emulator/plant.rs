@@ -91,7 +91,7 @@ impl Plant {
             .zip(self.counted, |now, before| (now - before) as f64 / cycle_s)
             .zip(self.settings.ticks_per_m, |rate, per_m| rate / per_m);
         self.counted = counts;
-        let inputs = PerTrack::from(set).zip(encoder_speeds, |set, speed| (set, speed));
+        let inputs = set.zip(encoder_speeds, |set, speed| (set, speed));
         let battery_v = self.battery_v;
         let cycle = |control: &mut SpeedControl, (set, speed): (f64, f64)| {
             control.cycle(set, speed, cycle_s, battery_v)
@@ -149,7 +149,7 @@ impl Plant {
     pub(super) fn machine(&self) -> MachineState {
         MachineState {
             encoder_counts: self.counts().map(|count| count as u32),
-            speeds: self.controls.map(|control| control.measured()).into(),
+            speeds: self.controls.map(|control| control.measured()),
             yaw_rate: self.yaw_rate,
             battery_v: self.battery_v,
             ..MachineState::default()
@@ -162,7 +162,7 @@ impl Plant {
 
     pub(super) fn twist(&self) -> Twist {
         let speeds = self.motors.map(|motor| motor.speed());
-        self.settings.drive().twist(&speeds.into())
+        self.settings.drive().twist(&speeds)
     }
 
     pub(super) const fn travelled_m(&self) -> f64 {

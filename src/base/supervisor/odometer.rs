@@ -46,7 +46,7 @@ impl Odometer {
         if let Some(counts) = feedback.encoder_counts {
             self.resume(&counts, now_s);
             self.counts = Some(counts);
-            self.travelled_m += self.tracks.read(counts).linear.abs();
+            self.travelled_m += self.tracks.update(counts).linear.abs();
             return;
         }
         let elapsed_s = elapsed_s.clamp(0.0, MAX_STEP_S);

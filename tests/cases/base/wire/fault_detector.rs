@@ -57,7 +57,7 @@ impl Drive {
                 ..Feedback::default()
             };
             fault(&mut measured, &mut feedback);
-            feedback.twist = self.settings.drive().twist(&measured.into());
+            feedback.twist = self.settings.drive().twist(&measured);
             if feedback.yaw_rate.is_none() {
                 feedback.yaw_rate = Some(feedback.twist.angular);
             }

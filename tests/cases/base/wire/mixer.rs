@@ -40,7 +40,7 @@ fn keeps_ratio(target: &TrackSpeeds, found: &TrackSpeeds, max: f64) -> Result<()
 fn limit_keeps_curvature() {
     for_all(2000, (limits(), twist()), |(limits, twist)| {
         let target = DRIVE.tracks(&twist);
-        let found = limits.within(&target);
+        let found = limits.scale_to_max(&target);
         keeps_ratio(&target, &found, limits.max_track_speed)
     });
 }
@@ -71,7 +71,7 @@ fn ramps_respect_track_limits_and_reach_target() {
             let mut last = TrackSpeeds::default();
             let steepest = limits.acc_lim_track.max(-limits.decel_lim_track);
             for twist in [first, second] {
-                let target = limits.within(&DRIVE.tracks(&twist));
+                let target = limits.scale_to_max(&DRIVE.tracks(&twist));
                 let from = last;
                 // Brake and accelerate: twice the time from the highest speed to zero.
                 let longest_s = 2.0 * limits.max_track_speed
@@ -101,10 +101,10 @@ fn odometry_follows_drive() {
     for_all(300, (twist(), 0..u32::MAX), |(twist, start)| {
         let per_m = PerTrack::new(20_000.0, 30_000.0);
         let mut odometry = TrackOdometry::new(DRIVE, per_m, Pose::default());
-        let tracks = PerTrack::from(DRIVE.tracks(&twist));
+        let tracks = DRIVE.tracks(&twist);
         for tick in 0..=50 {
             let time_s = 0.02 * f64::from(tick);
-            odometry.read(tracks.zip(per_m, |speed, per_m| {
+            odometry.update(tracks.zip(per_m, |speed, per_m| {
                 start.wrapping_add((speed * time_s * per_m).round() as i64 as u32)
             }));
         }

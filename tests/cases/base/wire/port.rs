@@ -38,7 +38,7 @@ fn control(
         let mut line = Vec::new();
         machine.speeds = device.step(now_s, &machine, &mut line);
         let _ = port.write_all(&line);
-        let speeds = PerTrack::from(machine.speeds);
+        let speeds = machine.speeds;
         travel_m = travel_m.zip(speeds, |travel_m, speed| {
             travel_m + speed * (now_s - last_s)
         });

@@ -148,9 +148,9 @@ impl SimulatedLink {
 
     fn move_machine(&mut self, set: TrackSpeeds) {
         let share = STEP_S / LAG_S;
-        let speeds = PerTrack::from(self.machine.speeds)
-            .zip(set.into(), |now, set| now + share * (set - now));
-        self.machine.speeds = speeds.into();
+        let speeds = self.machine.speeds
+            .zip(set, |now, set| now + share * (set - now));
+        self.machine.speeds = speeds;
         self.travel = self
             .travel
             .zip(speeds, |travel_m, speed| travel_m + speed * STEP_S);
