@@ -50,7 +50,7 @@ impl Drive {
             let share = 1.0 - libm::exp(-PERIOD_S / LAG_S);
             self.speeds = self
                 .speeds
-                .zip(commanded.into(), |now, set| now + share * (set - now));
+                .zip(commanded, |now, set| now + share * (set - now));
             let mut measured = self.speeds;
             let mut feedback = Feedback {
                 battery_v: Some(24.0),

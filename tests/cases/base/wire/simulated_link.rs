@@ -148,7 +148,9 @@ impl SimulatedLink {
 
     fn move_machine(&mut self, set: TrackSpeeds) {
         let share = STEP_S / LAG_S;
-        let speeds = self.machine.speeds
+        let speeds = self
+            .machine
+            .speeds
             .zip(set, |now, set| now + share * (set - now));
         self.machine.speeds = speeds;
         self.travel = self
