@@ -4,8 +4,8 @@ use std::thread::available_parallelism;
 use std::time::Instant;
 
 use inbye::local::{
-    Engine, EngineChoice, SelectedEngine, open_all_engines, open_all_variants, open_engine,
-    open_with_fallback,
+    Engine, EngineChoice, EngineError, SelectedEngine, open_all_engines, open_all_variants,
+    open_engine, open_with_fallback,
 };
 
 use super::output;
@@ -31,7 +31,7 @@ pub fn machine() -> String {
 /// Opens the chosen engine and prints which one and why to standard error.
 pub fn choose(choice: &EngineChoice, threads: Option<usize>) -> anyhow::Result<Box<dyn Engine>> {
     let started = Instant::now();
-    let opened = open_engine(choice, threads.unwrap_or_else(cores))?;
+    let opened = open_engine(choice, threads.unwrap_or_else(cores)).map_err(with_option)?;
     Ok(announce(opened, started))
 }
 
@@ -43,8 +43,20 @@ pub fn choose_to_drive(
 ) -> anyhow::Result<Box<dyn Engine>> {
     let threads = threads.unwrap_or_else(cores);
     let started = Instant::now();
-    let opened = open_with_fallback(choice, threads, gpu_required)?;
+    let opened = open_with_fallback(choice, threads, gpu_required).map_err(with_option)?;
     Ok(announce(opened, started))
+}
+
+/// Adds the command-line option that avoids an engine error.
+pub fn with_option(error: EngineError) -> anyhow::Error {
+    let option = match error {
+        EngineError::NoAdapter
+        | EngineError::AdapterNotFound { .. }
+        | EngineError::NoGpuSupport => "--engine cpu",
+        EngineError::GpuRequired { .. } => "--engine gpu:NAME",
+        _ => return error.into(),
+    };
+    anyhow::anyhow!("{error} ({option})")
 }
 
 /// Prints the engine, the reason and the time it took to open.

@@ -84,7 +84,11 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(folder) = &arguments.report {
         report_file::create_folder(folder)?;
     }
-    let engine = || Ok(open_engine(&arguments.engine, 1)?.engine);
+    let engine = || {
+        Ok(open_engine(&arguments.engine, 1)
+            .map_err(engines::with_option)?
+            .engine)
+    };
     let first = engine()?.name();
     let driving = Driving {
         what: "soak",

@@ -42,8 +42,8 @@ pub use failover::{BackgroundOpener, Failover, GpuSource, Incident, Incidents};
 pub use field::ClearanceField;
 #[cfg(feature = "gpu")]
 pub use gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
-pub use planner::{DecisionInput, LocalPlanner};
-pub use problem::{Normalization, Outside, Problem, Stopping, Weights};
+pub use planner::LocalPlanner;
+pub use problem::{DecisionInput, Normalization, Outside, Problem, Stopping, Weights};
 pub use quantize::QuantizedProblem;
 pub use ranges::MAX_DISCS;
 pub use settings::{LocalSettings, Sampling};

@@ -1,90 +1,10 @@
 //! The local planner: window, problem, engine, command.
 
-use std::sync::Arc;
-
 use super::{
-    ClearanceField, DecisionError, Detail, Engine, Evaluation, Incidents, LocalSettings, Problem,
-    QuantizedProblem, Sampling, TrajectoryFan, Weights, Window,
+    DecisionError, DecisionInput, Detail, Engine, Evaluation, Incidents, LocalSettings, Problem,
+    QuantizedProblem, Sampling, TrajectoryFan,
 };
-use crate::geometry::{Point, Pose, Twist};
-use crate::map::MovingDisc;
-use crate::robot::{Footprint, Limits};
-
-/// The state of robot and surroundings at a control tick.
-#[derive(Clone, Debug)]
-pub struct DecisionInput<'a> {
-    /// Static obstacles around the robot.
-    pub field: &'a Arc<ClearanceField>,
-    /// Pose of the robot, map frame.
-    pub pose: Pose,
-    /// Velocity of the robot.
-    pub twist: Twist,
-    /// Moving obstacles.
-    pub obstacles: &'a [MovingDisc],
-    /// The local target: the robot faces it at the end of the horizon.
-    pub target: Point,
-    /// The key node: the trajectory ends near it.
-    pub key_node: Point,
-    /// Limits of speed and acceleration at this tick.
-    pub limits: Limits,
-    /// Shape of the robot.
-    pub footprint: &'a Footprint,
-    /// Weights of the terms.
-    pub weights: Weights,
-}
-
-impl DecisionInput<'_> {
-    /// The problem for a planner with these settings. The weights of the input replace those of the settings.
-    #[must_use]
-    pub fn problem(&self, settings: &LocalSettings) -> Problem {
-        self.problem_with(settings, self.footprint.clone(), Vec::new())
-    }
-
-    /// As [`Self::problem`], in the memory of an old problem: allocates nothing for an unchanged footprint and for moving
-    /// obstacles that fit into the old list.
-    fn problem_in(&self, old: Problem, settings: &LocalSettings) -> Problem {
-        let footprint = if old.footprint == *self.footprint {
-            old.footprint
-        } else {
-            self.footprint.clone()
-        };
-        self.problem_with(settings, footprint, old.obstacles)
-    }
-
-    fn problem_with(
-        &self,
-        settings: &LocalSettings,
-        footprint: Footprint,
-        mut obstacles: Vec<MovingDisc>,
-    ) -> Problem {
-        obstacles.clear();
-        obstacles.extend_from_slice(self.obstacles);
-        Problem {
-            field: Arc::clone(self.field),
-            pose: self.pose,
-            window: Window::new(
-                &self.limits,
-                &self.twist,
-                settings.control_period_s,
-                settings.vx_samples,
-                settings.vtheta_samples,
-            ),
-            braking_x: -self.limits.decel_lim_x,
-            braking_theta: -self.limits.decel_lim_theta,
-            step_s: settings.sim_step_s,
-            steps: settings.steps(),
-            footprint,
-            max_clearance_m: settings.max_clearance_m,
-            outside: settings.outside,
-            obstacles,
-            target: self.target,
-            key_node: self.key_node,
-            weights: self.weights,
-            normalization: settings.normalization,
-            stopping: settings.stopping,
-        }
-    }
-}
+use crate::geometry::Twist;
 
 /// Chooses a velocity from the dynamic window at every control tick.
 pub struct LocalPlanner {

@@ -1,11 +1,11 @@
 //! Lower bounds of the clearances of neighbouring samples of a tile, for each group of steps.
 
-use super::displacement_bounds::{DisplacementBounds, GROUPS};
+use super::displacement_bounds::DisplacementBounds;
 use super::displacement_table::lane_indices;
 use super::lanes::Lanes;
 use super::min_pyramid::{Boxes, MinPyramid};
 use super::register_tiles::RegisterTiles;
-use super::soa_inputs::SoaInputs;
+use super::soa_inputs::{GROUPS, SoaInputs};
 use super::step_groups::StepGroups;
 use super::step_pruning::SampleTile;
 

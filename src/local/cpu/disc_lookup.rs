@@ -2,11 +2,8 @@
 
 use super::displacement_table::DisplacementTable;
 use super::lanes::Lanes;
-use super::soa_inputs::SoaInputs;
+use super::soa_inputs::{PAIR, SoaInputs};
 use crate::local::QuantizedProblem;
-
-/// Number of steps that are looked up together: lists of steps are padded to whole pairs.
-pub const PAIR: usize = 2;
 
 /// A disc and its table. All values of a lookup are copies or separate slices; otherwise the compiler reloads them at
 /// each step.

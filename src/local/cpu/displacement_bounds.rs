@@ -4,11 +4,8 @@ use super::arithmetic::shift_round;
 use super::displacement_table::DisplacementTable;
 use super::lanes::{Lanes, MAX_LANES};
 use super::min_pyramid::Boxes;
-use super::soa_inputs::SoaInputs;
+use super::soa_inputs::{GROUPS, SoaInputs};
 use crate::local::kernel_inputs::{Header, QuantizedDisc};
-
-/// Largest number of groups of steps, whole vectors.
-pub const GROUPS: usize = 2 * MAX_LANES;
 
 /// The groups, and space for one more vector store.
 const ROOM: usize = GROUPS + MAX_LANES;

@@ -4,9 +4,35 @@
 use super::arithmetic::shift_round;
 use super::displacement_table::DisplacementTable;
 use super::lanes::Lanes;
-use super::row::LaneOutcome;
 use super::soa_inputs::SoaInputs;
 use crate::local::QuantizedProblem;
+
+/// The result of the rollout of one vector of samples.
+#[derive(Clone, Copy)]
+pub struct LaneOutcome<L: Lanes> {
+    /// Samples that touch an obstacle.
+    pub collision: L::Mask,
+    /// Samples that leave the field.
+    pub outside: L::Mask,
+    /// Smallest clearance, units.
+    pub clearance: L,
+    /// Available for stopping: that clearance, or free steps.
+    pub available: L,
+}
+
+impl<L: Lanes> LaneOutcome<L> {
+    /// The result of samples that stay on the field and whose status depends on the smallest clearance.
+    #[inline(always)]
+    pub fn of_clearance(token: L::FeatureToken, least: L) -> Self {
+        let zero = L::splat(token, 0);
+        Self {
+            collision: L::mask_and_not(zero.equal(zero), zero.less(least)),
+            outside: L::mask_none(token),
+            clearance: least,
+            available: least,
+        }
+    }
+}
 
 /// Evaluates the samples of one vector.
 #[inline(always)]

@@ -5,10 +5,10 @@
 
 use core::ops::{Range, RangeInclusive};
 
-use super::displacement_bounds::GROUPS;
 use super::lanes::{LARGE_TILE, Lanes, SMALL_TILE};
 use super::min_pyramid::{Boxes, MinPyramid};
 use super::paired_lookup::PairedLookup;
+use super::soa_inputs::GROUPS;
 use super::step_groups::StepGroups;
 use super::step_pruning::SampleTile;
 use crate::local::kernel_inputs::Header;

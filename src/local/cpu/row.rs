@@ -4,7 +4,7 @@
 use super::arithmetic::{atan2_turn, shift_round, turn_size};
 use super::displacement_table::{DisplacementTable, lane_indices, stays_on_field};
 use super::lanes::{Lanes, MAX_LANES};
-use super::ordered_steps;
+use super::ordered_steps::{self, LaneOutcome};
 use super::sample_stats::LaneStats;
 use super::soa_inputs::SoaInputs;
 use super::step_pruning::StepPruning;
@@ -24,33 +24,6 @@ pub const STATUS_SHIFT: u32 = 24;
 pub struct EndPositions {
     x: Vec<i32>,
     y: Vec<i32>,
-}
-
-/// The result of the rollout of one vector of samples.
-#[derive(Clone, Copy)]
-pub struct LaneOutcome<L: Lanes> {
-    /// Samples that touch an obstacle.
-    pub collision: L::Mask,
-    /// Samples that leave the field.
-    pub outside: L::Mask,
-    /// Smallest clearance, units.
-    pub clearance: L,
-    /// Available for stopping: that clearance, or free steps.
-    pub available: L,
-}
-
-impl<L: Lanes> LaneOutcome<L> {
-    /// The result of samples that stay on the field and whose status depends on the smallest clearance.
-    #[inline(always)]
-    fn of_clearance(token: L::FeatureToken, least: L) -> Self {
-        let zero = L::splat(token, 0);
-        Self {
-            collision: L::mask_and_not(zero.equal(zero), zero.less(least)),
-            outside: L::mask_none(token),
-            clearance: least,
-            available: least,
-        }
-    }
 }
 
 /// Evaluates every sample of a turn rate with its table and adds it to the statistics. Returns the best value of each

@@ -2,8 +2,6 @@
 
 use core::ops::Range;
 
-use super::disc_lookup::PAIR;
-use super::displacement_bounds::GROUPS;
 use super::lanes::MAX_LANES;
 use super::reachable_region::max_disc_offset;
 use crate::local::QuantizedProblem;
@@ -15,6 +13,12 @@ pub const MAX_SAMPLES: usize = 128;
 
 /// Largest number of rows of a tile.
 pub const MAX_ROWS: usize = 16;
+
+/// Number of steps that are looked up together: lists of steps are padded to whole pairs.
+pub const PAIR: usize = 2;
+
+/// Largest number of groups of steps, whole vectors.
+pub const GROUPS: usize = 2 * MAX_LANES;
 
 /// Approximate distance between the final positions of the samples of a box, cells.
 const BOX_CELLS: f64 = 4.0;

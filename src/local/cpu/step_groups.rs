@@ -1,7 +1,7 @@
 //! Lists of groups of steps in fixed memory.
 
-use super::displacement_bounds::GROUPS;
 use super::lanes::{Lanes, MAX_LANES};
+use super::soa_inputs::GROUPS;
 
 /// Some groups of steps, with space for one more vector store.
 #[derive(Clone, Debug)]

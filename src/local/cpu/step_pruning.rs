@@ -10,14 +10,14 @@
 //! their steps does not matter.
 
 use super::clearance_bounds::ClearanceBounds;
-use super::disc_lookup::{DiscLookup, PAIR};
+use super::disc_lookup::DiscLookup;
 use super::displacement_bounds::DisplacementBounds;
 use super::displacement_table::{DisplacementTable, stays_on_field};
 use super::lanes::Lanes;
 use super::min_pyramid::MinPyramid;
 use super::moving_obstacles::{Chunk, MovingObstacles};
 use super::register_tiles::{RegisterTiles, SampleList};
-use super::soa_inputs::{MAX_ROWS, SoaInputs};
+use super::soa_inputs::{MAX_ROWS, PAIR, SoaInputs};
 use super::step_groups::StepGroups;
 use crate::local::QuantizedProblem;
 use crate::local::kernel_inputs::VthetaSample;

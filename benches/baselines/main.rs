@@ -81,16 +81,16 @@ impl Scene {
 
     /// Checks that all engines give one answer, all baselines read the same entry, and the point planner nearly the
     /// same command.
-    fn check(&self, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherBaseline)]) {
+    fn check(&self, engines: &mut [CpuEngine], baselines: &[(&str, GatherBaseline)]) {
         let units = self.field.units();
         let least = self
             .cells
             .iter()
             .map(|&cell| i32::from(units[cell as usize]));
         let least = least.min().expect("the robot is on the field");
-        for (name, yardstick) in yardsticks {
+        for (name, baseline) in baselines {
             assert_eq!(
-                yardstick.min_entry(&self.field, &self.cells),
+                baseline.min_entry(&self.field, &self.cells),
                 least,
                 "{name}"
             );
@@ -189,7 +189,7 @@ fn engines() -> Vec<CpuEngine> {
         .collect()
 }
 
-fn yardsticks() -> Vec<(&'static str, GatherBaseline)> {
+fn baselines() -> Vec<(&'static str, GatherBaseline)> {
     let here = InstructionSet::ALL
         .into_iter()
         .filter(|one| one.is_available());
@@ -203,9 +203,9 @@ fn yardsticks() -> Vec<(&'static str, GatherBaseline)> {
 }
 
 fn compare(criterion: &mut Criterion) {
-    let (mut engines, yardsticks) = (engines(), yardsticks());
+    let (mut engines, baselines) = (engines(), baselines());
     for scene in scenes() {
-        scene.check(&mut engines, &yardsticks);
+        scene.check(&mut engines, &baselines);
         let mut group = criterion.benchmark_group(scene.name());
         let samples = scene.roadway.vx_samples * scene.roadway.vtheta_samples;
         group.throughput(Throughput::Elements(u64::from(
@@ -213,9 +213,9 @@ fn compare(criterion: &mut Criterion) {
         )));
         group.warm_up_time(Duration::from_millis(200));
         group.measurement_time(Duration::from_millis(800));
-        measure(&mut group, &scene, &mut engines, &yardsticks);
+        measure(&mut group, &scene, &mut engines, &baselines);
         group.finish();
-        print_ratios(&scene, &mut engines, &yardsticks);
+        print_ratios(&scene, &mut engines, &baselines);
     }
 }
 
@@ -223,11 +223,11 @@ fn measure(
     group: &mut BenchmarkGroup<'_, WallTime>,
     scene: &Scene,
     engines: &mut [CpuEngine],
-    yardsticks: &[(&str, GatherBaseline)],
+    baselines: &[(&str, GatherBaseline)],
 ) {
-    for (name, yardstick) in yardsticks {
+    for (name, baseline) in baselines {
         group.bench_function(BenchmarkId::new("gather only", name), |bencher| {
-            bencher.iter(|| yardstick.min_entry(&scene.field, black_box(&scene.cells)));
+            bencher.iter(|| baseline.min_entry(&scene.field, black_box(&scene.cells)));
         });
     }
     for engine in engines {
@@ -242,16 +242,16 @@ fn measure(
 }
 
 #[expect(clippy::print_stdout, reason = "a bench prints what it finds")]
-fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], yardsticks: &[(&str, GatherBaseline)]) {
+fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], baselines: &[(&str, GatherBaseline)]) {
     for engine in engines {
         let word = engine.instructions().as_str();
-        let own = yardsticks.iter().find(|(name, _)| *name == word);
-        let (_, yardstick) = own.expect("one for each set of instructions");
+        let own = baselines.iter().find(|(name, _)| *name == word);
+        let (_, baseline) = own.expect("one for each set of instructions");
         let (ratio, pairs) = median_ratio(
             PAIRS,
             || drop(black_box(scene.decide(engine))),
             || {
-                black_box(yardstick.min_entry(&scene.field, black_box(&scene.cells)));
+                black_box(baseline.min_entry(&scene.field, black_box(&scene.cells)));
             },
         );
         let name = engine.name();
