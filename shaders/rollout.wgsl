@@ -104,9 +104,9 @@ fn clearance_rate(vx: VxSample, vtheta: VthetaSample) -> ClearanceRate {
     }
     let along = (bitcast<u32>(abs(vx.coarse)) * (bitcast<u32>(ONE_Q20) >> header.table_bits)) >> header.coarse_bits;
     let around = mul_hi_u32(7u * lever_arm, turn_size(vtheta.angle_per_step));
-    let most = along + around + (obstacle_step >> 8u) + 4u;
-    let margin = ((1449u << header.cell_bits) >> 10u) + (most >> 5u) + 16u;
-    return ClearanceRate(bitcast<i32>(margin), 65536u / most);
+    let max_change = along + around + (obstacle_step >> 8u) + 4u;
+    let margin = ((1449u << header.cell_bits) >> 10u) + (max_change >> 5u) + 16u;
+    return ClearanceRate(bitcast<i32>(margin), 65536u / max_change);
 }
 
 fn skippable_steps(rate: ClearanceRate, step_result: StepResult, min_clearance: i32) -> u32 {

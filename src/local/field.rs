@@ -36,8 +36,8 @@ impl ClearanceField {
     /// When the cells are smaller than 1 mm or larger than 2 m.
     pub fn new(obstacles: &ObstacleGrid) -> Result<Self, ProblemError> {
         let frame = *obstacles.frame();
-        let (least, most) = RESOLUTION_RANGE_M;
-        if !(least..=most).contains(&frame.resolution_m) {
+        let (min, max) = RESOLUTION_RANGE_M;
+        if !(min..=max).contains(&frame.resolution_m) {
             return Err(ProblemError::OutOfRange {
                 quantity: "map resolution",
                 value: frame.resolution_m,
@@ -106,6 +106,7 @@ impl ClearanceField {
     }
 
     /// The id of the field, unique in this process.
+    #[doc(hidden)]
     #[must_use]
     pub const fn id(&self) -> u64 {
         self.id

@@ -172,14 +172,14 @@ fn clearance_rate(
     let along =
         (vx.coarse.unsigned_abs() * (ONE_Q20 as u32 >> header.table_bits)) >> header.coarse_bits;
     let around = mul_hi_u32(7 * lever_arm, turn_size(vtheta.angle_per_step));
-    let most = along + around + (obstacle_step >> 8) + 4;
+    let max_change = along + around + (obstacle_step >> 8) + 4;
     // Two positions in cells can be farther apart than the positions themselves, by up to a cell's diagonal, 1449/1024
     // of a side. A coarse displacement is rounded to 1/64 step or finer, twice along x and y: 1/32 covers that. All
     // other roundings, of positions, discs, obstacles and distances, stay below 16 units.
-    let margin = ((1449 << header.cell_bits) >> 10) + (most >> 5) + 16;
+    let margin = ((1449 << header.cell_bits) >> 10) + (max_change >> 5) + 16;
     ClearanceRate {
         margin: margin as i32,
-        steps_per_unit: 65_536 / most,
+        steps_per_unit: 65_536 / max_change,
     }
 }
 

@@ -212,7 +212,7 @@ fn moving_obstacles_out_of_range_are_rejected() {
     });
     let way_m = 2.0_f64.powi(22) * plain().field.unit_m();
     limit(
-        "way of a moving obstacle",
+        "distance of a moving obstacle",
         0.999 * way_m,
         1.001 * way_m,
         |problem, metres| {

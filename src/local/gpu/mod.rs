@@ -62,11 +62,13 @@ impl GpuEngine {
     }
 
     /// Destroys the device as a driver reset does, for tests.
+    #[doc(hidden)]
     pub fn destroy_device(&self) {
         self.device.inner.destroy();
     }
 
     /// Returns a function that destroys the device, from any thread and at any time, also while an answer is pending.
+    #[doc(hidden)]
     pub fn destroyer(&self) -> impl FnOnce() + Send + 'static {
         let device = self.device.inner.clone();
         move || device.destroy()
