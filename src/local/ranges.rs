@@ -42,9 +42,9 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     }
     let above_zero = "finite and above zero";
     for (quantity, value, unit) in [
-        ("braking along the path", problem.braking_x, "m/s^2"),
-        ("braking of the turn", problem.braking_theta, "rad/s^2"),
-        ("length of a step", problem.step_s, "s"),
+        ("deceleration along the path", problem.braking_x, "m/s^2"),
+        ("angular deceleration", problem.braking_theta, "rad/s^2"),
+        ("duration of a step", problem.step_s, "s"),
     ] {
         in_range(
             quantity,

@@ -87,7 +87,7 @@ fn keys(drive: &DriveView, view: &Viewport) -> Vec<(Markup, String)> {
         ),
     ];
     if has_trails(trace, view) {
-        keys.push((line_mark("trail"), "distance of a moving obstacle".to_owned()));
+        keys.push((line_mark("trail"), "way of a moving obstacle".to_owned()));
     }
     keys.extend(ground_keys(drive.map, view));
     keys

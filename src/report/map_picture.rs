@@ -109,7 +109,7 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
             .map(|(mark, meaning)| key(mark, meaning)),
     );
     if has_trails(trace, view) {
-        legend.push(line_key("trail", "distance of a moving obstacle"));
+        legend.push(line_key("trail", "way of a moving obstacle"));
     }
     if closest(&trace.rows).is_some() {
         legend.push(key(

@@ -169,7 +169,7 @@ fn keys(drawn: &[Drawn]) -> Vec<(Markup, String)> {
     let encounters = drawn.iter().map(|drawn| drawn.encounters.keys());
     keys.extend(encounters.max_by_key(Vec::len).unwrap_or_default());
     if has_trails {
-        keys.push(own(line_mark("trail"), "distance of a moving obstacle"));
+        keys.push(own(line_mark("trail"), "way of a moving obstacle"));
     }
     keys.push(own(area_mark("rock"), "obstacle"));
     keys

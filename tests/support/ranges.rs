@@ -258,13 +258,13 @@ fn moving_obstacles_out_of_range_are_rejected() {
 fn non_positive_numbers_are_rejected() {
     type Set = fn(&mut Problem, f64);
     let above_zero: [(&str, Set); 4] = [
-        ("braking along the path", |problem, value| {
+        ("deceleration along the path", |problem, value| {
             problem.braking_x = value;
         }),
-        ("braking of the turn", |problem, value| {
+        ("angular deceleration", |problem, value| {
             problem.braking_theta = value;
         }),
-        ("length of a step", |problem, value| problem.step_s = value),
+        ("duration of a step", |problem, value| problem.step_s = value),
         ("clearance cap", |problem, value| {
             problem.max_clearance_m = value;
         }),
