@@ -286,7 +286,12 @@ fn fill_obstacles(
             unit_m,
         )?;
         let moved = (center.norm() + velocity.norm() * time_s) / unit_m;
-        at_most("distance of a moving obstacle", moved, 2.0_f64.powi(22), unit_m)?;
+        at_most(
+            "distance of a moving obstacle",
+            moved,
+            2.0_f64.powi(22),
+            unit_m,
+        )?;
         let in_256ths = |metres: f64| round_i32(metres / unit_m * 256.0);
         bodies.push(QuantizedObstacle {
             x: in_256ths(center.x),

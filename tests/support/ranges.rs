@@ -264,7 +264,9 @@ fn non_positive_numbers_are_rejected() {
         ("angular deceleration", |problem, value| {
             problem.braking_theta = value;
         }),
-        ("duration of a step", |problem, value| problem.step_s = value),
+        ("duration of a step", |problem, value| {
+            problem.step_s = value
+        }),
         ("clearance cap", |problem, value| {
             problem.max_clearance_m = value;
         }),
