@@ -131,7 +131,7 @@ pub fn base_config(data: &[u8]) {
     }
 }
 
-/// Nav2's parameters. What is taken over is sound, and each parameter is either taken over or not.
+/// Nav2 parameter files. The imported settings are valid, and each parameter is in exactly one list.
 pub fn nav2_params(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -141,12 +141,12 @@ pub fn nav2_params(data: &[u8]) {
             Err(error) => one_line(&error),
             Ok(import) => {
                 let read = toml::from_str::<Config>(&import.config).expect("settings are TOML");
-                read.validate().expect("what is taken over is sound");
+                read.validate().expect("valid settings");
                 let base = toml::from_str::<BaseConfig>(&import.base_config).expect("TOML");
-                base.validate().expect("what is taken over is sound");
-                let taken = import.mapped.iter().map(|one| &one.key);
-                let left = import.not_mapped.iter().map(|one| &one.key);
-                let mut keys: Vec<&String> = taken.chain(left).collect();
+                base.validate().expect("valid settings");
+                let mapped = import.mapped.iter().map(|mapped| &mapped.parameter);
+                let unmapped = import.unmapped.iter().map(|unmapped| &unmapped.parameter);
+                let mut keys: Vec<&String> = mapped.chain(unmapped).collect();
                 let all = keys.len();
                 keys.sort();
                 keys.dedup();

@@ -1,35 +1,75 @@
-//! The controllers of a file: the first that is known is read.
+//! The plugins of the controller server: the first checker of each kind and the first supported controller are imported.
 
-use super::draft::Draft;
-use super::leftovers::{Rule, leave};
-use super::plugins::{give_way, plugins};
-use super::section::Section;
-use super::{Nav2Error, Why, dwb, mppi, rotation_shim};
+use super::config_builder::ConfigBuilder;
+use super::parameters::Parameters;
+use super::rules::{Rule, apply};
+use super::{Nav2Error, UnmappedReason, tables};
 
-/// Reads the first controller that is known, and leaves the others.
-pub(super) fn read(section: &mut Section, draft: &mut Draft) -> Result<(), Nav2Error> {
+const DWB: &str = "dwb_core::DWBLocalPlanner";
+const MPPI: &str = "nav2_mppi_controller::MPPIController";
+/// A controller that contains another and first rotates the robot in place.
+const ROTATION_SHIM: &str = "nav2_rotation_shim_controller::RotationShimController";
+/// The parameter with the type of the contained controller, or the prefix of its parameters.
+const PRIMARY: &str = "primary_controller";
+
+/// Kinds of checkers: parameters with their names, part of their type, and rules.
+const CHECKERS: [([&str; 2], &str, &[Rule]); 2] = [
+    (
+        ["progress_checker_plugins", "progress_checker_plugin"],
+        "ProgressChecker",
+        tables::PROGRESS_CHECKER,
+    ),
+    (
+        ["goal_checker_plugins", "goal_checker_plugin"],
+        "GoalChecker",
+        tables::GOAL_CHECKER,
+    ),
+];
+
+/// Imports the parameters of the controller server.
+pub(super) fn import_server(
+    mut parameters: Parameters,
+    builder: &mut ConfigBuilder,
+) -> Result<(), Nav2Error> {
+    for (lists, kind, rules) in CHECKERS {
+        let names = parameters.plugins(&lists, |plugin| plugin.contains(kind));
+        let mut names = names.into_iter();
+        if let Some(first) = names.next() {
+            apply(parameters.remove_plugin(&first), &[rules], builder)?;
+            for name in names {
+                leave(parameters.remove_plugin(&name), builder, &first);
+            }
+        }
+    }
+    import_controller(&mut parameters, builder)?;
+    apply(parameters, &[tables::CONTROLLER_SERVER], builder)
+}
+
+fn import_controller(
+    parameters: &mut Parameters,
+    builder: &mut ConfigBuilder,
+) -> Result<(), Nav2Error> {
     let is_controller =
         |plugin: &str| plugin.ends_with("Controller") || plugin.ends_with("LocalPlanner");
-    let names = plugins(section, &["controller_plugins"], is_controller);
-    let mut read: Option<String> = None;
-    for name in names {
-        let mut part = section.part(&name);
-        let known = Kind::of(&part);
-        match (&read, known) {
-            (None, Some(kind)) => {
-                kind.take(part, draft)?;
-                read = Some(name);
+    let mut imported: Option<String> = None;
+    for name in parameters.plugins(&["controller_plugins"], is_controller) {
+        let mut plugin = parameters.remove_plugin(&name);
+        let supported = Controller::find(&plugin);
+        match (&imported, supported) {
+            (None, Some(controller)) => {
+                controller.import(plugin, builder)?;
+                imported = Some(name);
             }
-            (Some(taken), Some(_)) => give_way(part, draft, taken),
+            (Some(first), Some(_)) => leave(plugin, builder, first),
             (_, None) => {
-                let plugin = part.take("plugin", "a text", |value| {
+                let kind = plugin.take("plugin", "a text", |value| {
                     value.as_str().map(str::to_owned)
                 })?;
-                let kind = plugin.as_ref().map_or("no plugin", |given| &given.value);
-                let reason = format!("of {kind}: only DWB and MPPI are taken over");
-                let place = plugin.as_ref().map(|given| given.place.clone());
-                for place in part.rest().map(|(_, place)| place).chain(place) {
-                    draft.leave(place, Why::NotYet, reason.clone());
+                let type_name = kind.as_ref().map_or("no type", |kind| &kind.value);
+                let explanation = format!("of {type_name}: the import supports only DWB and MPPI");
+                let kind_path = kind.as_ref().map(|kind| kind.path.clone());
+                for path in plugin.unused().map(|(_, path)| path).chain(kind_path) {
+                    builder.add_unmapped(path, UnmappedReason::NotSupported, explanation.clone());
                 }
             }
         }
@@ -37,81 +77,54 @@ pub(super) fn read(section: &mut Section, draft: &mut Draft) -> Result<(), Nav2E
     Ok(())
 }
 
-/// A controller that is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Controller {
-    Dwb,
-    Mppi,
+/// Lists all parameters of a plugin that is not imported because another of its kind is.
+fn leave(plugin: Parameters, builder: &mut ConfigBuilder, first: &str) {
+    for (_, path) in plugin.unused() {
+        let explanation = format!("only one plugin of its kind is imported: {first}");
+        builder.add_unmapped(path, UnmappedReason::NotInEffect, explanation);
+    }
 }
 
-/// A controller, and where its parameters are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Kind {
-    controller: Controller,
-    /// Within a rotation shim.
+/// A supported controller and the location of its parameters.
+struct Controller {
+    rules: &'static [Rule],
+    /// Whether it is in a rotation shim.
     in_shim: bool,
-    /// With the parameters nested under the shim's `primary_controller`, not beside them.
-    nested: bool,
+    /// Whether its parameters are nested under `primary_controller`, and not among the shim's parameters.
+    is_nested: bool,
 }
 
-impl Kind {
-    fn of(part: &Section) -> Option<Self> {
-        let plugin = part.text("plugin")?;
-        let in_shim = plugin == rotation_shim::PLUGIN;
-        let within = format!("{}.plugin", rotation_shim::PRIMARY);
-        let beside = part.text(rotation_shim::PRIMARY);
-        let nested = in_shim && beside.is_none();
-        let name = match (in_shim, beside) {
-            (false, _) => plugin,
+impl Controller {
+    fn find(plugin: &Parameters) -> Option<Self> {
+        let outer = plugin.peek_text("plugin")?;
+        let in_shim = outer == ROTATION_SHIM;
+        let primary = plugin.peek_text(PRIMARY);
+        let name = match (in_shim, primary) {
+            (false, _) => outer,
             (true, Some(primary)) => primary,
-            (true, None) => part.text(&within)?,
+            (true, None) => plugin.peek_text(&format!("{PRIMARY}.plugin"))?,
         };
-        let controller = match name {
-            dwb::PLUGIN => Controller::Dwb,
-            mppi::PLUGIN => Controller::Mppi,
+        let rules = match name {
+            DWB => tables::DWB,
+            MPPI => tables::MPPI,
             _ => return None,
         };
         Some(Self {
-            controller,
+            rules,
             in_shim,
-            nested,
+            is_nested: in_shim && primary.is_none(),
         })
     }
 
-    fn take(self, mut part: Section, draft: &mut Draft) -> Result<(), Nav2Error> {
-        let shim_rules: &[Rule] = if self.in_shim {
-            &rotation_shim::RULES
-        } else {
-            &[]
-        };
-        if self.in_shim {
-            rotation_shim::take(&mut part, draft)?;
-        }
-        if self.nested {
-            let inner = part.part(rotation_shim::PRIMARY);
-            leave(part, draft, &rotation_shim::MAPPED, &[shim_rules]);
-            part = inner;
-        }
-        match self.controller {
-            Controller::Dwb => {
-                dwb::take(&mut part, draft)?;
-                leave(
-                    part,
-                    draft,
-                    &dwb::MAPPED,
-                    &[shim_rules, &dwb::RULES, &dwb::CRITICS],
-                );
-            }
-            Controller::Mppi => {
-                mppi::take(&mut part, draft)?;
-                leave(
-                    part,
-                    draft,
-                    &mppi::MAPPED,
-                    &[shim_rules, &mppi::RULES, &mppi::CRITICS],
-                );
+    fn import(self, mut plugin: Parameters, builder: &mut ConfigBuilder) -> Result<(), Nav2Error> {
+        match (self.in_shim, self.is_nested) {
+            (false, _) => apply(plugin, &[self.rules], builder),
+            (true, false) => apply(plugin, &[tables::ROTATION_SHIM, self.rules], builder),
+            (true, true) => {
+                let inner = plugin.remove_plugin(PRIMARY);
+                apply(plugin, &[tables::ROTATION_SHIM], builder)?;
+                apply(inner, &[self.rules], builder)
             }
         }
-        Ok(())
     }
 }

@@ -1,59 +1,60 @@
-//! Why a Nav2 file cannot be taken over.
+//! Errors of the import.
 
 use thiserror::Error;
 
-/// A Nav2 file that gives no configuration. Each message is one line: the place in the file, what is wrong, the mend.
+/// Why a Nav2 file cannot be imported. Each message is one line: the place in the file, the cause, the cure.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum Nav2Error {
-    /// Text that is not YAML.
+    /// The text is not valid YAML.
     #[error("line {line}: {reason}: it must be YAML of ROS 2 parameters, each key once")]
     BadYaml {
         /// Line, from one.
         line: usize,
-        /// The reader's words.
+        /// Message of the parser.
         reason: String,
     },
-    /// No node of those that are read.
+    /// The file has none of the imported nodes.
     #[error(
-        "no parameters of controller_server, velocity_smoother or local_costmap: is it a nav2_params.yaml, with `ros__parameters` under each node?"
+        "no parameters of controller_server, velocity_smoother or local_costmap: it must be a nav2_params.yaml, with `ros__parameters` under each node"
     )]
-    NothingToRead,
-    /// Parameters of several robots, and none chosen.
-    #[error("parameters of several robots, in the namespaces {found}: choose one with --namespace")]
+    NoNodes,
+    /// The file has several robots, and no namespace is given.
+    #[error("the file has several robots, in the namespaces {found}: choose a namespace")]
     SeveralNamespaces {
-        /// All of them.
+        /// The namespaces.
         found: String,
     },
-    /// A namespace that is not there.
-    #[error("no parameters in the namespace `{wanted}`: it has {found}")]
-    NoSuchNamespace {
-        /// As asked for.
-        wanted: String,
-        /// Those that are there.
+    /// The file has no robot in the given namespace.
+    #[error("no parameters in the namespace `{namespace}`: the file has {found}")]
+    UnknownNamespace {
+        /// The given namespace.
+        namespace: String,
+        /// The namespaces of the file.
         found: String,
     },
-    /// One parameter twice, nested and with dots.
-    #[error("{key} is given twice, once nested and once with dots: leave one out")]
-    Twice {
-        /// Its place in the file.
-        key: String,
+    /// A parameter is both nested and written with dots.
+    #[error("{parameter} is given twice, once nested and once with dots: remove one")]
+    Duplicate {
+        /// Path of the parameter.
+        parameter: String,
     },
-    /// A value of the wrong kind.
-    #[error("{key} is {value}: it must be {expected}")]
+    /// A value has the wrong type.
+    #[error("{parameter} is {value}: it must be {expected}")]
     BadValue {
-        /// Its place in the file.
-        key: String,
-        /// As given.
+        /// Path of the parameter.
+        parameter: String,
+        /// The value.
         value: String,
-        /// What would be accepted.
+        /// The valid values.
         expected: &'static str,
     },
-    /// Values that no configuration of ours can have.
-    #[error("{keys}: not possible here: {reason}")]
+    /// A value is out of the range of its setting.
+    #[error("{parameters}: out of range: {reason}")]
     OutOfRange {
-        /// Where in the file the values come from.
-        keys: String,
-        /// What is wrong, in our names.
+        /// Paths of the parameters.
+        parameters: String,
+        /// The cause, with the names of the settings.
         reason: String,
     },
 }

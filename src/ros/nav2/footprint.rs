@@ -1,40 +1,130 @@
-//! A polygon covered by discs.
+//! The footprint: a polygon covered by discs, or one disc.
 
+use serde_json::Value;
+
+use super::Nav2Error;
+use super::config_builder::ConfigBuilder;
+use super::parameters::{Parameter, Parameters};
+use crate::map::yaml;
 use crate::robot::Disc;
 
-/// Most discs of a cover: what the planner takes.
-const MOST: usize = 8;
+/// Maximum number of discs of the planner.
+const MAX_DISCS: usize = 8;
+/// Maximum number of values in the text of a polygon.
+const MAX_VALUES: usize = 3000;
+/// Largest coordinate, radius and padding, metres.
+const MAX_METRES: f64 = 100.0;
 
-/// Discs that cover a polygon: the circle around it where that is no wider than a row of discs along the longer side of its
-/// bounding box, else that row. Corners in metres, at least one.
-pub(super) fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
-    let side = |at: usize| {
-        let along = || corners.iter().map(move |corner| corner[at]);
+/// The footprint follows from the polygon, or from the radius without one, and from the padding.
+pub(super) fn import_footprint(
+    parameters: &mut Parameters,
+    builder: &mut ConfigBuilder,
+) -> Result<(), Nav2Error> {
+    let is_empty = parameters
+        .peek_text("footprint")
+        .is_some_and(|text| text.trim().trim_matches(['[', ']']).trim().is_empty());
+    let polygon = if is_empty {
+        None
+    } else {
+        parameters.take(
+            "footprint",
+            "at least three corners within 100 m, such as \"[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]\"",
+            corners,
+        )?
+    };
+    let (discs, note) = if let Some(polygon) = polygon {
+        (
+            Some(polygon.map(|corners| cover(&corners))),
+            "covered by discs",
+        )
+    } else {
+        let expected = "a number of metres, above zero and at most 100";
+        let is_valid = |radius: &f64| *radius > 0.0 && *radius <= MAX_METRES;
+        let radius = parameters.take("robot_radius", expected, |value| {
+            value.as_f64().filter(is_valid)
+        })?;
+        let disc = |radius| {
+            vec![Disc {
+                x: 0.0,
+                y: 0.0,
+                radius,
+            }]
+        };
+        (radius.map(|radius| radius.map(disc)), "one disc")
+    };
+    let Some(mut discs) = discs else {
+        return Ok(());
+    };
+    let expected = "a number of metres, 0 to 100";
+    let padding = parameters.take("footprint_padding", expected, |value| {
+        value
+            .as_f64()
+            .filter(|padding| (0.0..=MAX_METRES).contains(padding))
+    })?;
+    for disc in &mut discs.value {
+        disc.radius += padding.as_ref().map_or(0.0, |padding| padding.value);
+    }
+    let value = toml_array(&discs.value);
+    let padding = padding.map(|Parameter { path, .. }| Parameter {
+        path,
+        value: value.clone(),
+    });
+    builder.set("robot.footprint", discs.map(|_| value), note);
+    if let Some(padding) = padding {
+        builder.set("robot.footprint", padding, "added to each radius");
+    }
+    Ok(())
+}
+
+/// The corners of a polygon, in a text as in Nav2, or in a list.
+fn corners(value: &Value) -> Option<Vec<[f64; 2]>> {
+    let corners: Vec<[f64; 2]> = match value {
+        Value::String(text) => yaml::parse(text, MAX_VALUES).ok()?,
+        list => serde_json::from_value(list.clone()).ok()?,
+    };
+    let is_near = |corner: &[f64; 2]| corner.iter().all(|number| number.abs() <= MAX_METRES);
+    (corners.len() >= 3 && corners.iter().all(is_near)).then_some(corners)
+}
+
+fn toml_array(discs: &[Disc]) -> toml::Value {
+    let disc = |disc: &Disc| {
+        let numbers = [("x", disc.x), ("y", disc.y), ("radius", disc.radius)];
+        let entries = numbers.map(|(name, number)| (name.to_owned(), toml::Value::Float(number)));
+        toml::Value::Table(entries.into_iter().collect())
+    };
+    toml::Value::Array(discs.iter().map(disc).collect())
+}
+
+/// Covers a polygon of at least one corner, metres, with discs. The result is its circumscribed circle, or a row of discs along
+/// the longer side of its bounding box if that is narrower.
+fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
+    let range = |axis: usize| {
+        let along = || corners.iter().map(move |corner| corner[axis]);
         (
             along().fold(f64::INFINITY, f64::min),
             along().fold(f64::NEG_INFINITY, f64::max),
         )
     };
-    let [(back, front), (right, left)] = [side(0), side(1)];
+    let [(back, front), (right, left)] = [range(0), range(1)];
     let (length, width) = (front - back, left - right);
     let (x, y) = (f64::midpoint(back, front), f64::midpoint(right, left));
-    let reach = |corner: &[f64; 2]| libm::hypot(corner[0] - x, corner[1] - y);
-    let around = corners.iter().map(reach).fold(0.0, f64::max);
+    let distance = |corner: &[f64; 2]| libm::hypot(corner[0] - x, corner[1] - y);
+    let circumradius = corners.iter().map(distance).fold(0.0, f64::max);
     let (longer, shorter) = (length.max(width), length.min(width));
-    // One more than squares fit: it halves what the discs reach over the sides.
-    let squares = (longer / shorter.max(longer / MOST as f64)).ceil();
-    let count = (squares as usize + 1).clamp(2, MOST);
-    let piece = longer / count as f64;
-    let radius = libm::hypot(piece / 2.0, shorter / 2.0);
-    if around <= radius {
+    // One disc more than squares fit: it halves the overhang of the discs.
+    let squares = (longer / shorter.max(longer / MAX_DISCS as f64)).ceil();
+    let count = (squares as usize + 1).clamp(2, MAX_DISCS);
+    let spacing = longer / count as f64;
+    let radius = libm::hypot(spacing / 2.0, shorter / 2.0);
+    if circumradius <= radius {
         return vec![Disc {
             x,
             y,
-            radius: around,
+            radius: circumradius,
         }];
     }
-    let disc = |at: usize| {
-        let along = (at as f64 + 0.5) * piece - longer / 2.0;
+    let disc = |index: usize| {
+        let along = (index as f64 + 0.5) * spacing - longer / 2.0;
         let (x, y) = if length >= width {
             (x + along, y)
         } else {
@@ -51,7 +141,7 @@ mod tests {
 
     use super::cover;
 
-    /// Whether every point of the box around these corners, and every corner, is in a disc.
+    /// Whether every corner and every inner point is in a disc.
     fn covers(corners: &[[f64; 2]], inside: &[[f64; 2]]) -> bool {
         let discs = cover(corners);
         corners.iter().chain(inside).all(|point| {
@@ -62,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn rectangles_are_covered_whichever_way_they_lie() {
+    fn discs_cover_rectangles() {
         for (length, width) in [
             (0.7, 0.5),
             (0.5, 0.7),
@@ -81,12 +171,12 @@ mod tests {
                 }
             }
             assert!(covers(&corners, &inside), "{length} x {width}");
-            assert!(cover(&corners).len() <= super::MOST);
+            assert!(cover(&corners).len() <= super::MAX_DISCS);
         }
     }
 
     #[test]
-    fn a_round_robot_is_one_disc() {
+    fn round_polygon_is_one_disc() {
         let corner = |index: u32| {
             let angle = TAU * f64::from(index) / 16.0;
             [0.22 * libm::cos(angle), 0.22 * libm::sin(angle)]
@@ -96,9 +186,9 @@ mod tests {
         assert!((discs[0].radius - 0.22).abs() < 1e-12 && discs[0].x.abs() < 1e-12);
     }
 
-    /// The discs of the default robot reach less than a fifth of its width over its sides.
+    /// The overhang of the discs of the default robot is less than a fifth of its width.
     #[test]
-    fn a_tracked_rectangle_is_covered_tightly() {
+    fn cover_of_default_robot_is_tight() {
         let discs = cover(&[[0.35, 0.25], [0.35, -0.25], [-0.35, -0.25], [-0.35, 0.25]]);
         assert_eq!(discs.len(), 3);
         assert!(discs.iter().all(|disc| disc.radius < 0.3), "{discs:?}");

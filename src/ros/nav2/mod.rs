@@ -1,24 +1,17 @@
-//! What a Nav2 parameter file would say here: DWB, MPPI, the rotation shim, the velocity smoother, the local costmap's
-//! footprint and the goal and progress checkers, as settings of ours.
+//! Imports Nav2 parameter files: DWB, MPPI, rotation shim, velocity smoother, the footprint of the local costmap, and the goal
+//! and progress checkers.
 //!
 //! Names and meanings are those of Nav2's configuration guide (docs.nav2.org, 2026) and of the parameter files in
-//! `nav2_bringup`. What has another meaning here, or none, is not guessed at: every parameter of a node that is read is either
-//! mapped or listed with the reason.
+//! `nav2_bringup`. Every parameter of an imported node is either mapped to settings or listed with the reason.
 
-mod controller_server;
+mod config_builder;
 mod controllers;
-mod draft;
-mod dwb;
 mod error;
 mod footprint;
-mod leftovers;
-mod local_costmap;
-mod mppi;
+mod parameter_file;
 mod parameters;
-mod plugins;
-mod rotation_shim;
-mod section;
-mod velocity_smoother;
+mod rules;
+mod tables;
 
 pub use error::Nav2Error;
 
@@ -26,113 +19,119 @@ use core::fmt::{Display, Formatter};
 
 use serde::Serialize;
 
-use draft::Draft;
-use parameters::Nodes;
-use section::Section;
+use config_builder::ConfigBuilder;
+use parameter_file::ParameterFile;
+use parameters::Parameters;
 
-/// What became of a file.
+/// The result of an import.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Import {
-    /// TOML for `--config`: the settings that the file gives, each with where it comes from. All else is at its default.
+    /// The imported settings in TOML, each with its source as a comment. All others have their defaults.
     pub config: String,
-    /// TOML for `--base-config`, likewise; empty when the file gives none.
+    /// The imported settings of the base, likewise; empty if there are none.
     pub base_config: String,
-    /// Parameters that were taken over, by their places in the file.
+    /// Mapped parameters by their paths in the file.
     pub mapped: Vec<Mapped>,
-    /// Parameters that were not, by their places in the file.
-    pub not_mapped: Vec<NotMapped>,
-    /// Nodes that were not read.
-    pub ignored: Vec<String>,
+    /// Unmapped parameters by their paths in the file.
+    pub unmapped: Vec<Unmapped>,
+    /// Nodes that are not imported.
+    pub ignored_nodes: Vec<String>,
 }
 
-/// A parameter that was taken over.
+/// A mapped parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Mapped {
-    /// Its place in the file, such as `controller_server.FollowPath.max_vel_x`.
-    pub key: String,
-    /// The settings that it gives.
-    pub to: Vec<Target>,
+    /// Path in the file, such as `controller_server.FollowPath.max_vel_x`.
+    pub parameter: String,
+    /// The settings that depend on it.
+    pub settings: Vec<MappedSetting>,
 }
 
-/// A setting that a parameter gives, alone or together with others.
+/// A setting that depends on a parameter, alone or together with others.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Target {
-    /// Its path, such as `robot.limits.max_vel_x`.
-    pub key: &'static str,
-    /// Its value.
-    pub value: toml::Value,
-    /// What was made of the parameter; nothing where its value is the setting's.
-    pub how: String,
+pub struct MappedSetting {
+    /// Path of the setting, such as `robot.limits.max_vel_x`.
+    pub setting: &'static str,
+    /// Value of the setting.
+    pub value: serde_json::Value,
+    /// How the value follows from the parameter; empty if both are equal.
+    pub note: String,
 }
 
-/// A parameter that was not taken over.
+/// An unmapped parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct NotMapped {
-    /// Its place in the file.
-    pub key: String,
-    /// Of what kind the reason is.
-    pub why: Why,
-    /// The reason.
-    pub reason: String,
+pub struct Unmapped {
+    /// Path in the file.
+    pub parameter: String,
+    /// Kind of the reason.
+    pub reason: UnmappedReason,
+    /// Explanation of the reason.
+    pub explanation: String,
 }
 
-/// Why a parameter is not taken over.
+/// Why a parameter is not mapped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Why {
-    /// There is no such thing here.
-    NoSuchThing,
-    /// There is something like it that means something else.
-    OtherMeaning,
-    /// There could be.
-    NotYet,
-    /// Another parameter takes its place.
-    NotInForce,
-    /// Not a parameter that is known here.
+#[non_exhaustive]
+pub enum UnmappedReason {
+    /// No setting has the same purpose.
+    NoEquivalent,
+    /// The setting with the same purpose has another meaning.
+    DifferentMeaning,
+    /// The import does not support it.
+    NotSupported,
+    /// Another parameter overrides it.
+    NotInEffect,
+    /// The parameter is unknown.
     Unknown,
 }
 
-impl Display for Why {
+impl Display for UnmappedReason {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> core::fmt::Result {
         formatter.write_str(match self {
-            Self::NoSuchThing => "no such thing here",
-            Self::OtherMeaning => "another meaning here",
-            Self::NotYet => "not yet",
-            Self::NotInForce => "not in force",
+            Self::NoEquivalent => "no equivalent",
+            Self::DifferentMeaning => "different meaning",
+            Self::NotSupported => "not supported",
+            Self::NotInEffect => "not in effect",
             Self::Unknown => "unknown",
         })
     }
 }
 
-/// Reads the parameters of one node.
-type Reader = fn(Section, &mut Draft) -> Result<(), Nav2Error>;
+/// Imports the parameters of a node.
+type NodeImport = fn(Parameters, &mut ConfigBuilder) -> Result<(), Nav2Error>;
 
-/// The nodes that are read.
-const NODES: [(&str, Reader); 3] = [
-    ("controller_server", controller_server::read),
-    ("velocity_smoother", velocity_smoother::read),
-    ("local_costmap", local_costmap::read),
+/// The imported nodes.
+const NODES: [(&str, NodeImport); 3] = [
+    ("controller_server", controllers::import_server),
+    ("velocity_smoother", |parameters, builder| {
+        rules::apply(parameters, &[tables::VELOCITY_SMOOTHER], builder)
+    }),
+    ("local_costmap", |parameters, builder| {
+        rules::apply(parameters, &[tables::LOCAL_COSTMAP], builder)
+    }),
 ];
 
-/// Takes over the text of a `nav2_params.yaml`: the parameters of the robot in a namespace, or of the only robot there is.
+/// Imports the text of a `nav2_params.yaml`: the parameters of the robot in a namespace, or of the only robot.
 ///
-/// The configuration returned is valid, and differs from the default in nothing that the file does not give.
+/// The resulting configuration is valid. Settings without a parameter have their defaults.
 ///
 /// # Errors
-/// Where the text is no such file, does not say which robot is meant, or has values that cannot be ours.
+/// When the text is no parameter file, has several robots and no namespace is given, or has a value out of range.
 pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> {
-    let nodes = Nodes::parse(text)?;
+    let file = ParameterFile::parse(text)?;
     let names = NODES.map(|(name, _)| name);
-    let namespace = nodes.namespace(namespace, &names)?;
-    let mut draft = Draft::default();
-    for (name, read) in NODES {
-        let Some((section, overridden)) = nodes.of(&namespace, name) else {
+    let namespace = file.select_namespace(namespace, &names)?;
+    let mut builder = ConfigBuilder::default();
+    for (name, import) in NODES {
+        let Some((parameters, overridden)) = file.node(&namespace, name) else {
             continue;
         };
-        for (place, by) in overridden {
-            draft.leave(place, Why::NotInForce, format!("{by} takes its place"));
+        for (path, by) in overridden {
+            let explanation = format!("{by} overrides it");
+            builder.add_unmapped(path, UnmappedReason::NotInEffect, explanation);
         }
-        read(section, &mut draft)?;
+        import(parameters, &mut builder)?;
     }
-    draft.finish(nodes.others(&namespace, &names))
+    builder.finish(file.ignored_nodes(&namespace, &names))
 }

@@ -1,176 +1,139 @@
-//! The parameters of ROS 2 nodes in a YAML file: namespaces, wildcards, nested keys.
-//!
-//! What stands under `ros__parameters` is a node's; the keys above it are the node's name and namespace, nested or joined by
-//! slashes. The name `/**` means every node, and what a node says itself goes before that. Keys of parameters may be nested
-//! or joined by dots, which is the same to ROS.
+//! The parameters of a node or of one of its plugins.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::Nav2Error;
-use super::section::{Parameter, Section};
-use crate::map::yaml::{self, BadYaml};
 
-/// Most values a file may unfold to: Nav2's own has about 600.
-const MAX_NODES: usize = 100_000;
-
-/// What stands above a node's parameters.
-const MARK: &str = "ros__parameters";
-
-/// All nodes of a file.
-pub(super) struct Nodes(Vec<Node>);
-
-struct Node {
-    /// Namespace, without slashes at its ends; may hold wildcards.
-    namespace: String,
-    name: String,
-    /// Its place in the file, such as `/robot1/controller_server`.
-    place: String,
-    parameters: BTreeMap<String, Value>,
+/// A parameter with its path in the file, such as `controller_server.FollowPath.max_vel_x`.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Parameter<T> {
+    pub path: String,
+    pub value: T,
 }
 
-impl Nodes {
-    pub fn parse(text: &str) -> Result<Self, Nav2Error> {
-        let root: Map<String, Value> = yaml::parse(text, MAX_NODES)
-            .map_err(|BadYaml { line, reason }| Nav2Error::BadYaml { line, reason })?;
-        let mut nodes = Vec::new();
-        collect(&root, &[], &mut nodes)?;
-        Ok(Self(nodes))
+impl<T> Parameter<T> {
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Parameter<U> {
+        Parameter {
+            path: self.path,
+            value: convert(self.value),
+        }
     }
+}
 
-    /// The namespace to read, of the nodes named: the one asked for, or the only one.
-    pub fn namespace(&self, wanted: Option<&str>, names: &[&str]) -> Result<String, Nav2Error> {
-        let known = self.0.iter().filter(|node| names.contains(&&*node.name));
-        let found: BTreeSet<&str> = known
-            .map(robot)
-            .filter(|namespace| !is_wild(namespace))
-            .collect();
-        let listed = || {
-            let quoted = found.iter().map(|namespace| match *namespace {
-                "" => "the root".to_owned(),
-                namespace => format!("`{namespace}`"),
-            });
-            quoted.collect::<Vec<_>>().join(", ")
-        };
-        match wanted.map(|wanted| wanted.trim_matches('/')) {
-            Some(wanted) if found.contains(wanted) => Ok(wanted.to_owned()),
-            Some(wanted) => Err(Nav2Error::NoSuchNamespace {
-                wanted: wanted.to_owned(),
-                found: listed(),
-            }),
-            None if found.len() > 1 => Err(Nav2Error::SeveralNamespaces { found: listed() }),
-            None => Ok(found.first().copied().unwrap_or_default().to_owned()),
+/// Parameters by name, and which of them were used.
+#[derive(Debug, Default)]
+pub(super) struct Parameters {
+    parameters: BTreeMap<String, Parameter<Value>>,
+    used: BTreeSet<String>,
+}
+
+impl Parameters {
+    pub const fn new(parameters: BTreeMap<String, Parameter<Value>>) -> Self {
+        Self {
+            parameters,
+            used: BTreeSet::new(),
         }
     }
 
-    /// The parameters in force for a node, by their names; and those that give way to others, each with the place of what is
-    /// in force. None when nothing is said of it.
-    pub fn of(&self, namespace: &str, name: &str) -> Option<(Section, Vec<(String, String)>)> {
-        let mut parameters: BTreeMap<String, Parameter> = BTreeMap::new();
-        let mut overridden = Vec::new();
-        let mut matching: Vec<&Node> = self
-            .0
-            .iter()
-            .filter(|node| node.is_for(namespace, name))
-            .collect();
-        // The most general first: what follows takes its place.
-        matching.sort_by_key(|node| (!is_wild(&node.name), !is_wild(&node.namespace)));
-        for node in &matching {
-            for (key, value) in &node.parameters {
-                let place = format!("{}.{key}", node.place);
-                let parameter = Parameter {
-                    place: place.clone(),
-                    value: value.clone(),
-                };
-                if let Some(before) = parameters.insert(key.clone(), parameter) {
-                    overridden.push((before.place, place));
-                }
+    /// Removes the parameters of a plugin and returns them without the plugin's name.
+    pub fn remove_plugin(&mut self, name: &str) -> Self {
+        let prefix = format!("{name}.");
+        let all = core::mem::take(&mut self.parameters).into_iter();
+        let (plugin, rest): (BTreeMap<_, _>, BTreeMap<_, _>) =
+            all.partition(|(key, _)| key.starts_with(&prefix));
+        self.parameters = rest;
+        let short = |(key, parameter): (String, _)| (key[prefix.len()..].to_owned(), parameter);
+        Self::new(plugin.into_iter().map(short).collect())
+    }
+
+    /// The value of a parameter, without use of it.
+    pub fn peek(&self, name: &str) -> Option<&Value> {
+        self.parameters.get(name).map(|parameter| &parameter.value)
+    }
+
+    /// The text of a parameter, without use of it.
+    pub fn peek_text(&self, name: &str) -> Option<&str> {
+        self.peek(name)?.as_str()
+    }
+
+    /// The names of the plugins of a kind: those of the lists first, then all others by their type.
+    pub fn plugins(&self, lists: &[&str], is_kind: impl Fn(&str) -> bool) -> Vec<String> {
+        let nested = self.parameters.keys().filter_map(|key| key.split_once('.'));
+        let prefixes: BTreeSet<&str> = nested.map(|(prefix, _)| prefix).collect();
+        let listed = lists.iter().filter_map(|list| self.peek(list));
+        let listed = listed.flat_map(|list| match list {
+            Value::Array(names) => names.iter().filter_map(Value::as_str).collect(),
+            single => single.as_str().into_iter().collect::<Vec<_>>(),
+        });
+        let of_kind = prefixes.iter().copied().filter(|name| {
+            let plugin = self.peek_text(&format!("{name}.plugin"));
+            plugin.is_some_and(&is_kind)
+        });
+        let mut names: Vec<String> = Vec::new();
+        for name in listed.filter(|name| prefixes.contains(name)).chain(of_kind) {
+            if names.iter().all(|known| known != name) {
+                names.push(name.to_owned());
             }
         }
-        (!matching.is_empty()).then(|| (Section::new(parameters), overridden))
+        names
     }
 
-    /// Places of the nodes that are not among those named, or not in the namespace.
-    pub fn others(&self, namespace: &str, names: &[&str]) -> Vec<String> {
-        let is_read = |node: &&Node| names.iter().any(|name| node.is_for(namespace, name));
-        let others = self.0.iter().filter(|node| !is_read(node));
-        others.map(|node| node.place.clone()).collect()
+    /// Uses a finite number.
+    pub fn number(&mut self, name: &str) -> Result<Option<Parameter<f64>>, Nav2Error> {
+        self.take(name, "a finite number", finite)
     }
-}
 
-impl Node {
-    fn is_for(&self, namespace: &str, name: &str) -> bool {
-        let own = robot(self);
-        let named = self.name == name || is_wild(&self.name);
-        named && (own == namespace || is_wild(own) || (own.is_empty() && is_wild(&self.name)))
+    /// Uses a whole number, at least one.
+    pub fn count(&mut self, name: &str) -> Result<Option<Parameter<u32>>, Nav2Error> {
+        self.take(name, "a whole number, 1 to 4294967295", |value| {
+            let count = value.as_u64().and_then(|count| u32::try_from(count).ok());
+            count.filter(|&count| count > 0)
+        })
     }
-}
 
-/// The namespace of the robot: a costmap's node has its own name once more as the last part.
-fn robot(node: &Node) -> &str {
-    let namespace = node.namespace.as_str();
-    let (before, last) = namespace.rsplit_once('/').unwrap_or(("", namespace));
-    if last == node.name { before } else { namespace }
-}
+    /// Uses three finite numbers: along x, along y, about z.
+    pub fn triple(&mut self, name: &str) -> Result<Option<Parameter<[f64; 3]>>, Nav2Error> {
+        self.take(name, "three finite numbers, [x, y, theta]", |value| {
+            let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(finite).collect();
+            numbers?.try_into().ok()
+        })
+    }
 
-fn is_wild(name: &str) -> bool {
-    name.contains('*')
-}
-
-/// Finds the nodes in a mapping, and below.
-fn collect(
-    mapping: &Map<String, Value>,
-    above: &[&str],
-    nodes: &mut Vec<Node>,
-) -> Result<(), Nav2Error> {
-    for (key, value) in mapping {
-        let Value::Object(below) = value else {
-            continue;
+    /// Uses a parameter, if it is present, with a conversion that returns nothing for an invalid value.
+    pub fn take<T>(
+        &mut self,
+        name: &str,
+        expected: &'static str,
+        convert: impl FnOnce(&Value) -> Option<T>,
+    ) -> Result<Option<Parameter<T>>, Nav2Error> {
+        let Some(Parameter { path, value }) = self.parameters.get(name) else {
+            return Ok(None);
         };
-        if key != MARK {
-            collect(below, &[above, &[key.as_str()]].concat(), nodes)?;
-            continue;
-        }
-        let names: Vec<&str> = above
-            .iter()
-            .flat_map(|name| name.split('/'))
-            .filter(|name| !name.is_empty())
-            .collect();
-        let place = above.join(".");
-        let mut parameters = BTreeMap::new();
-        flatten(below, "", &place, &mut parameters)?;
-        let (name, namespace) = names.split_last().unwrap_or((&"**", &[]));
-        nodes.push(Node {
-            namespace: namespace.join("/"),
-            name: (*name).to_owned(),
-            place,
-            parameters,
-        });
-    }
-    Ok(())
-}
-
-/// All values that are no mappings, by their names joined with dots.
-fn flatten(
-    mapping: &Map<String, Value>,
-    above: &str,
-    place: &str,
-    found: &mut BTreeMap<String, Value>,
-) -> Result<(), Nav2Error> {
-    for (key, value) in mapping {
-        let name = if above.is_empty() {
-            key.clone()
-        } else {
-            format!("{above}.{key}")
-        };
-        if let Value::Object(below) = value {
-            flatten(below, &name, place, found)?;
-        } else if found.insert(name.clone(), value.clone()).is_some() {
-            return Err(Nav2Error::Twice {
-                key: format!("{place}.{name}"),
-            });
+        self.used.insert(name.to_owned());
+        let path = path.clone();
+        match convert(value) {
+            Some(value) => Ok(Some(Parameter { path, value })),
+            None => Err(Nav2Error::BadValue {
+                parameter: path,
+                value: value.to_string().chars().take(60).collect(),
+                expected,
+            }),
         }
     }
-    Ok(())
+
+    /// The names and paths of the parameters that were not used.
+    pub fn unused(self) -> impl Iterator<Item = (String, String)> {
+        let Self { parameters, used } = self;
+        let unused = move |(name, _): &(String, _)| !used.contains(name);
+        parameters
+            .into_iter()
+            .filter(unused)
+            .map(|(name, parameter)| (name, parameter.path))
+    }
+}
+
+fn finite(value: &Value) -> Option<f64> {
+    value.as_f64().filter(|number| number.is_finite())
 }

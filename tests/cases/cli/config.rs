@@ -137,11 +137,11 @@ fn imported_nav2_settings_drive() {
         );
     }
     for words in [
-        "not mapped: controller_server.FollowPath.PathDist.scale: another meaning here",
+        "not mapped: controller_server.FollowPath.PathDist.scale: different meaning",
         "not mapped: controller_server.FollowPath.colour: unknown",
         "target_timeout_s = 0.5",
-        "nodes not read: planner_server",
-        "7 parameters taken over, 4 not",
+        "ignored nodes: planner_server",
+        "7 parameters mapped, 4 not mapped",
     ] {
         assert!(
             run.errors.iter().any(|line| line.contains(words)),
@@ -164,8 +164,8 @@ fn imported_nav2_settings_drive() {
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "config text, base_config text, mapped list, mapped[].key text, mapped[].to list, not_mapped list, \
-        not_mapped[].key text, not_mapped[].why text, not_mapped[].reason text, ignored list",
+        "config text, base_config text, mapped list, mapped[].parameter text, mapped[].settings list, unmapped list, \
+        unmapped[].parameter text, unmapped[].reason text, unmapped[].explanation text, ignored_nodes list",
     );
 }
 

@@ -1,6 +1,6 @@
-//! Nav2's parameter files as settings: what is taken over, what is listed, and what is refused.
+//! The import of Nav2 parameter files: mapped parameters, unmapped parameters, and errors.
 
+mod completeness;
+mod errors;
 mod files;
 mod mapping;
-mod places;
-mod refusals;

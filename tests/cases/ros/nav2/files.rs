@@ -1,4 +1,4 @@
-//! Parameter files of the kinds that are met, written for these tests.
+//! Parameter files of the usual kinds, written for these tests.
 
 /// DWB, an older file: one progress checker by name, critics with dots, one nested.
 pub const DWB: &str = r#"
@@ -79,7 +79,7 @@ velocity_smoother:
     velocity_timeout: 0.8
 "#;
 
-/// MPPI in a rotation shim, its parameters beside the shim's.
+/// MPPI in a rotation shim, with its parameters among the shim's.
 pub const SHIM: &str = r#"
 controller_server:
   ros__parameters:
@@ -117,7 +117,7 @@ controller_server:
       AckermannConstraints: {min_turning_r: 0.2}
 "#;
 
-/// Two robots, and what holds for every node of every robot.
+/// Two robots, and parameters of every node of every robot.
 pub const ROBOTS: &str = r#"
 /**:
   ros__parameters:

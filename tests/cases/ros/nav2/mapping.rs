@@ -1,34 +1,37 @@
-//! What the settings become, and why others do not.
+//! The settings that follow from parameters, and the reasons of unmapped parameters.
 
 use inbye::base::BaseConfig;
 use inbye::robot::Footprint;
-use inbye::ros::nav2::{Import, Why, import};
+use inbye::ros::nav2::{Import, UnmappedReason, import};
 use inbye::runtime::Config;
+
+use serde_json::json;
 
 use super::files::{DWB, ROBOTS, SHIM};
 
-fn taken(text: &str, namespace: Option<&str>) -> (Import, Config, BaseConfig) {
-    let taken = import(text, namespace).expect("a file that can be taken over");
-    let config: Config = toml::from_str(&taken.config).expect("settings of ours");
-    let base: BaseConfig = toml::from_str(&taken.base_config).expect("settings of a base");
+fn import_valid(text: &str, namespace: Option<&str>) -> (Import, Config, BaseConfig) {
+    let imported = import(text, namespace).expect("a valid file");
+    let config: Config = toml::from_str(&imported.config).expect("valid settings");
+    let base: BaseConfig = toml::from_str(&imported.base_config).expect("valid settings");
     assert_eq!(config.validate(), Ok(()));
     assert_eq!(base.validate(), Ok(()));
-    (taken, config, base)
+    (imported, config, base)
 }
 
-fn left<'a>(taken: &'a Import, key: &str) -> (Why, &'a str) {
-    let found = taken.not_mapped.iter().find(|left| left.key == key);
-    let found = found.unwrap_or_else(|| panic!("{key} is not listed"));
-    (found.why, &found.reason)
+fn unmapped<'a>(imported: &'a Import, parameter: &str) -> (UnmappedReason, &'a str) {
+    let mut all = imported.unmapped.iter();
+    let found = all.find(|unmapped| unmapped.parameter == parameter);
+    let found = found.unwrap_or_else(|| panic!("{parameter} is not listed"));
+    (found.reason, &found.explanation)
 }
 
 #[test]
-fn dwb_and_the_smoother_give_the_tighter_limits() {
-    let (taken, config, base) = taken(DWB, None);
+fn tighter_limit_of_dwb_and_smoother_applies() {
+    let (imported, config, base) = import_valid(DWB, None);
     let limits = config.robot.limits;
-    // DWB's highest speed in any direction is below that along x, and the smoother's is above both.
+    // DWB's limit in any direction is below its limit along x, and the smoother's limit is above both.
     assert_eq!((limits.min_vel_x, limits.max_vel_x), (-0.1, 0.4));
-    // The smoother turns right more slowly than left.
+    // The smoother's limit to the right is lower than to the left.
     assert_eq!(limits.max_vel_theta, 0.9);
     assert_eq!((limits.acc_lim_x, limits.acc_lim_theta), (1.5, 3.2));
     assert_eq!((limits.decel_lim_x, limits.decel_lim_theta), (-2.5, -3.0));
@@ -37,7 +40,7 @@ fn dwb_and_the_smoother_give_the_tighter_limits() {
     assert_eq!((local.control_period_s, local.sim_time_s), (0.05, 1.7));
     let navigator = &config.navigator;
     assert_eq!(navigator.required_movement_radius, 0.4);
-    // The first of the list, though it is not the first in the file; and any yaw.
+    // The first checker of the list is not the first in the file; its yaw tolerance is above pi.
     assert_eq!(navigator.xy_goal_tolerance, 0.15);
     assert_eq!(navigator.yaw_goal_tolerance, core::f64::consts::PI);
     assert_eq!(
@@ -46,62 +49,70 @@ fn dwb_and_the_smoother_give_the_tighter_limits() {
     );
     assert_eq!(base.base.tracks.deadband, 0.03);
 
-    let in_force = |key| left(&taken, key).0 == Why::NotInForce;
+    let is_not_in_effect = |key| unmapped(&imported, key).0 == UnmappedReason::NotInEffect;
     for key in [
         "controller_server.rough.xy_goal_tolerance",
         "controller_server.Slow.max_vel_x",
         "local_costmap.local_costmap.robot_radius",
     ] {
-        assert!(in_force(key), "{key}");
+        assert!(is_not_in_effect(key), "{key}");
     }
-    let (why, reason) = left(&taken, "controller_server.FollowPath.max_vel_thta");
-    assert_eq!(why, Why::Unknown);
-    assert!(reason.contains("`max_vel_theta`"), "{reason}");
-    for (key, why) in [
-        ("FollowPath.PathDist.scale", Why::OtherMeaning),
-        ("FollowPath.BaseObstacle.scale", Why::OtherMeaning),
-        ("FollowPath.RotateToGoal.slowing_factor", Why::NoSuchThing),
-        ("FollowPath.vy_samples", Why::NoSuchThing),
+    let (reason, explanation) = unmapped(&imported, "controller_server.FollowPath.max_vel_thta");
+    assert_eq!(reason, UnmappedReason::Unknown);
+    assert!(explanation.contains("`max_vel_theta`"), "{explanation}");
+    for (key, reason) in [
+        (
+            "FollowPath.PathDist.scale",
+            UnmappedReason::DifferentMeaning,
+        ),
+        (
+            "FollowPath.BaseObstacle.scale",
+            UnmappedReason::DifferentMeaning,
+        ),
+        (
+            "FollowPath.RotateToGoal.slowing_factor",
+            UnmappedReason::NoEquivalent,
+        ),
+        ("FollowPath.vy_samples", UnmappedReason::NoEquivalent),
         (
             "progress_checker.movement_time_allowance",
-            Why::OtherMeaning,
+            UnmappedReason::DifferentMeaning,
         ),
-        ("failure_tolerance", Why::OtherMeaning),
-        ("use_sim_time", Why::NoSuchThing),
+        ("failure_tolerance", UnmappedReason::DifferentMeaning),
+        ("use_sim_time", UnmappedReason::NoEquivalent),
     ] {
         let key = format!("controller_server.{key}");
-        assert_eq!(left(&taken, &key).0, why, "{key}");
+        assert_eq!(unmapped(&imported, &key).0, reason, "{key}");
     }
-    assert_eq!(taken.ignored, ["amcl"]);
+    assert_eq!(imported.ignored_nodes, ["amcl"]);
 }
 
-/// The discs hold the corners of the footprint and its padding.
 #[test]
-fn a_footprint_is_covered_and_padded() {
-    let (_, config, _) = taken(DWB, None);
+fn discs_cover_padded_footprint() {
+    let (_, config, _) = import_valid(DWB, None);
     let discs = config.robot.footprint.discs();
     for (x, y) in [(0.35, 0.25), (-0.35, 0.25), (0.35, -0.25), (0.0, 0.25)] {
-        let held = |disc: &inbye::robot::Disc| {
+        let covers = |disc: &inbye::robot::Disc| {
             libm::hypot(x - disc.x, y - disc.y) <= disc.radius - 0.02 + 1e-12
         };
-        assert!(discs.iter().any(held), "({x}, {y}) in {discs:?}");
+        assert!(discs.iter().any(covers), "({x}, {y}) in {discs:?}");
     }
     let round = DWB.replace(
         "footprint: \"[ [0.35, 0.25], [0.35, -0.25], [-0.35, -0.25], [-0.35, 0.25] ]\"",
         "footprint: \"[]\"",
     );
-    let (taken, config, _) = taken(&round, None);
+    let (imported, config, _) = import_valid(&round, None);
     assert_eq!(
         config.robot.footprint,
         Footprint::round(0.24).expect("above zero")
     );
-    let empty = left(&taken, "local_costmap.local_costmap.footprint");
-    assert_eq!(empty.0, Why::NotInForce);
+    let empty = unmapped(&imported, "local_costmap.local_costmap.footprint");
+    assert_eq!(empty.0, UnmappedReason::NotInEffect);
 }
 
 #[test]
-fn mppi_in_a_shim_gives_limits_horizon_and_turning_in_place() {
-    let (taken, config, _) = taken(SHIM, None);
+fn mppi_in_shim_gives_limits_horizon_and_thresholds() {
+    let (imported, config, _) = import_valid(SHIM, None);
     let limits = config.robot.limits;
     assert_eq!(
         (limits.min_vel_x, limits.max_vel_x, limits.max_vel_theta),
@@ -118,7 +129,7 @@ fn mppi_in_a_shim_gives_limits_horizon_and_turning_in_place() {
     assert_eq!(local.control_period_s, 0.04);
     let navigator = &config.navigator;
     assert_eq!(navigator.scan_timeout_s, 0.4);
-    // Ours would end above where it begins: half, as Nav2 has it.
+    // The default of the lower threshold would exceed the upper one: half of it, Nav2's default, applies.
     assert_eq!(
         (
             navigator.rotate_in_place_from,
@@ -126,23 +137,26 @@ fn mppi_in_a_shim_gives_limits_horizon_and_turning_in_place() {
         ),
         (0.2, 0.1)
     );
-    let (why, reason) = left(&taken, "controller_server.Other.desired_linear_vel");
-    assert_eq!(why, Why::NotYet);
-    assert!(reason.contains("RegulatedPurePursuit"), "{reason}");
+    let (reason, explanation) = unmapped(&imported, "controller_server.Other.desired_linear_vel");
+    assert_eq!(reason, UnmappedReason::NotSupported);
+    assert!(
+        explanation.contains("RegulatedPurePursuit"),
+        "{explanation}"
+    );
     assert_eq!(
-        left(
-            &taken,
+        unmapped(
+            &imported,
             "controller_server.FollowPath.GoalCritic.cost_weight"
         )
         .0,
-        Why::OtherMeaning
+        UnmappedReason::DifferentMeaning
     );
-    assert!(taken.base_config.is_empty());
+    assert!(imported.base_config.is_empty());
 }
 
-/// Newer files may nest the controller that is within the shim.
+/// Newer files nest the controller in the shim.
 #[test]
-fn a_controller_nested_in_a_shim_is_the_same() {
+fn controller_nested_in_shim_is_imported() {
     let nested = r#"
 controller_server:
   ros__parameters:
@@ -156,70 +170,74 @@ controller_server:
         discretize_by_time: true
         time_granularity: 0.2
 "#;
-    let (taken, config, _) = taken(nested, None);
+    let (imported, config, _) = import_valid(nested, None);
     assert_eq!(config.robot.limits.max_vel_x, 0.7);
     assert_eq!(config.local.sim_step_s, 0.2);
     assert_eq!(config.navigator.rotate_in_place_from, 0.8);
     assert_eq!(config.navigator.rotate_in_place_until, 0.4);
-    assert_eq!(taken.mapped.len(), 4);
+    assert_eq!(imported.mapped.len(), 4);
 }
 
-/// With less of the horizon given, the rest of it is Nav2's default, and is said to be.
 #[test]
-fn half_a_horizon_is_made_whole_by_nav2s_defaults() {
+fn missing_part_of_horizon_has_nav2_default() {
     let only = |line: &str| {
         format!(
             "controller_server:\n  ros__parameters:\n    FollowPath:\n      plugin: nav2_mppi_controller::MPPIController\n      {line}\n"
         )
     };
-    let (_, config, _) = taken(&only("time_steps: 30"), None);
+    let (_, config, _) = import_valid(&only("time_steps: 30"), None);
     assert_eq!(
         (config.local.sim_step_s, config.local.sim_time_s),
         (0.05, 1.5)
     );
-    let (taken, config, _) = taken(&only("model_dt: 0.1"), None);
+    let (imported, config, _) = import_valid(&only("model_dt: 0.1"), None);
     assert_eq!(
         (config.local.sim_step_s, config.local.sim_time_s),
         (0.1, 5.6)
     );
-    assert!(taken.config.contains("56 x 0.1"), "{}", taken.config);
+    assert!(imported.config.contains("56 x 0.1"), "{}", imported.config);
 }
 
 #[test]
-fn each_robot_has_its_own_and_what_holds_for_all() {
-    let (one, config, _) = taken(ROBOTS, Some("robot1"));
+fn robot_has_own_and_common_parameters() {
+    let (one, config, _) = import_valid(ROBOTS, Some("robot1"));
     assert_eq!(config.robot.limits.max_vel_x, 0.3);
     assert_eq!(config.local.control_period_s, 0.1);
     assert_eq!(
         config.robot.footprint,
         Footprint::round(0.3).expect("above zero")
     );
-    // Its own rate takes the place of that for all.
-    assert_eq!(left(&one, "/**.controller_frequency").0, Why::NotInForce);
-    assert_eq!(one.ignored, ["/robot2/controller_server"]);
-    let (two, config, _) = taken(ROBOTS, Some("/robot2"));
+    // Its own rate overrides the common one.
+    assert_eq!(
+        unmapped(&one, "/**.controller_frequency").0,
+        UnmappedReason::NotInEffect
+    );
+    assert_eq!(one.ignored_nodes, ["/robot2/controller_server"]);
+    let (two, config, _) = import_valid(ROBOTS, Some("/robot2"));
     assert_eq!(config.robot.limits.max_vel_x, 0.6);
     assert_eq!(config.local.control_period_s, 0.2);
-    assert!(two.ignored.contains(&"robot1.controller_server".to_owned()));
+    assert!(
+        two.ignored_nodes
+            .contains(&"robot1.controller_server".to_owned())
+    );
 }
 
-/// What the file does not give stays as it is, and every line of the text is one that the lists have.
 #[test]
-fn the_text_holds_what_is_mapped_and_nothing_else() {
+fn config_has_exactly_the_mapped_settings() {
     for (text, namespace) in [(DWB, None), (SHIM, None), (ROBOTS, Some("robot2"))] {
-        let taken = import(text, namespace).expect("a file that can be taken over");
-        let both: toml::Table = (taken.config.clone() + &taken.base_config)
+        let imported = import(text, namespace).expect("a valid file");
+        let both: toml::Table = (imported.config.clone() + &imported.base_config)
             .parse()
-            .expect("the tables differ");
+            .expect("different tables");
         let mut keys: Vec<&str> = taken
             .mapped
             .iter()
-            .flat_map(|mapped| &mapped.to)
-            .map(|to| to.key)
+            .flat_map(|mapped| &mapped.settings)
+            .map(|setting| setting.setting)
             .collect();
         keys.sort_unstable();
         keys.dedup();
-        let lines = (taken.config.lines().chain(taken.base_config.lines()))
+        let lines = (imported.config.lines().chain(imported.base_config.lines()))
             .filter(|line| line.contains(" = ") && !line.starts_with('#'));
         assert_eq!(lines.count(), keys.len());
         for key in keys {
@@ -227,9 +245,10 @@ fn the_text_holds_what_is_mapped_and_nothing_else() {
             for name in key.split('.') {
                 value = &value[name];
             }
-            let of = taken.mapped.iter().flat_map(|mapped| &mapped.to);
+            let of = imported.mapped.iter().flat_map(|mapped| &mapped.settings);
             assert!(
-                of.filter(|to| to.key == key).all(|to| to.value == *value),
+                of.filter(|setting| setting.setting == key)
+                    .all(|setting| setting.value == json!(value)),
                 "{key}"
             );
         }

@@ -1,11 +1,11 @@
-//! Files that give no settings, and what is said of them.
+//! Files that cannot be imported, and their error messages.
 
 use inbye::ros::nav2::import;
 
 use super::files::{DWB, ROBOTS};
 
 #[track_caller]
-fn assert_refused(text: &str, namespace: Option<&str>, words: &str) {
+fn assert_rejected(text: &str, namespace: Option<&str>, words: &str) {
     let error = import(text, namespace).expect_err(words);
     let message = error.to_string();
     assert_eq!(message.lines().count(), 1, "{message}");
@@ -15,7 +15,7 @@ fn assert_refused(text: &str, namespace: Option<&str>, words: &str) {
 }
 
 #[test]
-fn values_that_cannot_be_are_refused_with_their_place() {
+fn invalid_values_are_rejected_with_their_path() {
     for (from, to, words) in [
         (
             "max_vel_x: 0.45",
@@ -109,12 +109,12 @@ fn values_that_cannot_be_are_refused_with_their_place() {
         ),
     ] {
         assert!(DWB.contains(from), "{from}");
-        assert_refused(&DWB.replace(from, to), None, words);
+        assert_rejected(&DWB.replace(from, to), None, words);
     }
 }
 
 #[test]
-fn files_that_are_no_parameter_files_are_refused() {
+fn other_files_are_rejected() {
     for text in [
         "",
         "a: 1",
@@ -128,18 +128,18 @@ fn files_that_are_no_parameter_files_are_refused() {
             "{text}: {error}"
         );
     }
-    assert_refused(
+    assert_rejected(
         ROBOTS,
         None,
-        "several robots; `robot1`, `robot2`; --namespace",
+        "several robots; `robot1`, `robot2`; choose a namespace",
     );
-    assert_refused(ROBOTS, Some("robot3"), "`robot3`; `robot1`, `robot2`");
-    assert_refused(DWB, Some("robot3"), "`robot3`; the root");
+    assert_rejected(ROBOTS, Some("robot3"), "`robot3`; `robot1`, `robot2`");
+    assert_rejected(DWB, Some("robot3"), "`robot3`; the root");
 }
 
-/// A few lines of aliases that would unfold to a billion values, and a nesting of ten thousand.
+/// Aliases that expand to a billion values, and nesting of ten thousand levels.
 #[test]
-fn bombs_are_refused_at_once() {
+fn yaml_bombs_are_rejected() {
     let mut bomb =
         "controller_server:\n  ros__parameters:\n    a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n"
             .to_owned();

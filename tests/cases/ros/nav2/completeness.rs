@@ -1,4 +1,4 @@
-//! Every parameter of the nodes that are read is in exactly one list.
+//! Every parameter of the imported nodes is in exactly one list.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::files::{DWB, ROBOTS, SHIM};
 
-/// Places of all parameters, by a walk of our own: the path without the mark.
+/// The paths of all parameters, without `ros__parameters`.
 fn all(text: &str) -> BTreeSet<String> {
     let root: Value = serde_saphyr::from_str(text).expect("the file is YAML");
     let mut found = BTreeSet::new();
@@ -16,20 +16,20 @@ fn all(text: &str) -> BTreeSet<String> {
     found
 }
 
-fn walk(value: &Value, path: &str, marked: bool, found: &mut BTreeSet<String>) {
+fn walk(value: &Value, path: &str, in_node: bool, found: &mut BTreeSet<String>) {
     match value {
         Value::Object(entries) => {
             for (key, below) in entries {
-                let is_mark = key == "ros__parameters";
-                let path = match (is_mark, path) {
+                let is_parameters = key == "ros__parameters";
+                let path = match (is_parameters, path) {
                     (true, path) => path.to_owned(),
                     (false, "") => key.clone(),
                     (false, path) => format!("{path}.{key}"),
                 };
-                walk(below, &path, marked || is_mark, found);
+                walk(below, &path, in_node || is_parameters, found);
             }
         }
-        _ if marked => {
+        _ if in_node => {
             found.insert(path.to_owned());
         }
         _ => {}
@@ -37,42 +37,57 @@ fn walk(value: &Value, path: &str, marked: bool, found: &mut BTreeSet<String>) {
 }
 
 #[track_caller]
-fn assert_each_in_one_list(text: &str, namespace: Option<&str>) {
-    let taken = import(text, namespace).expect("a file that can be taken over");
-    let mapped: BTreeSet<&str> = taken.mapped.iter().map(|mapped| &*mapped.key).collect();
-    let left: BTreeSet<&str> = taken.not_mapped.iter().map(|left| &*left.key).collect();
-    assert_eq!(mapped.len(), taken.mapped.len(), "each once");
-    assert_eq!(left.len(), taken.not_mapped.len(), "each once");
+fn assert_one_list_per_parameter(text: &str, namespace: Option<&str>) {
+    let imported = import(text, namespace).expect("a valid file");
+    let mapped: BTreeSet<&str> = imported
+        .mapped
+        .iter()
+        .map(|mapped| &*mapped.parameter)
+        .collect();
+    let unmapped = imported.unmapped.iter();
+    let unmapped: BTreeSet<&str> = unmapped.map(|unmapped| &*unmapped.parameter).collect();
+    assert_eq!(mapped.len(), imported.mapped.len(), "each once");
+    assert_eq!(unmapped.len(), imported.unmapped.len(), "each once");
     assert!(
-        mapped.is_disjoint(&left),
+        mapped.is_disjoint(&unmapped),
         "{:?}",
-        mapped.intersection(&left)
+        mapped.intersection(&unmapped)
     );
     let all = all(text);
     let of_ignored = |key: &str| {
         let begins = |node: &String| key.starts_with(&format!("{node}."));
-        taken.ignored.iter().any(begins)
+        imported.ignored_nodes.iter().any(begins)
     };
     let expected: BTreeSet<&str> = all
         .iter()
         .map(String::as_str)
         .filter(|key| !of_ignored(key))
         .collect();
-    let listed: BTreeSet<&str> = mapped.union(&left).copied().collect();
+    let listed: BTreeSet<&str> = mapped.union(&unmapped).copied().collect();
     assert_eq!(listed, expected);
-    assert!(taken.mapped.iter().all(|mapped| !mapped.to.is_empty()));
-    assert!(taken.not_mapped.iter().all(|left| left.reason.len() > 4));
+    assert!(
+        imported
+            .mapped
+            .iter()
+            .all(|mapped| !mapped.settings.is_empty())
+    );
+    assert!(
+        imported
+            .unmapped
+            .iter()
+            .all(|unmapped| unmapped.explanation.len() > 4)
+    );
 }
 
 #[test]
-fn each_parameter_is_in_one_list() {
-    assert_each_in_one_list(DWB, None);
-    assert_each_in_one_list(SHIM, None);
-    assert_each_in_one_list(ROBOTS, Some("robot1"));
-    assert_each_in_one_list(ROBOTS, Some("robot2"));
+fn every_parameter_is_in_one_list() {
+    assert_one_list_per_parameter(DWB, None);
+    assert_one_list_per_parameter(SHIM, None);
+    assert_one_list_per_parameter(ROBOTS, Some("robot1"));
+    assert_one_list_per_parameter(ROBOTS, Some("robot2"));
 }
 
-/// Lines that a parameter file may have under a controller, each sound.
+/// Valid lines of a controller in a parameter file.
 const LINES: [&str; 16] = [
     "plugin: dwb_core::DWBLocalPlanner",
     "plugin: nav2_mppi_controller::MPPIController",
@@ -93,9 +108,8 @@ const LINES: [&str; 16] = [
 ];
 
 proptest! {
-    /// Whatever of it is there.
     #[test]
-    fn each_parameter_of_any_controller_is_in_one_list(chosen in proptest::sample::subsequence(LINES.to_vec(), 0..LINES.len())) {
+    fn every_parameter_of_random_controllers_is_in_one_list(chosen in proptest::sample::subsequence(LINES.to_vec(), 0..LINES.len())) {
         let mut text = "controller_server:\n  ros__parameters:\n    controller_frequency: 10\n".to_owned();
         let mut seen = BTreeSet::new();
         let mut body = String::new();
@@ -108,23 +122,21 @@ proptest! {
             text += "    FollowPath:\n";
             text += &body;
         }
-        assert_each_in_one_list(&text, None);
+        assert_one_list_per_parameter(&text, None);
     }
 
-    /// No text at all makes it panic.
     #[test]
-    fn any_text_is_taken_or_refused(text in "[a-z_:\\[\\]{}&*!|>~'\" \n.0-9-]{0,200}") {
+    fn random_text_never_panics(text in "[a-z_:\\[\\]{}&*!|>~'\" \n.0-9-]{0,200}") {
         drop(import(&text, None));
         drop(import(&format!("controller_server:\n  ros__parameters:\n    {text}"), None));
     }
 
-    /// Nor does a damaged file, and what is taken is always sound.
     #[test]
-    fn a_damaged_file_is_taken_or_refused(at in 0..DWB.len(), with in "[a-z:.0-9 \n-]{0,3}") {
+    fn damaged_file_gives_valid_settings_or_an_error(at in 0..DWB.len(), with in "[a-z:.0-9 \n-]{0,3}") {
         let mut text = DWB.to_owned();
         text.replace_range(at..=at, &with);
-        if let Ok(taken) = import(&text, None) {
-            let config: inbye::runtime::Config = toml::from_str(&taken.config).expect("settings of ours");
+        if let Ok(imported) = import(&text, None) {
+            let config: inbye::runtime::Config = toml::from_str(&imported.config).expect("valid settings");
             prop_assert_eq!(config.validate(), Ok(()));
         }
     }

@@ -1,0 +1,220 @@
+//! Collects settings with the parameters that they follow from.
+
+use std::collections::BTreeMap;
+
+use toml::Value;
+
+use super::parameters::Parameter;
+use super::rules::Merge;
+use super::{Import, Mapped, MappedSetting, Nav2Error, Unmapped, UnmappedReason};
+use crate::base::BaseConfig;
+use crate::documented::Described;
+use crate::runtime::Config;
+
+/// The settings and the unmapped parameters so far.
+#[derive(Debug, Default)]
+pub(super) struct ConfigBuilder {
+    settings: BTreeMap<&'static str, Setting>,
+    unmapped: BTreeMap<String, Unmapped>,
+}
+
+#[derive(Debug)]
+struct Setting {
+    value: Value,
+    sources: Vec<Source>,
+}
+
+/// A parameter that a setting follows from.
+#[derive(Debug)]
+struct Source {
+    path: String,
+    note: String,
+    /// The value by this parameter alone, if it is one of several limits.
+    own_value: Option<f64>,
+}
+
+impl Setting {
+    /// How the value follows from a parameter.
+    fn note(&self, source: &Source) -> String {
+        match source.own_value {
+            Some(own) if self.value.as_float() != Some(own) => {
+                let gap = if source.note.is_empty() { "" } else { ": " };
+                format!(
+                    "{}{gap}{own:?}, which is not the tighter limit",
+                    source.note
+                )
+            }
+            _ => source.note.clone(),
+        }
+    }
+}
+
+impl ConfigBuilder {
+    /// Sets a value. The note is empty if the setting has the parameter's value.
+    pub fn set<T: Into<Value>>(&mut self, setting: &'static str, value: Parameter<T>, note: &str) {
+        self.add(setting, value, note, None);
+    }
+
+    /// Sets a number, or combines it with the values of other parameters.
+    pub fn merge(
+        &mut self,
+        setting: &'static str,
+        mut value: Parameter<f64>,
+        note: &str,
+        merge: Merge,
+    ) {
+        let own = value.value;
+        let before = self.settings.get(setting);
+        if let Some(before) = before.and_then(|setting| setting.value.as_float()) {
+            value.value = match merge {
+                Merge::Replace => own,
+                Merge::Min => own.min(before),
+                Merge::Max => own.max(before),
+            };
+        }
+        let own_value = (merge != Merge::Replace).then_some(own);
+        self.add(setting, value, note, own_value);
+    }
+
+    fn add<T: Into<Value>>(
+        &mut self,
+        setting: &'static str,
+        Parameter { path, value }: Parameter<T>,
+        note: &str,
+        own_value: Option<f64>,
+    ) {
+        let setting = self.settings.entry(setting).or_insert_with(|| Setting {
+            value: Value::Boolean(false),
+            sources: Vec::new(),
+        });
+        setting.value = value.into();
+        setting.sources.push(Source {
+            path,
+            note: note.to_owned(),
+            own_value,
+        });
+    }
+
+    /// Lists a parameter as unmapped.
+    pub fn add_unmapped(
+        &mut self,
+        path: String,
+        reason: UnmappedReason,
+        explanation: impl Into<String>,
+    ) {
+        let new = Unmapped {
+            parameter: path.clone(),
+            reason,
+            explanation: explanation.into(),
+        };
+        // A parameter of all nodes is listed by each of them: a known reason replaces an unknown parameter.
+        let known = self.unmapped.get(&path);
+        if known.is_none_or(|before| before.reason == UnmappedReason::Unknown) {
+            self.unmapped.insert(path, new);
+        }
+    }
+
+    /// The validated configuration.
+    pub fn finish(mut self, ignored_nodes: Vec<String>) -> Result<Import, Nav2Error> {
+        let mapped = self.mapped();
+        if mapped.is_empty() {
+            return Err(Nav2Error::NoNodes);
+        }
+        for mapped in &mapped {
+            self.unmapped.remove(&mapped.parameter);
+        }
+        let config = self.toml(&Config::keys());
+        let base_config = self.toml(&BaseConfig::keys());
+        self.validate(&config, Config::validate)?;
+        self.validate(&base_config, BaseConfig::validate)?;
+        Ok(Import {
+            config,
+            base_config,
+            mapped,
+            unmapped: self.unmapped.into_values().collect(),
+            ignored_nodes,
+        })
+    }
+
+    /// Every mapped parameter with its settings.
+    fn mapped(&self) -> Vec<Mapped> {
+        let mut mapped: BTreeMap<&str, Mapped> = BTreeMap::new();
+        for (name, setting) in &self.settings {
+            for source in &setting.sources {
+                let entry = mapped.entry(&source.path).or_insert_with(|| Mapped {
+                    parameter: source.path.clone(),
+                    settings: Vec::new(),
+                });
+                entry.settings.push(MappedSetting {
+                    setting: name,
+                    value: serde_json::json!(setting.value),
+                    note: setting.note(source),
+                });
+            }
+        }
+        mapped.into_values().collect()
+    }
+
+    /// The settings among the keys in TOML, in the order of the keys.
+    fn toml(&self, keys: &[Described]) -> String {
+        let mut text = String::new();
+        let mut open = "";
+        for known in keys {
+            let Some(setting) = self.settings.get(&*known.key) else {
+                continue;
+            };
+            let (table, name) = known.key.rsplit_once('.').unwrap_or(("", &known.key));
+            if open != table {
+                let gap = if text.is_empty() { "" } else { "\n" };
+                text += &[gap, "[", table, "]\n"].concat();
+                open = table;
+            }
+            for source in &setting.sources {
+                let note = match setting.note(source) {
+                    note if note.is_empty() => note,
+                    note => format!(" ({note})"),
+                };
+                text += &["# From ", &in_one_line(&source.path), &note, ".\n"].concat();
+            }
+            text += &[name, " = ", &setting.value.to_string(), "\n"].concat();
+        }
+        text
+    }
+
+    fn validate<T: serde::de::DeserializeOwned, E: ToString>(
+        &self,
+        text: &str,
+        validate: impl FnOnce(&T) -> Result<(), E>,
+    ) -> Result<(), Nav2Error> {
+        let reason = match toml::from_str::<T>(text) {
+            Ok(settings) => match validate(&settings) {
+                Ok(()) => return Ok(()),
+                Err(error) => error.to_string(),
+            },
+            Err(error) => error.message().to_owned(),
+        };
+        Err(Nav2Error::OutOfRange {
+            parameters: self.causes(&reason),
+            reason,
+        })
+    }
+
+    /// The parameters of the settings that an error message names.
+    fn causes(&self, message: &str) -> String {
+        let words: Vec<&str> = message
+            .split(|letter: char| !(letter.is_alphanumeric() || letter == '_'))
+            .collect();
+        let is_named = |key: &str| words.contains(&key.rsplit('.').next().unwrap_or(key));
+        let paths: Vec<&str> = self
+            .settings
+            .iter()
+            .filter(|(key, _)| is_named(key))
+            .flat_map(|(_, setting)| setting.sources.iter().map(|source| source.path.as_str()))
+            .collect();
+        paths.join(", ")
+    }
+}
+
+fn in_one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
