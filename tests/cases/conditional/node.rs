@@ -147,8 +147,8 @@ fn holds(is_true: bool, what: impl Display, facts: &Value) -> Result<(), Failed>
 
 /// Runs a scenario and checks its facts.
 fn with_peer(scenario: &str, check: Check) -> Result<Completion, Failed> {
-    static PEER: OnceLock<Result<(Command, PathBuf), String>> = OnceLock::new();
-    let (alone, python) = match PEER.get_or_init(find_peer) {
+    static FOUND: OnceLock<Result<(Command, PathBuf), String>> = OnceLock::new();
+    let (alone, python) = match FOUND.get_or_init(find_peer) {
         Ok((alone, python)) => (alone, python),
         Err(why) if required().iter().any(|word| word == "cyclonedds") => {
             return Err(why.as_str().into());

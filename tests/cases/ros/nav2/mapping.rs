@@ -229,7 +229,7 @@ fn config_has_exactly_the_mapped_settings() {
         let both: toml::Table = (imported.config.clone() + &imported.base_config)
             .parse()
             .expect("different tables");
-        let mut keys: Vec<&str> = taken
+        let mut keys: Vec<&str> = imported
             .mapped
             .iter()
             .flat_map(|mapped| &mapped.settings)
