@@ -1,13 +1,13 @@
-//! What simulations and benchmarks read: moving obstacles, worlds, ledgers.
+//! What simulations and benchmarks read: moving obstacles, worlds, records.
 
 use std::path::Path;
 use std::sync::OnceLock;
 
+use inbye::bench::csv_text;
 use inbye::digest::BitDigest;
-use inbye::experiment::barn::{BarnRow, parse_cylinders, parse_list};
-use inbye::experiment::campaign::Ledger;
+use inbye::experiment::barn::{parse_cylinders, parse_list};
 use inbye::experiment::dynabarn::parse_world;
-use inbye::experiment::sweep::{CellFile, Manifest};
+use inbye::experiment::{CellFile, Manifest, Record, read_record};
 use inbye::geometry::Pose;
 use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use inbye::runtime::Config;
@@ -71,9 +71,9 @@ pub fn dynabarn_world(data: &[u8]) {
         Err(error) => one_line(&error),
         Ok(world) => {
             assert!(world.start.is_finite(), "{:?}", world.start);
-            for body in &world.bodies {
+            for cylinder in &world.cylinders {
                 for time_s in [0.0, 0.3, 1.0, 17.0, 1e4] {
-                    sound(&body.at(time_s));
+                    sound(&cylinder.at(time_s));
                 }
             }
         }
@@ -106,21 +106,21 @@ pub fn barn_tables(data: &[u8]) {
     }
 }
 
-/// The rows of a campaign. What is read and written again is the same ledger, and a torn line is cut away.
-pub fn ledger(data: &[u8]) {
+/// A record. Runs that are read and written are the same when they are read again.
+pub fn record(data: &[u8]) {
     let file = Path::new("runs.csv");
-    let read = |bytes: &[u8]| Ledger::<BarnRow>::read(bytes, file, "abc");
-    match read(data) {
+    match read_record(data, file) {
         Err(error) => one_line(&error),
-        Ok((ledger, whole)) => {
-            assert!(whole <= data.len());
-            assert!(!data[whole..].contains(&b'\n'));
-            let text = ledger.text();
-            let (again, all) = read(text.as_bytes()).expect("what is written can be read");
-            assert_eq!(all, text.len());
-            assert_eq!(again.text(), text);
-            assert_eq!(again.rows().count(), ledger.rows().count());
+        Ok(Record::Barn(rows) | Record::DynaBarn(rows) | Record::Soak(rows)) => {
+            let text = csv_text(&rows);
+            let again = read_record(text.as_bytes(), file).expect("what is written can be read");
+            let (Record::Barn(again) | Record::DynaBarn(again) | Record::Soak(again)) = again
+            else {
+                panic!("{}", again.title());
+            };
+            assert_eq!(csv_text(&again), text);
         }
+        Ok(_) => {}
     }
 }
 
@@ -141,7 +141,7 @@ pub fn sweep_files(data: &[u8]) {
     let mut digest = BitDigest::default();
     digest.text(line);
     let signed = format!("{line}\n{}\n", digest.hex());
-    let key = serde_json::from_str::<CellFile>(line).map_or(String::new(), |cell| cell.key);
+    let key = serde_json::from_str::<CellFile>(line).map_or(String::new(), |cell| cell.row.key);
     for bytes in [data, signed.as_bytes()] {
         match CellFile::parse(bytes, Path::new("cell.json"), &key) {
             Err(error) => one_line(&error),

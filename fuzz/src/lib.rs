@@ -33,7 +33,7 @@ pub const TARGETS: [Target; 28] = [
     ("obstacles_toml", files::obstacles_toml),
     ("dynabarn_world", files::dynabarn_world),
     ("barn_tables", files::barn_tables),
-    ("ledger", files::ledger),
+    ("record", files::record),
     ("sweep_files", files::sweep_files),
     ("frames_native", frames::native),
     ("frames_wheeltec", frames::wheeltec),

@@ -3,8 +3,8 @@
 use std::sync::{Arc, OnceLock};
 
 use inbye::base::{BaseConfig, InjectedFault, Protocol, ScheduledFault};
+use inbye::experiment::Plan;
 use inbye::experiment::barn::barn_config;
-use inbye::experiment::sweep::SweepPlan;
 use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Detail, Engine, EngineChoice, Evaluation, QuantizedProblem};
 use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};
@@ -264,13 +264,13 @@ pub fn sweep_plan(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    let sound = |plan: &SweepPlan| Ok(plan.validate()?);
-    match toml_merge::parse(text, &SweepPlan::default(), sound) {
+    let sound = |plan: &Plan| Ok(plan.validate()?);
+    match toml_merge::parse(text, &Plan::default(), sound) {
         Err(error) => one_line(&format!("{error:#}")),
         Ok(plan) => {
             assert!(!plan.seeds.is_empty() && !plan.worlds.is_empty());
-            let text = |plan: &SweepPlan| toml::to_string(plan).expect("a plan is a table");
-            let again: SweepPlan = toml::from_str(&text(&plan)).expect("what is written is a plan");
+            let text = |plan: &Plan| toml::to_string(plan).expect("a plan is a table");
+            let again: Plan = toml::from_str(&text(&plan)).expect("what is written is a plan");
             assert_eq!(text(&again), text(&plan));
         }
     }

@@ -1,53 +1,267 @@
-//! Rows as lines of a CSV file.
+//! Columns of result tables. A row type declares each column once; CSV, Parquet and text tables are made from that declaration.
 
 use csv::{ErrorKind, StringRecord, Writer};
 use serde::Serialize;
 use serde_json::Value;
 
-/// A flat record of numbers, texts and truths that has a line in a CSV file.
-pub trait Columns: Serialize {
-    /// The names of the fields that the file has, in the order of its columns.
-    const COLUMNS: &[&str];
+/// Type of the values in a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// A string or the name of an enum's variant.
+    Text,
+    /// A whole number.
+    Integer,
+    /// A real number.
+    Real,
+    /// A truth value.
+    Bool,
 }
 
-/// A CSV file of rows: a line with the names of the columns, and a line for each row.
+/// One column of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// The field's name, which ends in its unit: `time_s`, `speed_m_s`.
+    pub name: &'static str,
+    /// Type of its values.
+    pub kind: ColumnKind,
+    /// Decimals in text tables; all digits where it is none.
+    pub digits: Option<usize>,
+    /// The field's doc comment.
+    pub doc: &'static str,
+}
+
+/// Endings of names and the units that they mean; the first that fits counts.
+const UNITS: [(&str, &str); 10] = [
+    ("_steps_per_s", "steps/s"),
+    ("_rad_s", "rad/s"),
+    ("_m_s", "m/s"),
+    ("_rad", "rad"),
+    ("_ms", "ms"),
+    ("_us", "us"),
+    ("_hz", "Hz"),
+    ("_m", "m"),
+    ("_s", "s"),
+    ("_share", "share"),
+];
+
+impl Column {
+    /// The unit, from the name's ending; none for a number without one.
+    #[must_use]
+    pub fn unit(&self) -> Option<&'static str> {
+        self.split().1
+    }
+
+    /// The heading in a text table or on a page: `mean time, s`.
+    #[must_use]
+    pub fn heading(&self) -> String {
+        let (name, unit) = self.split();
+        let name = name.replace('_', " ");
+        match unit {
+            Some(unit) if unit != "share" => format!("{name}, {unit}"),
+            _ => name,
+        }
+    }
+
+    fn split(&self) -> (&'static str, Option<&'static str>) {
+        let fits = |(ending, unit): &(&str, &'static str)| {
+            let stem = self.name.strip_suffix(ending)?;
+            Some((stem, Some(*unit)))
+        };
+        UNITS.iter().find_map(fits).unwrap_or((self.name, None))
+    }
+
+    /// A value of this column for people; `-` for a missing one.
+    #[must_use]
+    pub fn text(&self, value: &Value) -> String {
+        match (value, self.digits) {
+            (Value::Null, _) => "-".to_owned(),
+            (Value::String(text), _) => text.clone(),
+            (Value::Bool(is), _) => if *is { "yes" } else { "no" }.to_owned(),
+            (number, Some(digits)) => match number.as_f64() {
+                Some(number) => format!("{number:.digits$}"),
+                None => number.to_string(),
+            },
+            (other, None) => other.to_string(),
+        }
+    }
+}
+
+/// A type that a column can have.
+pub trait ColumnValue {
+    /// The column's type.
+    const KIND: ColumnKind;
+}
+
+impl<T: ColumnValue> ColumnValue for Option<T> {
+    const KIND: ColumnKind = T::KIND;
+}
+
+macro_rules! column_values {
+    ($($kind:ident: $($value:ty),+;)+) => {
+        $($(impl $crate::bench::ColumnValue for $value {
+            const KIND: $crate::bench::ColumnKind = $crate::bench::ColumnKind::$kind;
+        })+)+
+    };
+}
+pub(crate) use column_values;
+
+column_values! {
+    Text: String, &'static str;
+    Integer: u32, u64, usize;
+    Real: f64;
+    Bool: bool;
+}
+
+/// A flat record of numbers and texts.
+pub trait Columns: Serialize {
+    /// Its columns, in the order of its fields.
+    const COLUMNS: &[Column];
+}
+
+/// Declares a row type: a struct whose fields are its columns. `=> 3` after a type gives the decimals in text tables.
+macro_rules! columns {
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident {
+            $($(#[doc = $doc:literal])+ $(#[serde($serde:meta)])? pub $field:ident: $value:ty $(=> $digits:literal)?,)+
+        }
+    ) => {
+        $(#[$about])*
+        pub struct $name {
+            $($(#[doc = $doc])+ $(#[serde($serde)])? pub $field: $value,)+
+        }
+
+        impl $crate::bench::Columns for $name {
+            const COLUMNS: &[$crate::bench::Column] = &[$($crate::bench::Column {
+                name: stringify!($field),
+                kind: <$value as $crate::bench::ColumnValue>::KIND,
+                digits: <[usize]>::first(&[$($digits)?]).copied(),
+                doc: concat!($($doc),+).trim_ascii(),
+            },)+];
+        }
+    };
+}
+pub(crate) use columns;
+
+/// A CSV file of rows: a line with the names of the columns, then a line for each row.
 #[must_use]
 pub fn csv_text<R: Columns>(rows: &[R]) -> String {
-    let lines = rows.iter().map(|row| csv_line(fields(row)));
-    csv_line(R::COLUMNS) + &lines.collect::<String>()
+    let header = csv_line(R::COLUMNS.iter().map(|column| column.name));
+    let lines = rows.iter().map(|row| {
+        let record = record(row);
+        csv_line(
+            R::COLUMNS
+                .iter()
+                .map(|column| csv_field(&record[column.name])),
+        )
+    });
+    header + &lines.collect::<String>()
 }
 
-/// The fields of a row as text, in the order of its columns; nothing for null.
-pub(crate) fn fields<R: Columns>(row: &R) -> impl Iterator<Item = String> {
-    // A row is a flat record, which JSON has no trouble with; were it not, its line would be empty fields.
-    let record = serde_json::to_value(row).unwrap_or_default();
-    R::COLUMNS.iter().map(move |&name| field(&record[name]))
+/// A text table of some columns: a line of headings, then a line for each row. Texts are aligned left, numbers right.
+#[must_use]
+pub fn text_table<R: Columns>(rows: &[R], names: &[&str]) -> Vec<String> {
+    let of_name = |name: &&str| R::COLUMNS.iter().find(|column| column.name == *name);
+    let columns: Vec<&Column> = names.iter().filter_map(of_name).collect();
+    let mut lines: Vec<Vec<String>> = vec![columns.iter().map(|it| it.heading()).collect()];
+    lines.extend(rows.iter().map(|row| {
+        let record = record(row);
+        let field = |column: &&Column| column.text(&record[column.name]);
+        columns.iter().map(field).collect()
+    }));
+    let width = |place: usize| {
+        let widths = lines.iter().map(|line| line[place].chars().count());
+        widths.max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
+    let line = |fields: &Vec<String>| {
+        let padded = fields.iter().zip(&columns).zip(&widths);
+        let padded = padded.map(|((field, column), &width)| match column.kind {
+            ColumnKind::Text => format!("{field:width$}"),
+            _ => format!("{field:>width$}"),
+        });
+        let text = padded.collect::<Vec<_>>().join("  ");
+        text.trim_end().to_owned()
+    };
+    lines.iter().map(line).collect()
 }
 
-fn field(value: &Value) -> String {
+/// A row as a JSON object.
+fn record<R: Columns>(row: &R) -> Value {
+    // A flat record always serialises; its line would be empty otherwise.
+    serde_json::to_value(row).unwrap_or_default()
+}
+
+fn csv_field(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
-        // A line is a line: what is torn off ends at a break.
+        // A row stays on its line.
         Value::String(text) => text.replace(['\n', '\r'], " "),
         other => other.to_string(),
     }
 }
 
-/// The line of these fields, with its end.
+/// One line of a CSV file, with its end.
 pub(crate) fn csv_line(fields: impl IntoIterator<Item: AsRef<[u8]>>) -> String {
     let mut writer = Writer::from_writer(Vec::new());
-    writer.write_record(fields).expect("memory takes all");
-    let bytes = writer.into_inner().expect("memory takes all");
-    String::from_utf8(bytes).expect("texts joined by commas are text")
+    // Writing to memory does not fail.
+    let _ = writer.write_record(fields);
+    let bytes = writer.into_inner().unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// What is wrong with a row, by the name of the column.
-pub(crate) fn said(error: &csv::Error, header: &StringRecord) -> String {
+/// What is wrong with a row of a CSV file, by the name of the column.
+pub(crate) fn csv_error_text(error: &csv::Error, header: &StringRecord) -> String {
     match error.kind() {
         ErrorKind::Deserialize { err, .. } => {
             let column = err.field().and_then(|field| header.get(field as usize));
             format!("{}: {}", column.unwrap_or("the row"), err.kind())
         }
         _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    columns! {
+        /// A row.
+        #[derive(Serialize)]
+        pub struct Row {
+            /// Its name.
+            pub name: Option<String>,
+            /// Its speed.
+            pub mean_speed_m_s: f64 => 2,
+            /// A count.
+            pub runs: u32,
+        }
+    }
+
+    fn rows() -> Vec<Row> {
+        let row = |name: Option<&str>, mean_speed_m_s, runs| Row {
+            name: name.map(str::to_owned),
+            mean_speed_m_s,
+            runs,
+        };
+        vec![row(Some("a,\nb"), 1.005, 7), row(None, 12.0, 1234)]
+    }
+
+    #[test]
+    fn text_table_aligns_numbers_right() {
+        assert_eq!(
+            text_table(&rows()[1..], &["name", "mean_speed_m_s", "runs"]),
+            ["name  mean speed, m/s  runs", "-               12.00  1234"]
+        );
+    }
+
+    #[test]
+    fn csv_quotes_commas_and_keeps_rows_on_one_line() {
+        assert_eq!(
+            csv_text(&rows()),
+            "name,mean_speed_m_s,runs\n\"a, b\",1.005,7\n,12.0,1234\n"
+        );
+        assert_eq!(Row::COLUMNS[1].doc, "Its speed.");
+        assert_eq!(Row::COLUMNS[1].unit(), Some("m/s"));
     }
 }

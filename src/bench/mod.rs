@@ -18,7 +18,7 @@ mod timing;
 mod verify;
 
 pub(crate) use columns::csv_line;
-pub use columns::{Columns, csv_text};
+pub use columns::{Column, ColumnKind, ColumnValue, Columns, csv_text, text_table};
 pub use crossover::{Crossover, crossovers};
 pub use deadlines::{Misses, RATES_HZ};
 pub use density::{Density, DensityPlan, measure_density};

@@ -2,65 +2,47 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Columns;
+use super::columns::columns;
 
-/// One cell of `bench density`: one engine at one sampling density. Fields from `name` on are missing in older records.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DensityRow {
-    /// `cpu` or `gpu`.
-    pub engine: String,
-    /// The adapter's name, for a GPU engine.
-    pub adapter: Option<String>,
-    /// Threads of a CPU engine; zero for a GPU engine.
-    pub threads: usize,
-    /// Samples of the dynamic window.
-    pub samples: usize,
-    /// Steps of the horizon.
-    pub steps: usize,
-    /// Median time of one decision, end to end, milliseconds.
-    pub p50_ms: f64,
-    /// 95th percentile, milliseconds.
-    pub p95_ms: f64,
-    /// 99th percentile, milliseconds.
-    pub p99_ms: f64,
-    /// Slowest, milliseconds.
-    pub max_ms: f64,
-    /// Decisions timed.
-    pub decisions: usize,
-    /// Trajectory-steps per second at the median.
-    pub steps_per_s: f64,
-    /// The engine's name for people, with its threads and instructions, or its adapter.
-    #[serde(default)]
-    pub name: String,
-    /// Decisions that took longer than 50 ms, the period of a loop at 20 Hz.
-    #[serde(default)]
-    pub missed_20_hz: usize,
-    /// Decisions that took longer than 20 ms, the period of a loop at 50 Hz.
-    #[serde(default)]
-    pub missed_50_hz: usize,
-    /// Decisions that took longer than 10 ms, the period of a loop at 100 Hz.
-    #[serde(default)]
-    pub missed_100_hz: usize,
-}
-
-impl Columns for DensityRow {
-    const COLUMNS: &[&str] = &[
-        "engine",
-        "adapter",
-        "threads",
-        "samples",
-        "steps",
-        "p50_ms",
-        "p95_ms",
-        "p99_ms",
-        "max_ms",
-        "decisions",
-        "steps_per_s",
-        "name",
-        "missed_20_hz",
-        "missed_50_hz",
-        "missed_100_hz",
-    ];
+columns! {
+    /// One cell of `bench density`: one engine at one sampling density. Fields from `name` on are missing in older records.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct DensityRow {
+        /// `cpu` or `gpu`.
+        pub engine: String,
+        /// The adapter's name, for a GPU engine.
+        pub adapter: Option<String>,
+        /// Threads of a CPU engine; zero for a GPU engine.
+        pub threads: usize,
+        /// Samples of the dynamic window.
+        pub samples: usize,
+        /// Steps of the horizon.
+        pub steps: usize,
+        /// Median time of one decision, end to end, milliseconds.
+        pub p50_ms: f64 => 3,
+        /// 95th percentile, milliseconds.
+        pub p95_ms: f64 => 3,
+        /// 99th percentile, milliseconds.
+        pub p99_ms: f64 => 3,
+        /// Slowest, milliseconds.
+        pub max_ms: f64 => 3,
+        /// Decisions timed.
+        pub decisions: usize,
+        /// Trajectory-steps per second at the median.
+        pub steps_per_s: f64 => 0,
+        /// The engine's name for people, with its threads and instructions, or its adapter.
+        #[serde(default)]
+        pub name: String,
+        /// Decisions that took longer than 50 ms, the period of a loop at 20 Hz.
+        #[serde(default)]
+        pub missed_20_hz: usize,
+        /// Decisions that took longer than 20 ms, the period of a loop at 50 Hz.
+        #[serde(default)]
+        pub missed_50_hz: usize,
+        /// Decisions that took longer than 10 ms, the period of a loop at 100 Hz.
+        #[serde(default)]
+        pub missed_100_hz: usize,
+    }
 }
 
 /// A cell that was not measured.
@@ -74,54 +56,38 @@ pub struct SkippedCell {
     pub reason: String,
 }
 
-/// How good the commands of one sampling are beside those of the densest one, over the decisions of a drive. The
-/// figures are null where no decision gave any.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct QualityRow {
-    /// Time that the dynamic window looks ahead, seconds.
-    pub window_s: f64,
-    /// Samples of the dynamic window.
-    pub samples: usize,
-    /// Forward speeds among them.
-    pub vx_samples: u32,
-    /// Turn rates among them.
-    pub vtheta_samples: u32,
-    /// Samples of the densest sampling.
-    pub densest: usize,
-    /// Decisions compared.
-    pub decisions: usize,
-    /// Decisions in which the densest sampling found a command and this one none; the figures below leave them out.
-    pub without_command: usize,
-    /// Regret, the median: 0 is as good as the densest sampling, 1 no better than its mean admissible sample.
-    pub regret_p50: Option<f64>,
-    /// Regret, the worst.
-    pub regret_max: Option<f64>,
-    /// Distance of the forward speed from that of the densest sampling, the median, m/s.
-    pub v_off_p50_m_s: Option<f64>,
-    /// The same, the greatest, m/s.
-    pub v_off_max_m_s: Option<f64>,
-    /// Distance of the turn rate from that of the densest sampling, the median, rad/s.
-    pub omega_off_p50_rad_s: Option<f64>,
-    /// The same, the greatest, rad/s.
-    pub omega_off_max_rad_s: Option<f64>,
-}
-
-impl Columns for QualityRow {
-    const COLUMNS: &[&str] = &[
-        "window_s",
-        "samples",
-        "vx_samples",
-        "vtheta_samples",
-        "densest",
-        "decisions",
-        "without_command",
-        "regret_p50",
-        "regret_max",
-        "v_off_p50_m_s",
-        "v_off_max_m_s",
-        "omega_off_p50_rad_s",
-        "omega_off_max_rad_s",
-    ];
+columns! {
+    /// How good the commands of one sampling are beside those of the densest one, over the decisions of a drive. The
+    /// figures are null where no decision gave any.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct QualityRow {
+        /// Time that the dynamic window looks ahead, seconds.
+        pub window_s: f64,
+        /// Samples of the dynamic window.
+        pub samples: usize,
+        /// Forward speeds among them.
+        pub vx_samples: u32,
+        /// Turn rates among them.
+        pub vtheta_samples: u32,
+        /// Samples of the densest sampling.
+        pub densest: usize,
+        /// Decisions compared.
+        pub decisions: usize,
+        /// Decisions in which the densest sampling found a command and this one none; the figures below leave them out.
+        pub without_command: usize,
+        /// Regret, the median: 0 is as good as the densest sampling, 1 no better than its mean admissible sample.
+        pub regret_p50: Option<f64> => 4,
+        /// Regret, the worst.
+        pub regret_max: Option<f64> => 4,
+        /// Distance of the forward speed from that of the densest sampling, the median, m/s.
+        pub v_off_p50_m_s: Option<f64> => 4,
+        /// The same, the greatest, m/s.
+        pub v_off_max_m_s: Option<f64> => 4,
+        /// Distance of the turn rate from that of the densest sampling, the median, rad/s.
+        pub omega_off_p50_rad_s: Option<f64> => 4,
+        /// The same, the greatest, rad/s.
+        pub omega_off_max_rad_s: Option<f64> => 4,
+    }
 }
 
 #[cfg(test)]

@@ -231,7 +231,7 @@ pub struct BenchArguments {
 /// The benchmarks.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
-    /// What each part of the navigator buys: the same random missions with one part more each time.
+    /// The effect of each feature of the navigator: the same random missions with one feature more each time.
     Ablation(super::ablation::AblationArguments),
     /// Closed loop over the worlds of the BARN benchmark, by its rules.
     Barn(super::barn::BarnArguments),
@@ -239,13 +239,13 @@ pub enum BenchCommand {
     Density(DensityArguments),
     /// Draw records again without measuring: a picture, a page.
     Draw(super::draw::DrawArguments),
-    /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and take no notice of the robot.
+    /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and ignore the robot.
     Dynabarn(super::dynabarn::DynaBarnArguments),
     /// The pose from slipping odometry and scans matched to the map, against the truth: tours, and robots that are lost.
     Localization(super::localization::LocalizationArguments),
     /// Grid search against the published optimal lengths of the MovingAI benchmark.
     Movingai(MovingAiArguments),
-    /// The paper's tables and figures, paths and drives, repeated beside its printed values.
+    /// The paper's tables and figures, paths and drives, repeated and compared with its values.
     Paper(super::paper::PaperArguments),
     /// Random missions on many maps among moving obstacles: contacts, reasons, and the same traces on every engine.
     Soak(super::soak::SoakArguments),
@@ -288,8 +288,8 @@ pub struct DensityArguments {
     /// Write the rows of regrets into this file, CSV or JSON by its ending.
     #[arg(long, value_name = "FILE")]
     pub record_quality: Option<PathBuf>,
-    /// Keep a row for each mission and sampling in this file, and go on where it ends.
-    #[arg(long, value_name = "FILE.csv")]
+    /// Write a row for each mission and sampling into this file, CSV or JSON by its ending.
+    #[arg(long, value_name = "FILE")]
     pub record_missions: Option<PathBuf>,
     /// Draw latency, regret, and success and time in closed loop over the number of samples into this file.
     #[arg(long, value_name = "FILE.svg")]

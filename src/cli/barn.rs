@@ -1,29 +1,35 @@
 //! `inbye bench barn`.
 
 use clap::Args;
-use inbye::experiment::barn::{BarnRow, Summary, Task, barn_config, read_worlds};
+use inbye::experiment::World;
+use inbye::experiment::barn::{BarnSummary, OverWorlds, barn_config, read_worlds};
 use inbye::report::BenchReport;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::arguments::number;
 use super::config::changed;
+use super::output;
+use super::run_text::{group_table, unreached};
 use super::worlds::WorldsArguments;
-use super::{barn_words, output};
+
+/// Limits of a comparison with published figures.
+const SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics engine, but slip, lag, drift and noise; contacts are exact";
 
 /// `inbye bench barn`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench barn --worlds barn --seeds 3 --record runs.csv\n  inbye bench barn --worlds barn --report report\n\n\
-    The folder holds worlds.csv and worlds/world_NNN.csv. The robot, a Jackal, has an empty map and sees the cylinders by \
-    its laser alone. A run ends when its true pose is within 1 m of the goal, on contact, or after 100 s; its score is \
-    OT / clip(T, 2 OT, 8 OT) if it arrived, else 0, where OT is what the benchmark's path takes at 2 m/s.\n\
-    --record keeps a row for each run as it finishes; the same command goes on where it was cut short. The published \
-    figures were measured in Gazebo, which this simulator is not."
+    after_help = "Example:\n  inbye bench barn --worlds barn --seeds 3 --out runs --record runs.csv\n  inbye bench barn --worlds barn --report report\n\n\
+    The folder holds worlds.csv and worlds/world_NNN.csv. The robot, a Jackal, has an empty map and sees the cylinders only \
+    with its laser. A run ends when its true pose is within 1 m of the goal, on contact, or after 100 s; its score is \
+    OT / clip(T, 2 OT, 8 OT) if it arrived, else 0, where OT is the time of the benchmark's path at 2 m/s.\n\
+    With --out the same command resumes where it was interrupted. The published figures were measured in Gazebo, not in this \
+    simulator.\n\
+    JSON fields: `summary`, `max_speed`, `simulator`, `rows`."
 )]
 pub struct BarnArguments {
     #[command(flatten)]
     pub worlds_of: WorldsArguments,
-    /// Highest speed, m/s; 0.5 is that of the published baseline.
+    /// Highest speed, m/s; the published baseline has 0.5.
     #[arg(long, default_value_t = 2.0, allow_negative_numbers = true, value_parser = speed)]
     pub max_speed: f64,
 }
@@ -35,41 +41,62 @@ fn speed(text: &str) -> Result<f64, String> {
 
 /// Drives the worlds.
 pub fn run(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
-    let of = &arguments.worlds_of;
-    let config = changed(barn_config(arguments.max_speed), of.config.as_deref())?;
-    let worlds = read_worlds(&of.worlds, of.numbers().as_deref())?;
-    let tasks = of.tasks(&worlds, Task::barn);
-    if of.trace.is_some() {
-        return of.one_run("BARN", &tasks[0], &config, barn_words::one_run, json);
+    let (of, max_speed) = (&arguments.worlds_of, arguments.max_speed);
+    let config = changed(barn_config(max_speed), of.config.as_deref())?;
+    let listed = read_worlds(&of.worlds, of.numbers().as_deref())?;
+    let world = |world: &_| World::barn(Clone::clone(world), max_speed);
+    let worlds: Vec<World> = listed.iter().map(world).collect();
+    if let Some(run) = of.trace {
+        return of.one_run(run, "BARN", &worlds[0], &config, json);
     }
-    of.create_folder()?;
-    let rows = of.campaign(&tasks, &config)?;
-    of.write_report(BenchReport {
+    let intro = format!("Driven at up to {max_speed} m/s in {SIMULATOR}.");
+    let rows = of.drive(("BARN", &intro), &worlds, &config, |rows| BenchReport {
         title: "inbye: BARN",
-        intro: &format!(
-            "Driven at up to {} m/s in {}.",
-            arguments.max_speed,
-            barn_words::SIMULATOR
-        ),
-        barn: &rows,
+        barn: rows,
         ..BenchReport::default()
     })?;
-    let rows: Vec<&BarnRow> = rows.iter().collect();
-    let summary = Summary::of(&rows, &worlds);
+    let summary = BarnSummary::of(&rows, &listed);
     if json {
-        output::json(&object(&summary, &rows, arguments.max_speed)?)?;
+        output::json(&json!({
+            "summary": summary,
+            "max_speed": max_speed,
+            "simulator": SIMULATOR,
+            "rows": rows,
+        }))?;
     } else {
-        barn_words::tables(&summary, &rows, arguments.max_speed)
-            .iter()
-            .for_each(output::line);
+        let lines = text(&summary, max_speed).into_iter();
+        lines.chain(unreached(&rows)).for_each(output::line);
     }
     Ok(true)
 }
 
-fn object(summary: &Summary, rows: &[&BarnRow], max_speed: f64) -> anyhow::Result<Value> {
-    let mut object = serde_json::to_value(summary)?;
-    object["max_speed"] = json!(max_speed);
-    object["simulator"] = json!(barn_words::SIMULATOR);
-    object["rows"] = json!(rows);
-    Ok(object)
+fn text(summary: &BarnSummary, max_speed: f64) -> Vec<String> {
+    let mut lines = group_table(core::slice::from_ref(&summary.all));
+    let means = |title: &str, means: &OverWorlds| {
+        let OverWorlds {
+            worlds,
+            success,
+            score,
+            ..
+        } = means;
+        format!("{title}: {worlds} worlds, success {success:.3}, score {score:.4}")
+    };
+    let here = format!("here, {max_speed} m/s at most");
+    lines.push(means(&here, &summary.over_worlds));
+    let official = summary.official.as_ref();
+    lines.extend(official.map(|official| means("  official worlds of these", official)));
+    if let Some(published) = &summary.published {
+        lines.push(format!(
+            "  published there, DWA 0.5 m/s: {} worlds, success {:.3}, score {:.4}, {:.1} % collided, {:.1} % out of time",
+            published.worlds,
+            published.success,
+            published.score,
+            published.collided * 100.0,
+            published.timeout * 100.0
+        ));
+        lines.push(format!(
+            "The published figures were measured in Gazebo; the others in {SIMULATOR}."
+        ));
+    }
+    lines
 }

@@ -11,21 +11,21 @@ use serde_json::json;
 use super::arguments::DensityArguments;
 use super::output_file::Output;
 use super::process::wall_clock;
-use super::{closed_loop, density_words, engines, output, record_file, report_file};
+use super::{closed_loop, density_text, engines, output, record_file, report_file};
 
 const TITLE: &str = "inbye: sampling density";
-const INTRO: &str = "One decision of the dynamic window with more and more samples, on every engine of this machine: how long it \
-    takes from end to end, what its command loses against that of the densest sampling, and what that is worth in a closed \
-    loop. All engines answer with the same bits, which is checked before they are timed.";
+const INTRO: &str = "One decision of the dynamic window with more and more samples, on every engine of this machine: its time from \
+    end to end, the regret of its command against the densest sampling, and the effect in a closed loop. All engines return \
+    the same bits, which is checked before they are timed.";
 
-/// Samples of the sampling that the others are judged by, unless more are measured.
+/// Number of samples of the reference sampling, unless more are measured.
 const DENSEST: usize = 1 << 20;
 /// Windows in which commands are compared, seconds: that of a control loop at 10 Hz, and a wide one.
 const WINDOWS_S: [f64; 2] = [0.1, 1.0];
-/// Forward speeds for each turn rate: as many, or a quarter.
+/// Ratios of forward speeds to turn rates.
 const SHAPES: [f64; 2] = [1.0, 0.25];
 
-/// Sampling density against latency and quality.
+/// Measures latency and quality over sampling density.
 pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     let (least, most) = (arguments.min_samples, arguments.max_samples);
     if least > most {
@@ -87,15 +87,15 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
         }))?;
         return Ok(true);
     }
-    density_words::density(&rows, &skipped, &crossovers)
+    density_text::density(&rows, &skipped, &crossovers)
         .iter()
-        .chain(&density_words::quality(&quality))
-        .chain(&closed_loop::words(&closed_loop))
+        .chain(&density_text::quality(&quality))
+        .chain(&closed_loop::text(&closed_loop))
         .for_each(output::line);
     Ok(true)
 }
 
-/// Adds CPU engines of 2, 4, 8... threads, fewer than there are cores, behind that of one.
+/// Adds CPU engines of 2, 4, 8... threads, fewer than cores, after the single-threaded one.
 fn with_every_thread_count(
     mut all: Vec<Box<dyn Engine>>,
     cores: usize,
@@ -117,8 +117,8 @@ pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Resul
     Ok(density)
 }
 
-/// Compares the commands of the plan's densities with those of a denser sampling, with a progress bar. Only the CPU
-/// engine is asked, since [`measure_density`] has seen to it that all answer alike. No decisions, no rows.
+/// Compares the commands of the plan's densities with those of a denser sampling, with a progress bar. Only the CPU engine
+/// is used, since [`measure_density`] checks that all engines return the same bits. Without decisions there are no rows.
 pub fn compare(
     plan: &DensityPlan,
     densest: usize,
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_power_of_two_up_to_the_cores_has_an_engine() {
+    fn engines_have_every_power_of_two_of_threads_up_to_the_cores() {
         let threads = |cores: usize| -> Vec<usize> {
             let mut first: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
             if cores > 1 {

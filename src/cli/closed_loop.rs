@@ -2,84 +2,84 @@
 
 use std::path::Path;
 
-use inbye::bench::DensityPlan;
-use inbye::experiment::missions::{MissionRow, Rules, built_in_sites};
-use inbye::experiment::{ClosedLoopRow, closed_loop_rows, closed_loop_setups};
+use inbye::bench::{DensityPlan, text_table};
+use inbye::experiment::missions::Rules;
+use inbye::experiment::{Grid, Group, built_in_maps, groups, sampling_setups};
 use inbye::runtime::Config;
 
-use super::missions::{Driving, cells, one_core};
+use super::grid_run::run_grid;
+use super::missions::sort;
+use super::output_file::Output;
+use super::record_file;
 
-/// Fewest and most samples: with fewer no robot gets anywhere, with more a mission takes longer than it is worth.
-const LEAST: usize = 64;
-const MOST: usize = 16_384;
+/// Smallest and largest number of samples: with fewer no robot arrives, with more a mission takes too long.
+const MIN_SAMPLES: usize = 64;
+const MAX_SAMPLES: usize = 16_384;
 /// Longest path, metres.
 const LONGEST_M: f64 = 30.0;
 /// Seed of the first mission.
 const SEED: u64 = 1;
 
-const HEADER: &str = "  samples        v x omega  missions  reached  contacts  time by densest  mean gap m  \
-    tick p50 ms  tick p99 ms";
+/// Columns of the text table.
+const COLUMNS: [&str; 10] = [
+    "samples",
+    "vx_samples",
+    "vtheta_samples",
+    "runs",
+    "reached",
+    "contacts",
+    "mean_time_ratio",
+    "mean_clearance_reached_m",
+    "tick_p50_ms",
+    "tick_p99_ms",
+];
 
-/// Drives so many missions with each sampling of at most so many samples, one at a time, since ticks are timed. No missions,
-/// no rows.
+/// Drives this many missions with each sampling of at most `most` samples, one at a time, since ticks are timed. Without
+/// missions there are no groups.
 pub fn drive(
     missions: usize,
     most: usize,
     shapes: &[f64],
     record: Option<&Path>,
-) -> anyhow::Result<Vec<ClosedLoopRow>> {
+) -> anyhow::Result<Vec<Group>> {
     if missions == 0 {
         return Ok(Vec::new());
     }
+    let record = Output::create("--record-missions", record, &["csv", "json"])?;
     let config = Config::default();
     let steps = config.local.steps();
-    let plan = DensityPlan::powers_of_four(steps, LEAST.min(most), MOST.min(most), 1.0);
-    let setups = closed_loop_setups(&config, &plan.samples, shapes);
-    let sites = built_in_sites(&config);
-    let rules = Rules {
+    let (least, most) = (MIN_SAMPLES.min(most), MAX_SAMPLES.min(most));
+    let samples = DensityPlan::powers_of_four(steps, least, most, 1.0).samples;
+    let worlds = built_in_maps(Rules {
         longest_m: LONGEST_M,
         ..Rules::default()
+    });
+    let setups = sampling_setups(&config, &samples, shapes);
+    let grid = Grid::of_missions("closed loop", &worlds, &setups, missions, SEED)?;
+    let mut rows = run_grid(&grid, None, 1)?;
+    sort(&mut rows);
+    if let Some(record) = record {
+        record_file::write(record, &rows)?;
+    }
+    let mut groups = groups(&rows);
+    let place = |group: &Group| {
+        let is_own = |local: &inbye::local::LocalSettings| {
+            (local.vx_samples, local.vtheta_samples) == (group.vx_samples, group.vtheta_samples)
+        };
+        setups.iter().position(|setup| is_own(&setup.config.local))
     };
-    let driving = Driving {
-        what: "closed loop",
-        rules: &rules,
-        threads: 1,
-        record,
-    };
-    let rows = driving.run(&cells(&setups, &sites, missions, SEED), || Ok(one_core()))?;
-    let rows: Vec<&MissionRow> = rows.iter().collect();
-    Ok(closed_loop_rows(&setups, &rows))
+    groups.sort_by_key(place);
+    Ok(groups)
 }
 
-/// The table; nothing where no mission was driven.
-pub fn words(rows: &[ClosedLoopRow]) -> Vec<String> {
-    if rows.is_empty() {
+/// The table; no lines where no mission was driven.
+pub fn text(groups: &[Group]) -> Vec<String> {
+    if groups.is_empty() {
         return Vec::new();
     }
-    let mut lines = vec![
-        String::new(),
-        "The same missions in closed loop; a tick is the whole one, scan, local field and decision, on one core."
-            .to_owned(),
-        HEADER.to_owned(),
-    ];
-    lines.extend(rows.iter().map(line));
+    let title =
+        "The same missions in closed loop; a tick is scan, local field and decision, on one core.";
+    let mut lines = vec![String::new(), title.to_owned()];
+    lines.extend(text_table(groups, &COLUMNS));
     lines
-}
-
-fn line(row: &ClosedLoopRow) -> String {
-    let grid = format!("{} x {}", row.vx_samples, row.vtheta_samples);
-    let number = |value: Option<f64>, decimals: usize| {
-        value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
-    };
-    format!(
-        "{:9} {grid:>16} {:9} {:8} {:9} {:>16} {:>11} {:>12} {:>12}",
-        row.samples,
-        row.missions,
-        row.reached,
-        row.contacts,
-        number(row.mean_time_ratio, 3),
-        number(row.mean_clearance_m, 3),
-        number(row.tick_p50_ms, 3),
-        number(row.tick_p99_ms, 3),
-    )
 }

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::arguments::Arguments;
 use super::report_file::{self, MissionPage};
-use super::{bench, density_words, drive, engines, output};
+use super::{bench, density_text, drive, engines, output};
 
 /// Default folder of the report.
 const FOLDER: &str = "inbye-report";
@@ -124,9 +124,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         } else {
             format!("the engines DIFFER: run `inbye verify --cases {cases} --seed {SEED}`")
         });
-        density_words::density(&rows, &skipped, &crossovers)
+        density_text::density(&rows, &skipped, &crossovers)
             .iter()
-            .chain(&density_words::quality(&quality))
+            .chain(&density_text::quality(&quality))
             .for_each(output::line);
     }
     Ok(reached && agree)

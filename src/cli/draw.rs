@@ -5,15 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use inbye::bench::{DensityRow, QualityRow};
-use inbye::experiment::barn::BarnRow;
-use inbye::experiment::dynabarn::DynaBarnRow;
-use inbye::experiment::missions::MissionRow;
-use inbye::experiment::records::{Record, Rows, read_record};
-use inbye::experiment::sweep::SweepGroup;
-use inbye::experiment::{AblationRow, ClosedLoopRow};
+use inbye::experiment::{Record, read_record};
 use inbye::report::{BenchReport, bench_files, bench_svg};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::output_file::Output;
 use super::{output, report_file};
@@ -25,9 +19,9 @@ const TITLE: &str = "inbye: benchmark records";
 #[command(
     after_help = "Example:\n  inbye bench draw latency.csv --svg latency.svg\n  \
     inbye bench draw barn.csv dynabarn.csv --report records\n\n\
-    Nothing is measured. A record is recognised by its columns: latencies, regrets and missions of `bench density`, runs of \
-    `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`, groups of `sweep merge`. One of each kind makes one \
-    picture. There is none of `bench movingai`, the grids and `bench paper`, which keeps no record."
+    Nothing is measured. The columns tell what a record contains: latencies, regrets and missions of `bench density`, runs of \
+    `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`, tables of `sweep merge`. A picture shows at most one \
+    record of each kind. Records of `bench movingai` and `bench grids` cannot be drawn."
 )]
 pub struct DrawArguments {
     /// The records, CSV.
@@ -41,37 +35,22 @@ pub struct DrawArguments {
     pub report: Option<PathBuf>,
 }
 
-/// The rows of all records.
-#[derive(Default)]
-struct Drawn {
-    density: Vec<DensityRow>,
-    quality: Vec<QualityRow>,
-    closed_loop: Vec<ClosedLoopRow>,
-    barn: Vec<BarnRow>,
-    dynabarn: Vec<DynaBarnRow>,
-    soak: Vec<MissionRow>,
-    ablation: Vec<AblationRow>,
-    sweep: Vec<SweepGroup>,
-}
-
-impl Drawn {
-    /// Takes rows, of which there must be none of the same kind yet.
-    fn take(&mut self, rows: Rows) -> bool {
-        fn fill<R>(place: &mut Vec<R>, rows: Vec<R>) -> bool {
-            let is_first = place.is_empty();
-            *place = rows;
-            is_first
-        }
-        match rows {
-            Rows::Density(rows) => fill(&mut self.density, rows),
-            Rows::Quality(rows) => fill(&mut self.quality, rows),
-            Rows::ClosedLoop(rows) => fill(&mut self.closed_loop, rows),
-            Rows::Barn(rows) => fill(&mut self.barn, rows),
-            Rows::DynaBarn(rows) => fill(&mut self.dynabarn, rows),
-            Rows::Soak(rows) => fill(&mut self.soak, rows),
-            Rows::Ablation(rows) => fill(&mut self.ablation, rows),
-            Rows::Sweep(rows) => fill(&mut self.sweep, rows),
-        }
+/// Adds the rows of a record to a report. False when the report has rows of this kind already.
+fn add<'r>(report: &mut BenchReport<'r>, record: &'r Record) -> bool {
+    fn fill<'r, R>(place: &mut &'r [R], rows: &'r [R]) -> bool {
+        let is_first = place.is_empty();
+        *place = rows;
+        is_first
+    }
+    match record {
+        Record::Density(rows) => fill(&mut report.density, rows),
+        Record::Quality(rows) => fill(&mut report.quality, rows),
+        Record::ClosedLoop(rows) => fill(&mut report.closed_loop, rows),
+        Record::Barn(rows) => fill(&mut report.barn, rows),
+        Record::DynaBarn(rows) => fill(&mut report.dynabarn, rows),
+        Record::Soak(rows) => fill(&mut report.soak, rows),
+        Record::Ablation(rows) => fill(&mut report.ablation, rows),
+        Record::Sweep(rows) => fill(&mut report.sweep, rows),
     }
 }
 
@@ -81,43 +60,38 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
         arguments.svg.is_some() || arguments.report.is_some(),
         "bench draw: nothing to write into: add --svg FILE.svg or --report DIR"
     );
-    let mut drawn = Drawn::default();
-    let mut sources: Vec<String> = Vec::new();
-    let mut told: Vec<Value> = Vec::new();
-    for path in &arguments.records {
-        let Record { rows, settings } = read(path)?;
-        let what = rows.what();
-        sources.push(source(path, what, &settings));
-        told.push(json!({ "file": path, "what": what, "settings": settings }));
-        if !drawn.take(rows) {
-            let file = path.display();
-            bail!("{file}: a second record of {what}: draw it into a picture of its own");
-        }
-    }
-    let picture = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
-    let report = BenchReport {
+    let paths = &arguments.records;
+    let records = paths.iter().map(|path| read(path));
+    let records: Vec<Record> = records.collect::<Result<_, _>>()?;
+    let named = || paths.iter().zip(&records);
+    let sources: Vec<String> = named()
+        .map(|(path, record)| format!("{} ({})", path.display(), record.title()))
+        .collect();
+    let intro = format!("Drawn from {}.", sources.join("; "));
+    let (machine, command) = (machines(paths).join(", "), report_file::command_line());
+    let mut report = BenchReport {
         title: TITLE,
-        intro: &format!("Drawn from {}.", sources.join("; ")),
-        machine: &machines(&arguments.records).join(", "),
-        command: &report_file::command_line(),
-        density: &drawn.density,
-        quality: &drawn.quality,
-        closed_loop: &drawn.closed_loop,
-        barn: &drawn.barn,
-        dynabarn: &drawn.dynabarn,
-        soak: &drawn.soak,
-        ablation: &drawn.ablation,
-        sweep: &drawn.sweep,
+        intro: &intro,
+        machine: &machine,
+        command: &command,
         ..BenchReport::default()
     };
-    if let Some(picture) = picture {
+    for (path, record) in named() {
+        if !add(&mut report, record) {
+            let (file, title) = (path.display(), record.title());
+            bail!("{file}: a second record of {title}: draw it into a picture of its own");
+        }
+    }
+    if let Some(picture) = Output::create("--svg", arguments.svg.as_deref(), &["svg"])? {
         picture.write(bench_svg(&report))?;
     }
     if let Some(folder) = &arguments.report {
         report_file::write_files(folder, &bench_files(&report))?;
     }
     if json {
-        output::json(&json!({ "records": told }))?;
+        let records =
+            named().map(|(path, record)| json!({ "file": path, "title": record.title() }));
+        output::json(&json!({ "records": records.collect::<Vec<_>>() }))?;
     } else {
         sources.iter().for_each(output::line);
     }
@@ -132,17 +106,7 @@ fn read(path: &Path) -> anyhow::Result<Record> {
     Ok(read_record(&bytes, path)?)
 }
 
-/// What a file is, in words.
-fn source(path: &Path, what: &str, settings: &[String]) -> String {
-    let settings = if settings.is_empty() {
-        String::new()
-    } else {
-        format!(", settings {}", settings.join(" and "))
-    };
-    format!("{} ({what}{settings})", path.display())
-}
-
-/// Records lie in a folder named for the machine: these names, each once.
+/// The machines of the records, from the names of their folders.
 fn machines(records: &[PathBuf]) -> Vec<String> {
     let folder = |path: &PathBuf| {
         let folder = path.parent()?.file_name()?;

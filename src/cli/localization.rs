@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
+use inbye::bench::text_table;
 use inbye::experiment::{LocalizationCase, LocalizationPlan, LocalizationRow};
 use inbye::sim::{Lidar, Scene, roadway};
 use serde_json::json;
@@ -13,17 +14,17 @@ use super::arguments::{Place, number, whole};
 use super::output_file::Output;
 use super::{config, map_file, output, record_file};
 
-/// Bounds of the position and of the yaw that a tour is to keep, metres and radians.
+/// Largest position and yaw errors of a tour, metres and radians.
 const WITHIN: (f64, f64) = (0.05, 0.02);
 
 /// `inbye bench localization`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye bench localization --case tour --seeds 1 --tour 30\n\n\
-    The closed loop with the pose from wheel odometry that slips and from scans matched to the map, and from nothing else; errors are \
-    those against the simulator's truth, at each tick. Cases: tour (to and fro), people, coarse_map (the map's cells are twice \
-    the world's), smooth (a straight roadway without any feature along it), carried (2 m back), elsewhere (carried anywhere), \
-    twin (carried into a smooth roadway that looks the same), blinded, blinded_for_a_moment, other_map.\n\
+    The closed loop with the pose only from wheel odometry with slip and from scans matched to the map; errors are relative to \
+    the simulator's truth, at each tick. Cases: tour (back and forth), people, coarse_map (the map's cells are \
+    twice the world's), smooth (a straight roadway without any feature along it), kidnapped (2 m back), kidnapped_far (anywhere), \
+    kidnapped_to_twin (into an identical roadway), occluded, briefly_occluded, other_map.\n\
     Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
     of noise.\n\
     Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad."
@@ -49,7 +50,7 @@ pub struct LocalizationArguments {
     /// Settings, TOML.
     #[arg(long)]
     pub config: Option<PathBuf>,
-    /// A case; give one --case for each [default: all].
+    /// A case; repeatable [default: all].
     #[arg(long, value_name = "NAME", value_parser = case)]
     pub case: Vec<LocalizationCase>,
     /// Drives of each case, each with a seed of its own.
@@ -58,10 +59,10 @@ pub struct LocalizationArguments {
     /// The first seed.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, 1_000_000_000))]
     pub seed: u64,
-    /// Least length of a tour, metres.
-    #[arg(long, default_value_t = 300.0, allow_negative_numbers = true, value_parser = way)]
+    /// Smallest length of a tour, metres.
+    #[arg(long, default_value_t = 300.0, allow_negative_numbers = true, value_parser = tour_length)]
     pub tour: f64,
-    /// Share of each belt's speed that the ground takes.
+    /// Share of each track's speed that is lost to slip.
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true, value_parser = slip)]
     pub slip: f64,
     /// Write a row for each drive into this file, CSV or JSON by its ending.
@@ -71,16 +72,16 @@ pub struct LocalizationArguments {
 
 fn case(text: &str) -> Result<LocalizationCase, String> {
     let mut all = LocalizationCase::ALL.into_iter();
-    all.find(|case| case.word() == text).ok_or_else(|| {
-        let words = LocalizationCase::ALL.map(LocalizationCase::word);
+    all.find(|case| case.name() == text).ok_or_else(|| {
+        let words = LocalizationCase::ALL.map(LocalizationCase::name);
         format!("it is one of {}", words.join(", "))
     })
 }
 
-fn way(text: &str) -> Result<f64, String> {
+fn tour_length(text: &str) -> Result<f64, String> {
     number(
         text,
-        |way| (1.0..=10_000.0).contains(&way),
+        |metres| (1.0..=10_000.0).contains(&metres),
         "metres, 1 to 10000",
     )
 }
@@ -89,7 +90,7 @@ fn slip(text: &str) -> Result<f64, String> {
     number(text, |share| (0.0..=0.9).contains(&share), "0 to 0.9")
 }
 
-/// Drives all cases. False when a tour was not what it should be.
+/// Drives all cases. False when a tour was not within its bounds.
 pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool> {
     let record = Output::create("--record", arguments.record.as_deref(), &["csv", "json"])?;
     let plan = plan(arguments)?;
@@ -113,8 +114,7 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
     if json {
         output::json(&json!({ "rows": rows, "within": rows.iter().all(is_within) }))?;
     } else {
-        output::line(HEADER);
-        rows.iter().map(line).for_each(output::line);
+        text_table(&rows, &COLUMNS).iter().for_each(output::line);
     }
     Ok(rows.iter().all(is_within))
 }
@@ -142,7 +142,7 @@ fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
             } = roadway();
             (name.to_owned(), map, start, goal)
         }
-        _ => bail!("--map needs --start and --goal: say where drives start and turn back"),
+        _ => bail!("--map needs --start and --goal: name where drives start and turn back"),
     };
     Ok(LocalizationPlan {
         name,
@@ -154,9 +154,9 @@ fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
     })
 }
 
-/// Whether a tour did what it should; other cases have no bound.
+/// Whether a tour was within its bounds; other cases have none.
 fn is_within(row: &LocalizationRow) -> bool {
-    let words = [LocalizationCase::Tour, LocalizationCase::People].map(LocalizationCase::word);
+    let words = [LocalizationCase::Tour, LocalizationCase::People].map(LocalizationCase::name);
     !words.contains(&row.case.as_str())
         || row.reached
             && !row.collided
@@ -165,31 +165,20 @@ fn is_within(row: &LocalizationRow) -> bool {
             && row.lost_ticks == 0
 }
 
-const HEADER: &str = "case                  seed  reached   way m  worst m  worst rad    rms m  odometry m  sigma m  lost after s  \
-    driven on m  found after s";
-
-fn line(row: &LocalizationRow) -> String {
-    let option =
-        |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
-    let reached = match (row.reached, row.collided) {
-        (_, true) => "contact",
-        (true, false) => "yes",
-        (false, false) => "no",
-    };
-    let figures = format!(
-        "{:20} {:5} {reached:>8} {:7.1} {:8.4} {:10.4} {:8.4} {:11.2} {:8.3} {:>13} {:>12} {:>14}",
-        row.case,
-        row.seed,
-        row.travelled_m,
-        row.worst_m,
-        row.worst_rad,
-        row.rms_m,
-        row.odometry_worst_m,
-        row.sigma_m,
-        option(row.lost_after_s),
-        option(row.driven_on_m),
-        option(row.found_after_s),
-    );
-    let why = row.lost_why.as_deref();
-    why.map_or_else(|| figures.clone(), |why| format!("{figures}  {why}"))
-}
+/// Columns of the text table.
+const COLUMNS: [&str; 14] = [
+    "case",
+    "seed",
+    "reached",
+    "collided",
+    "travelled_m",
+    "worst_m",
+    "worst_rad",
+    "rms_m",
+    "odometry_worst_m",
+    "sigma_m",
+    "lost_after_s",
+    "driven_on_m",
+    "found_after_s",
+    "lost_reason",
+];

@@ -6,21 +6,21 @@ use anyhow::bail;
 use inbye::bench::movingai::{
     ALGORITHMS, Algorithm, AlgorithmRow, Bench, Files, Folder, MapRows, Queries, find, longest,
 };
+use inbye::bench::text_table;
 use serde_json::json;
 
 use super::arguments::MovingAiArguments;
 use super::output_file::Output;
 use super::process::wall_clock;
-use super::record_file::{self, MapAlgorithm};
-use super::{movingai_words, output};
+use super::{output, record_file};
 
-/// Grid search against published optimal lengths. False: an answer was wrong.
+/// Compares grid search with published optimal lengths. False when an answer was wrong.
 pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
     let record = Output::create("--record", arguments.record.as_deref(), &["csv", "json"])?;
     let Folder { files, skipped } = maps(arguments)?;
     for map in &skipped {
         output::note(format!(
-            "warning: {map}: left out, since there is neither a .map.scen nor a .scen beside it"
+            "warning: {map}: left out: there is neither a .map.scen nor a .scen next to it"
         ));
     }
     let queries = read(&files, arguments.longest)?;
@@ -28,16 +28,15 @@ pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
     let algorithms: Vec<Algorithm> = ALGORITHMS.into_iter().filter(usual).collect();
     let (maps, totals) = measure(&queries, &algorithms, arguments.passes)?;
     if let Some(record) = record {
-        record_file::write(record, &record_rows(&maps))?;
+        let rows: Vec<AlgorithmRow> = maps.iter().flat_map(|map| map.algorithms.clone()).collect();
+        record_file::write(record, &rows)?;
     }
     if json && arguments.folder.is_none() {
         output::json(&maps.first())?;
     } else if json {
         output::json(&json!({ "maps": maps, "algorithms": totals, "skipped": skipped }))?;
     } else {
-        movingai_words::tables(&maps, &totals)
-            .iter()
-            .for_each(output::line);
+        text(&maps, &totals).iter().for_each(output::line);
     }
     Ok(totals.iter().all(AlgorithmRow::passed))
 }
@@ -58,7 +57,7 @@ fn maps(arguments: &MovingAiArguments) -> anyhow::Result<Folder> {
     }
 }
 
-/// Reads all files before anything is measured, so that a bad one is told at once.
+/// Reads all files before the measurement, so that a bad file is reported at once.
 fn read(files: &[Files], count: Option<usize>) -> anyhow::Result<Vec<Queries>> {
     let one = |files: &Files| {
         let mut queries = files.read()?;
@@ -70,7 +69,7 @@ fn read(files: &[Files], count: Option<usize>) -> anyhow::Result<Vec<Queries>> {
     files.iter().map(one).collect()
 }
 
-/// Measures with a progress bar: each map, and all together.
+/// Measures with a progress bar; the rows of each map, and those of all together.
 fn measure(
     queries: &[Queries],
     algorithms: &[Algorithm],
@@ -89,20 +88,44 @@ fn measure(
     Ok((rows, bench.totals()))
 }
 
-/// The last part of a path, which has room beside the progress bar.
+/// The last part of a path, short enough for the progress bar.
 fn file_name(path: &str) -> String {
     let name = Path::new(path).file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
 
-/// A row for each map and algorithm.
-fn record_rows(maps: &[MapRows]) -> Vec<MapAlgorithm> {
-    let mut rows = Vec::new();
+/// Columns of the text tables.
+const COLUMNS: [&str; 10] = [
+    "name",
+    "solved",
+    "total",
+    "suboptimal",
+    "illegal",
+    "median_us",
+    "p95_us",
+    "max_us",
+    "expanded",
+    "worst_length_ratio",
+];
+
+/// A table for each map, one for all together where there are several, and the wrong answers.
+fn text(maps: &[MapRows], totals: &[AlgorithmRow]) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut table = |title: &str, scenarios: usize, rows: &[AlgorithmRow]| {
+        lines.push(format!("{title}: {scenarios} scenarios"));
+        lines.extend(text_table(rows, &COLUMNS));
+    };
     for map in maps {
-        rows.extend(map.algorithms.iter().map(|row| MapAlgorithm {
-            map: map.map.clone(),
-            row: row.clone(),
-        }));
+        table(&map.map, map.scenarios, &map.algorithms);
     }
-    rows
+    if maps.len() > 1 {
+        let scenarios = maps.iter().map(|map| map.scenarios).sum();
+        table(&format!("all {} maps", maps.len()), scenarios, totals);
+    }
+    let fault = |row: &AlgorithmRow| {
+        let first = row.first_fault.as_ref()?;
+        Some(format!("WRONG: {}, first at {first}", row.name))
+    };
+    lines.extend(totals.iter().filter_map(fault));
+    lines
 }

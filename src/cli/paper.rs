@@ -8,7 +8,7 @@ use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, TaskRuns, made_mine, measure, path_tables,
 };
 use inbye::experiment::paper_drives::{
-    Course, Drives, PaperTable, Traffic, drive_all, drive_table,
+    Course, Drives, PaperTable, TRAFFIC, drive_all, drive_table,
 };
 use inbye::report::{PaperReport, paper_files};
 use inbye::runtime::Config;
@@ -16,11 +16,11 @@ use serde_json::json;
 
 use super::arguments::whole;
 use super::process::wall_clock;
-use super::{engines, map_file, output, paper_words, report_file};
+use super::{engines, map_file, output, paper_text, report_file};
 
-/// Ways through the mine, as many as Table 2 has.
-const WAYS: usize = 5;
-/// A way through the mine takes many times as long as one through a roadway, and is planned so many times less often.
+/// Number of paths through the mine, as in Table 2.
+const PATHS: usize = 5;
+/// A path through the mine takes longer to plan than one through a roadway and is planned this many times less often.
 const MINE_SHARE: usize = 5;
 
 /// `inbye bench paper`.
@@ -28,30 +28,29 @@ const MINE_SHARE: usize = 5;
 #[command(
     after_help = "Example:\n  inbye bench paper --repetitions 5 --runs 1 --report paper\n\n\
     Every variant searches the same free cells, for the default robot. Times are medians of searching, pruning and \
-    smoothing, all variants in turn. Exit status 1: a path is nearer to an obstacle than promised, an exact search has one \
+    smoothing, all variants in turn. Exit status 1: a path is closer to an obstacle than it must be, an exact search has one \
     that is not shortest, or a drive touched something or did not arrive."
 )]
 pub struct PaperArguments {
-    /// Map of a mine for Table 2, any that `inbye plan` takes [default: a mine made by the program].
+    /// Map of a mine for Table 2, any that `inbye plan` takes [default: a generated mine].
     #[arg(long, value_name = "FILE.yaml")]
     pub mine: Option<PathBuf>,
-    /// Times that each path through a roadway is planned; those through the mine a fifth as often.
+    /// Number of times that each path through a roadway is planned; those through the mine a fifth as often.
     #[arg(long, default_value_t = 101, allow_negative_numbers = true, value_parser = whole::<usize>(1, 100_000))]
     pub repetitions: usize,
-    /// Drives through each of the three scenes: with nobody about, among people who mind the robot, and among people who do
-    /// not; 0 for paths alone.
+    /// Drives through each of the three scenes without people, among people who yield, and among people who do not; 0 for
+    /// paths alone.
     #[arg(long, default_value_t = 10, allow_negative_numbers = true, value_parser = whole::<usize>(0, 1000))]
     pub runs: usize,
-    /// Seed of the made mine, of the ways through a mine, and of the first drive; each further drive has the next.
+    /// Seed of the generated mine, of the paths through a mine, and of the first drive; each further drive has the next.
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
-    /// Write `paper.html` into this folder: maps, charts and tables; beside it maps and charts as SVG, each table as CSV
-    /// and JSON.
+    /// Write `paper.html` with maps, charts and tables into this folder, and maps and charts as SVG, tables as CSV and JSON.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
 
-/// Repeats the paper's tables. False when a path or a drive is not what it should be.
+/// Repeats the paper's tables. False when a path or a drive has a fault.
 pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(folder) = &arguments.report {
         report_file::create_folder(folder)?;
@@ -71,11 +70,11 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     for site in &sites {
         roadways.extend(measured(site, &SEARCHES, arguments.repetitions)?);
     }
-    let ways = measured(&mine, &MINE_SEARCHES, mine_repetitions)?;
+    let mine_paths = measured(&mine, &MINE_SEARCHES, mine_repetitions)?;
     bar.finish_and_clear();
     let courses = Course::all(&sites, &config)?;
     let drives = drives(arguments, &courses, &config)?;
-    let (paths, steps) = path_tables(&roadways, &ways, &mine.title);
+    let (paths, steps) = path_tables(&roadways, &mine_paths, &mine.title);
     let paths = paths.into_iter().map(PaperTable::Paths);
     let mut tables: Vec<PaperTable> = paths
         .chain(steps.into_iter().map(PaperTable::Ablation))
@@ -85,7 +84,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
         .zip(&roadways)
         .flat_map(|(site, task)| task.faults(site))
         .collect();
-    faults.extend(ways.iter().flat_map(|task| task.faults(&mine)));
+    faults.extend(mine_paths.iter().flat_map(|task| task.faults(&mine)));
     for table in drives.iter().map(drive_table) {
         faults.extend(table.faults());
         tables.push(PaperTable::Drives(table));
@@ -95,7 +94,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
             machine: &engines::machine(),
             command: &command(arguments),
             roadways: sites.iter().zip(&roadways).collect(),
-            mine: (&mine, &ways),
+            mine: (&mine, &mine_paths),
             courses: &courses,
             drives: &drives,
             footprint: &config.robot.footprint,
@@ -113,7 +112,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     Ok(faults.is_empty())
 }
 
-/// All drives, on all cores; none where none are asked for.
+/// All drives, on all cores; none without --runs.
 fn drives(
     arguments: &PaperArguments,
     courses: &[Course],
@@ -124,9 +123,9 @@ fn drives(
     }
     let seeds = (0..arguments.runs).map(|run| arguments.seed.wrapping_add(run as u64));
     let seeds: Vec<u64> = seeds.collect();
-    let count = Traffic::ALL.len() * courses.len() * seeds.len();
+    let count = TRAFFIC.len() * courses.len() * seeds.len();
     let bar = output::progress(count as u64, "driving");
-    let drives = drive_all(courses, &seeds, config, engines::cores(), &|| bar.inc(1))?;
+    let drives = drive_all(courses, &seeds, config, engines::cores(), || bar.inc(1))?;
     bar.finish_and_clear();
     Ok(drives)
 }
@@ -134,12 +133,12 @@ fn drives(
 fn mine(arguments: &PaperArguments, config: &Config) -> anyhow::Result<Site> {
     let seed = arguments.seed;
     let Some(file) = &arguments.mine else {
-        let title = format!("a made mine, seed {seed}");
-        return Ok(Site::mine(&title, made_mine(seed), WAYS, seed, config)?);
+        let title = format!("a generated mine, seed {seed}");
+        return Ok(Site::mine(&title, made_mine(seed), PATHS, seed, config)?);
     };
     let map = map_file::load(file, 1.0)?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy();
-    Site::mine(&name, map, WAYS, seed, config).with_context(|| file.display().to_string())
+    Site::mine(&name, map, PATHS, seed, config).with_context(|| file.display().to_string())
 }
 
 fn print(tables: &[PaperTable]) {
@@ -147,11 +146,11 @@ fn print(tables: &[PaperTable]) {
         if index > 0 {
             output::line("");
         }
-        paper_words::table(table).iter().for_each(output::line);
+        paper_text::table(table).iter().for_each(output::line);
     }
 }
 
-/// What repeats the run.
+/// The command that repeats the run.
 fn command(arguments: &PaperArguments) -> String {
     let mine = arguments
         .mine

@@ -6,22 +6,23 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use inbye::experiment::missions::{
-    Comparison, MissionRow, MissionSite, Rules, Setup, compare_digests, drive, spread_evenly,
+use inbye::experiment::{
+    Cell, Comparison, Grid, RunRow, Setup, SoakSummary, compare_digests, run_cell, spread_evenly,
 };
-use inbye::experiment::{SOAK_SETUP, SoakSummary};
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
 use inbye::report::{BenchReport, Reel, bench_files};
 use inbye::runtime::Observer;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::arguments::{number, whole};
-use super::missions::{Cell, Driving, MissionsArguments, cells, one_core};
+use super::arguments::whole;
+use super::grid_run::in_memory;
+use super::missions::{MissionsArguments, share};
 use super::process::wall_clock;
-use super::{engines, output, report_file, soak_words, value_parsers};
+use super::run_text::{group_table, run_text, unreached};
+use super::{engines, output, report_file, value_parsers};
 
-const INTRO: &str = "Random missions, simulated in a closed loop; all of a mission is drawn from its map and seed: ends on free ground, \
-    and who walks there.";
+const INTRO: &str = "Random missions, simulated in a closed loop; map and seed determine a mission: start and goal in free space, \
+    and moving obstacles.";
 /// Ticks of a mission that was driven again, a line of JSON each.
 const TICKS: &str = "ticks.jsonl";
 
@@ -29,11 +30,13 @@ const TICKS: &str = "ticks.jsonl";
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye bench soak --missions 3 --longest 12 --threads 1 --record soak.csv\n\n\
-    Everything of a mission is drawn from its map and seed: ends on free ground in the same connected part, yaws, up to \
-    --people moving obstacles. Of four missions with people one has heedless ones, and one has people who appear when the \
-    robot is near. Maps take turns.\n\
-    A contact is the robot's when the true velocity of the touching part of its footprint towards what it touched is above \
-    0.02 m/s, or what it touched stands still; the robot loses a mission by either kind.\n\
+    Map and seed determine a mission: start and goal in connected free space, yaws, up to --people moving obstacles. Of four \
+    missions with people one has people who do not yield, and one has people who appear when the robot is near. Maps take \
+    turns.\n\
+    The robot causes a contact when the true velocity of the touching part of its footprint towards the other body is above \
+    0.02 m/s, or when that body stands; a mission with any contact is lost.\n\
+    With --out the same command resumes where it was interrupted.\n\
+    JSON fields: `summary`, `sound`, `comparisons`, `rows`.\n\
     Exit status 1: a contact caused by the robot, an unreached goal without a reason, or a trace that another engine does \
     not repeat to the last bit."
 )]
@@ -43,60 +46,48 @@ pub struct SoakArguments {
     /// Missions.
     #[arg(long, default_value_t = 1000, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1_000_000))]
     pub missions: usize,
-    /// Share of missions, 0 to 1, with boxes or pillars on the way that the map does not show.
+    /// Share of missions, 0 to 1, with boxes or pillars on the path that the map does not show.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
     #[arg(long, default_value = "cpu", value_parser = value_parsers::engine())]
     pub engine: EngineChoice,
-    /// Drive so many of the missions, evenly spread, again on every other engine, and compare their traces: on all GPU
-    /// adapters, or where there is none on the CPU with other instructions.
+    /// Drive this many missions, evenly spread, again on every other engine, and compare their traces: on all GPU adapters,
+    /// or without one on the CPU with other instructions.
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<usize>(0, 1_000_000))]
     pub compare: usize,
-    /// In place of all missions, drive the one of this seed again, and write a report page and every tick into --report.
+    /// Drive only the mission of this seed again, and write a report page and every tick into --report.
     #[arg(long, value_name = "SEED", requires = "report", allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub replay: Option<u64>,
-    /// Write `index.html` into this folder, and beside it its charts as SVG and its rows as CSV and JSON; with --replay the
-    /// page of that mission, and its ticks.
+    /// Write `index.html`, its charts as SVG and its rows as CSV and JSON into this folder; with --replay the page of that
+    /// mission and its ticks.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
 
-pub(super) fn share(text: &str) -> Result<f64, String> {
-    number(text, |share| (0.0..=1.0).contains(&share), "0 to 1")
-}
-
 /// Drives the missions. False when the robot caused a contact, a goal was missed without a reason, or engines differ.
 pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
-    let (config, sites, rules) = arguments.missions_of.read(arguments.unmapped)?;
-    let setups = [Setup {
-        name: SOAK_SETUP.to_owned(),
-        config,
-    }];
     let missions = &arguments.missions_of;
-    let cells = cells(&setups, &sites, arguments.missions, missions.seed);
+    let (config, worlds) = missions.read(arguments.unmapped)?;
+    let setups = [Setup::unnamed(config)];
+    let (count, seed) = (arguments.missions, missions.seed);
+    let grid = Grid::of_missions("soak", &worlds, &setups, count, seed)?;
     if let Some((seed, folder)) = arguments.replay.zip(arguments.report.as_deref()) {
-        let Some(cell) = cells.iter().find(|cell| cell.seed == seed) else {
+        let Some(cell) = grid.cells.iter().find(|cell| cell.id.seed == seed) else {
             bail!("--replay {seed}: no mission of these has that seed");
         };
-        return replay(cell, &rules, folder, json);
+        return replay(cell, folder, json);
     }
     if let Some(folder) = &arguments.report {
         report_file::create_folder(folder)?;
     }
-    let engine = || {
-        Ok(open_engine(&arguments.engine, 1)
-            .map_err(engines::with_option)?
-            .engine)
+    let opened = open_engine(&arguments.engine, 1);
+    let first = opened.map_err(engines::with_option)?.engine;
+    let grid = match first.kind() {
+        "gpu" => grid.on_engine(&format!("gpu:{}", first.name())),
+        _ => grid,
     };
-    let first = engine()?.name();
-    let driving = Driving {
-        what: "soak",
-        rules: &rules,
-        threads: missions.threads.unwrap_or_else(engines::cores),
-        record: missions.record.as_deref(),
-    };
-    let rows = driving.run(&cells, engine)?;
+    let rows = missions.drive(&grid)?;
     if let Some(folder) = &arguments.report {
         let files = bench_files(&BenchReport {
             title: "inbye: a soak of random missions",
@@ -108,39 +99,41 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         });
         report_file::write_files(folder, &files)?;
     }
-    let rows: Vec<&MissionRow> = rows.iter().collect();
-    let comparisons = compare(arguments.compare, &first, &cells, &rows, &driving)?;
+    let comparisons = compare(arguments, &first.name(), &grid, &rows)?;
     let summary = SoakSummary::of(&rows, &comparisons);
     if json {
-        output::json(&object(&summary, &comparisons, &rows)?)?;
+        output::json(&json!({
+            "summary": summary,
+            "sound": summary.is_sound(),
+            "comparisons": comparisons,
+            "rows": rows,
+        }))?;
     } else {
-        soak_words::summary(&summary, &comparisons, &rows)
-            .iter()
-            .for_each(output::line);
+        let lines = text(&summary, &comparisons).into_iter();
+        lines.chain(unreached(&rows)).for_each(output::line);
     }
     Ok(summary.is_sound())
 }
 
-/// Drives some of the missions again, on each engine to compare with.
+/// Drives some of the missions again on each engine to compare with.
 fn compare(
-    wanted: usize,
+    arguments: &SoakArguments,
     first: &str,
-    cells: &[Cell],
-    rows: &[&MissionRow],
-    driving: &Driving,
+    grid: &Grid,
+    rows: &[RunRow],
 ) -> anyhow::Result<Vec<Comparison>> {
-    if wanted == 0 {
+    if arguments.compare == 0 {
         return Ok(Vec::new());
     }
-    let some = spread_evenly(cells, wanted);
+    let some = Grid {
+        title: "on another engine".to_owned(),
+        cells: spread_evenly(&grid.cells, arguments.compare),
+    };
+    let (jobs, machine) = (arguments.missions_of.run.jobs(), engines::machine());
     let mut all = Vec::new();
     for other in others(first)? {
-        let again = Driving {
-            what: "on another engine",
-            record: None,
-            ..*driving
-        };
-        let again = again.run(&some, || other.open())?;
+        let run = |cell: &&Cell| Ok(run_cell(cell, other.open()?, &mut wall_clock(), &machine));
+        let again = in_memory(&some, jobs, run)?;
         all.extend(compare_digests(rows, &again));
     }
     Ok(all)
@@ -148,7 +141,7 @@ fn compare(
 
 /// An engine to compare with.
 enum Other {
-    /// An adapter of this name.
+    /// The adapter of this name.
     Gpu(String),
     /// The CPU on one thread with these instructions.
     Cpu(InstructionSet),
@@ -165,7 +158,7 @@ impl Other {
     }
 }
 
-/// Every GPU adapter but the first engine itself; where there is none, the CPU with the fastest instructions that are left.
+/// Every GPU adapter except the first engine; without one the CPU with the next slower instructions.
 fn others(first: &str) -> anyhow::Result<Vec<Other>> {
     let adapters: Vec<Other> = engines::all()?
         .iter()
@@ -182,34 +175,66 @@ fn others(first: &str) -> anyhow::Result<Vec<Other>> {
     Ok(slower.map(Other::Cpu).into_iter().collect())
 }
 
-fn object(
-    summary: &SoakSummary,
-    comparisons: &[Comparison],
-    rows: &[&MissionRow],
-) -> anyhow::Result<Value> {
-    let mut object = serde_json::to_value(summary)?;
-    object["sound"] = json!(summary.is_sound());
-    object["comparisons"] = json!(comparisons);
-    object["rows"] = json!(rows);
-    Ok(object)
+/// Tables of all missions, by map and by traffic, and the comparisons.
+fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
+    let mut groups = vec![summary.all.clone()];
+    groups.extend(summary.worlds.iter().chain(&summary.traffic).cloned());
+    let mut lines = group_table(&groups);
+    for (name, count) in &summary.faults {
+        lines.push(format!("fault {name}: {count}"));
+    }
+    if let Some(speed) = summary.mean_speed_m_s {
+        lines.push(format!(
+            "mean speed   {speed:.2} m/s of the missions that arrived; all drove {:.1} km in {:.1} h",
+            summary.travelled_m / 1e3,
+            summary.time_s / 3600.0
+        ));
+    }
+    if let Some(error) = summary.final_error {
+        lines.push(format!(
+            "final error  mean {:.4} m and {:.4} rad, p95 {:.4} m and {:.4} rad",
+            error.mean_m, error.mean_yaw_rad, error.p95_m, error.p95_yaw_rad
+        ));
+    }
+    if summary.digests_compared > 0 {
+        lines.push(format!(
+            "traces       {} of {} equal on another engine",
+            summary.digests_equal, summary.digests_compared
+        ));
+    }
+    let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
+    let difference = |one: &Comparison| {
+        format!(
+            "DIFFERS: {}, seed {}: {} gave {}, {} gave {}",
+            one.world,
+            one.seed,
+            text(&one.first),
+            text(&one.expected),
+            text(&one.engine),
+            text(&one.found)
+        )
+    };
+    let different = comparisons.iter().filter(|one| !one.equal);
+    lines.extend(different.map(difference));
+    lines
 }
 
-/// Drives one mission again, for people to look at.
-fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Result<bool> {
+/// Drives one mission again with a page and its ticks.
+fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     report_file::create_folder(folder)?;
-    let (site, setup): (&MissionSite, &Setup) = (cell.site, cell.setup);
     let mut reel = Reel::default();
     let mut observer = Observer {
         clock: &mut wall_clock(),
         on_tick: &mut |moment| reel.take(moment),
     };
-    let (row, drawn, result) = drive(site, cell.seed, rules, setup, one_core(), &mut observer)?;
-    if let Some(result) = &result {
-        let title = format!("{}, seed {}", site.name, cell.seed);
+    let engine = Box::new(CpuEngine::single_threaded());
+    let (world, config) = (&cell.world, &cell.config);
+    let run = world.drive(cell.id.seed, config, engine, &mut observer)?;
+    if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
+        let title = format!("{}, seed {}", world.name, cell.id.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let (mission, config) = (&drawn.simulation.mission, &setup.config);
         let page = report_file::drive_page(
-            mission,
+            &drawn.simulation.mission,
             config,
             result,
             &reel,
@@ -228,9 +253,9 @@ fn replay(cell: &Cell, rules: &Rules, folder: &Path, json: bool) -> anyhow::Resu
         out.flush().with_context(place)?;
     }
     if json {
-        output::json(&row)?;
+        output::json(&run.row)?;
     } else {
-        output::line(soak_words::story(&row));
+        output::line(run_text(&run.row));
     }
-    Ok(row.reason.is_none())
+    Ok(run.row.reached())
 }

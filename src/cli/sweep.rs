@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
-use inbye::experiment::sweep::{Cell, Grid, Manifest, Shard, SweepError, SweepPlan};
+use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard};
 use serde_json::json;
 
 use super::arguments::whole;
-use super::sweep_crew::{Crew, Done, run_alone};
-use super::sweep_folder::Folder;
+use super::result_store::ResultStore;
 use super::sweep_merge::MergeArguments;
+use super::sweep_workers::{Done, Workers, run_alone};
 use super::{engines, output, sweep_merge, toml_merge};
 
 /// Folder of the results, where none is named.
@@ -24,12 +24,12 @@ const FOLDER: &str = "inbye-sweep";
     subcommand_negates_reqs = true,
     after_help = "Example:\n  inbye sweep --print-plan\n  inbye sweep sweep.toml --list\n  inbye sweep sweep.toml --out cells\n  \
     inbye sweep merge cells --report merged\n\n\
-    Each combination of worlds, settings, weights, samplings, engines and seeds of the plan is a cell. What it gives depends on \
-    nothing else, and its file is named for a digest of all that: the same cell of another plan is not driven again. The \
-    program may be killed at any time and started again, and may run several times on one folder, on one machine or on several \
-    that share it: no cell is done twice. Where machines share no folder, each takes a --shard, and the folders are merged.\n\
-    Cells of worlds with `latency = true` run one at a time after the others, and no other cell of any sweep on the same \
-    machine beside them.\n\
+    Each combination of worlds, settings, weights, samplings, engines and seeds of the plan is a cell. Its result depends on \
+    nothing else, and a digest of these inputs names its file: the same cell of another plan is not run again. The program may \
+    be killed at any time and started again, and several processes may work on one folder, on one machine or on several that \
+    share it: no cell is run twice. Where machines share no folder, run a --shard on each, and merge the folders.\n\
+    Cells of worlds with `latency = true` run one at a time after the others, and no other cell on the same machine runs at \
+    that time.\n\
     JSON fields: `cells`, `found`, `driven`, `errors`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list.\n\
     Exit status 1: cells are left, because this machine does not have their engine."
 )]
@@ -45,39 +45,39 @@ pub struct SweepArguments {
     /// Keep a file for each cell in this folder [default: inbye-sweep].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Only part I of N of the cells; all parts have as many, give or take one.
+    /// Only part I of N of the cells; the parts' sizes differ by at most one.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
     /// Cells at a time [default: all cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub jobs: Option<usize>,
-    /// Run nothing: print a line of JSON for each cell, its key and its place in the grid; with --out make the folder ready,
-    /// and say whether the cell is `done`.
+    /// Run nothing: print a line of JSON for each cell with its key and names; with --out prepare the folder, and print
+    /// whether the cell is `done`.
     #[arg(long, conflicts_with_all = ["jobs", "cells"])]
     pub list: bool,
-    /// Only the cell of this key; without --out what its file would hold is printed. Give one --cell for each.
+    /// Only the cell of this key; without --out print the content of its file. Repeatable.
     #[arg(long = "cell", value_name = "KEY")]
     pub cells: Vec<String>,
 }
 
-/// What can be done with results.
+/// Commands for results.
 #[derive(Debug, Subcommand)]
 pub enum SweepCommand {
-    /// Make one table and a report of the results in some folders.
+    /// Make one table and a report of the results in several folders.
     Merge(MergeArguments),
 }
 
-fn shard(text: &str) -> Result<Shard, SweepError> {
+fn shard(text: &str) -> Result<Shard, ExperimentError> {
     text.parse()
 }
 
-/// Runs the cells of a plan, or tells of them.
+/// Runs the cells of a plan, or lists them.
 pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(SweepCommand::Merge(command)) = &arguments.command {
         return sweep_merge::run(command, json);
     }
     let Some(plan) = &arguments.plan else {
-        let plan = SweepPlan::documented();
+        let plan = Plan::documented();
         if json {
             output::json(&json!({ "plan": plan }))?;
         } else {
@@ -86,11 +86,11 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
         return Ok(true);
     };
     let grid = read(plan)?;
-    let cells = asked(&grid, arguments)?;
+    let cells = requested(&grid, arguments)?;
     let manifest = Manifest::of(&grid);
     if arguments.list {
         let folder = arguments.out.as_deref();
-        let folder = folder.map(|out| Folder::open(out, &manifest));
+        let folder = folder.map(|out| ResultStore::open(out, &manifest));
         return list(&cells, folder.transpose()?.as_ref(), json);
     }
     let machine = engines::machine();
@@ -98,13 +98,14 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
         return print(&cells, &machine, json);
     }
     let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
-    let folder = Folder::open(out, &manifest)?;
-    let crew = Crew {
-        folder: &folder,
+    let folder = ResultStore::open(out, &manifest)?;
+    let workers = Workers {
+        store: &folder,
         machine: &machine,
+        title: "cells of the sweep",
     };
     let jobs = arguments.jobs.unwrap_or_else(engines::cores);
-    let done = crew.run(&cells, jobs)?;
+    let done = workers.run(&cells, jobs)?;
     let count = |kind: fn(&Done) -> bool| done.iter().filter(|(_, done)| kind(done)).count();
     let errors = count(|done| matches!(done, Done::Driven { is_error: true }));
     let (driven, found) = (
@@ -113,10 +114,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     );
     let left: Vec<(&str, &str)> = done
         .iter()
-        .filter_map(|(key, done)| match done {
-            Done::NoEngine(reason) => Some((key.as_str(), reason.as_str())),
-            _ => None,
-        })
+        .filter_map(|(key, done)| Some((key.as_str(), done.no_engine()?)))
         .collect();
     if json {
         let listed = left
@@ -132,7 +130,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
         }))?;
     } else {
         output::line(format!(
-            "{} cells: {driven} driven, {found} were there; {errors} could not be begun; in {}",
+            "{} cells: {driven} driven, {found} found; {errors} did not start; in {}",
             cells.len(),
             out.display()
         ));
@@ -148,15 +146,13 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
     let text = fs::read_to_string(file)
         .with_context(|| format!("{}: cannot be read as text", file.display()))?;
-    let plan = toml_merge::parse(&text, &SweepPlan::default(), |plan: &SweepPlan| {
-        Ok(plan.validate()?)
-    });
+    let plan = toml_merge::parse(&text, &Plan::default(), |plan: &Plan| Ok(plan.validate()?));
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let change = |ours: &_, changes: &toml::Table| {
+    let change = |base: &_, changes: &toml::Table| {
         let changed = toml_merge::parse(
             &changes.to_string(),
-            ours,
+            base,
             |config: &inbye::runtime::Config| Ok(config.validate()?),
         );
         changed.map_err(|error| {
@@ -167,28 +163,29 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     Grid::new(&plan, folder, change).with_context(place)
 }
 
-/// The cells that are to be run, each key once.
-fn asked<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<Vec<&'g Cell>> {
+/// The requested cells, each key once.
+fn requested<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<Vec<&'g Cell>> {
     let all = grid.distinct();
     for key in &arguments.cells {
         ensure!(
             all.iter().any(|cell| cell.key == *key),
-            SweepError::NoCell { key: key.clone() }
+            ExperimentError::NoCell { key: key.clone() }
         );
     }
-    let is_asked = |cell: &&Cell| arguments.cells.is_empty() || arguments.cells.contains(&cell.key);
-    let cells: Vec<&Cell> = all.into_iter().filter(is_asked).collect();
+    let is_requested =
+        |cell: &&Cell| arguments.cells.is_empty() || arguments.cells.contains(&cell.key);
+    let cells: Vec<&Cell> = all.into_iter().filter(is_requested).collect();
     Ok(match arguments.shard {
         Some(shard) => shard.of(&cells),
         None => cells,
     })
 }
 
-/// Tells each cell, and whether it has its result in a folder.
-fn list(cells: &[&Cell], folder: Option<&Folder>, json: bool) -> anyhow::Result<bool> {
+/// Prints each cell, and whether it has its result in a folder.
+fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Result<bool> {
     let mut lines = Vec::new();
     for cell in cells {
-        let mut line = serde_json::to_value(&cell.label)?;
+        let mut line = serde_json::to_value(&cell.id)?;
         line["key"] = json!(cell.key);
         if let Some(folder) = folder {
             line["done"] = json!(folder.has(&cell.key)?);
@@ -203,13 +200,13 @@ fn list(cells: &[&Cell], folder: Option<&Folder>, json: bool) -> anyhow::Result<
     Ok(true)
 }
 
-/// Runs cells for whoever asks, and prints what their files would hold; as JSON, how they ended too.
+/// Runs cells and prints the content of their files; as JSON also their rows.
 fn print(cells: &[&Cell], machine: &str, json: bool) -> anyhow::Result<bool> {
     let mut files = Vec::new();
     for cell in cells {
         let file = run_alone(cell, machine)?;
         if json {
-            files.push(json!({ "key": file.key, "outcome": file.outcome, "file": file.text() }));
+            files.push(json!({ "key": file.row.key, "row": file.row, "file": file.text() }));
         } else {
             output::line(file.text().trim_end());
         }

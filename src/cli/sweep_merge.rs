@@ -5,24 +5,41 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use inbye::bench::{Columns, csv_text};
-use inbye::experiment::sweep::{Manifest, Merged, SweepError, SweepGroup, groups, merge};
+use inbye::bench::{Columns, csv_text, text_table};
+use inbye::experiment::{ExperimentError, Manifest, Merged, RunRow, groups, merge};
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
-use super::{output, report_file, sweep_folder};
+use super::{output, report_file, result_store};
 
-/// Folder of the table and the report, where none is named.
+/// Default folder of the table and the report.
 const FOLDER: &str = "inbye-sweep-report";
-/// Missing cells that are named.
+/// Number of missing cells that are named.
 const NAMED: usize = 3;
+
+/// Columns of the text table.
+const COLUMNS: [&str; 12] = [
+    "kind",
+    "config",
+    "weights",
+    "engine",
+    "vx_samples",
+    "vtheta_samples",
+    "runs",
+    "reached",
+    "contacts",
+    "mean_time_s",
+    "shared",
+    "mean_shared_time_s",
+];
 
 /// `inbye sweep merge`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye sweep merge cells --report merged\n\n\
-    The folders are those of `inbye sweep --out`, all of one plan. `sweep.csv` and `sweep.parquet` have a row for each cell, in \
-    the order of the plan, and are the same bytes whoever ran the cells. `latency.csv` and `latency.parquet` have what the \
-    clocks said of latency cells. `index.html` shows success and time, and opens without a network.\n\
+    The folders are those of `inbye sweep --out` or of --out of a benchmark, all of one plan. `sweep.csv` and `sweep.parquet` \
+    have a row for each cell, in the order of the plan, and are the same bytes on every machine. `latency.csv` and \
+    `latency.parquet` have the rows of latency cells with their times. `index.html` shows success and time, and opens without \
+    a network.\n\
     JSON fields: `cells`, `missing`, `groups`.\n\
     Exit status 1: a cell is missing; the rows that are there are written all the same.")]
 pub struct MergeArguments {
@@ -39,14 +56,13 @@ pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
     let (manifest, merged) = read(&arguments.folders)?;
     let folder = arguments.report.as_deref().unwrap_or(Path::new(FOLDER));
     write(folder, &manifest, &merged)?;
-    let groups = groups(&merged.rows);
+    let rows: Vec<RunRow> = without_clock(&merged);
+    let groups = groups(&rows);
     let (cells, missing) = (manifest.keys().len(), &merged.missing);
     if json {
         output::json(&json!({ "cells": cells, "missing": missing, "groups": groups }))?;
     } else {
-        for group in &groups {
-            output::line(words(group));
-        }
+        text_table(&groups, &COLUMNS).iter().for_each(output::line);
         if !missing.is_empty() {
             let named: Vec<&str> = missing.iter().take(NAMED).map(String::as_str).collect();
             output::line(format!(
@@ -59,18 +75,18 @@ pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
     Ok(missing.is_empty())
 }
 
-/// The plan, and the results of all folders together.
+/// The manifest, and the results of all folders together.
 fn read(folders: &[PathBuf]) -> anyhow::Result<(Manifest, Merged)> {
     let mut first: Option<(&PathBuf, Manifest)> = None;
     let mut files = Vec::new();
     for folder in folders {
-        let (manifest, cells) = sweep_folder::read(folder)?;
+        let (manifest, cells) = result_store::read(folder)?;
         files.extend(cells);
         match &first {
             None => first = Some((folder, manifest)),
             Some((_, known)) if *known == manifest => {}
             Some((place, known)) => {
-                let other = SweepError::OtherPlan {
+                let other = ExperimentError::OtherPlan {
                     folders: [(*place).clone(), folder.clone()],
                     titles: [known.title.clone(), manifest.title.clone()],
                     cells: [known.cells.len(), manifest.cells.len()],
@@ -86,9 +102,12 @@ fn read(folders: &[PathBuf]) -> anyhow::Result<(Manifest, Merged)> {
 
 fn write(folder: &Path, manifest: &Manifest, merged: &Merged) -> anyhow::Result<()> {
     report_file::create_folder(folder)?;
-    table(folder, "sweep", &merged.rows)?;
-    if !merged.latencies.is_empty() {
-        table(folder, "latency", &merged.latencies)?;
+    let rows = without_clock(merged);
+    table(folder, "sweep", &rows)?;
+    let latencies = merged.rows.iter().filter(|row| row.latency).cloned();
+    let latencies: Vec<RunRow> = latencies.collect();
+    if !latencies.is_empty() {
+        table(folder, "latency", &latencies)?;
     }
     let intro = match (manifest.cells.len(), merged.rows.len()) {
         (all, there) if all == there => format!("{all} cells."),
@@ -98,11 +117,17 @@ fn write(folder: &Path, manifest: &Manifest, merged: &Merged) -> anyhow::Result<
         title: &manifest.title,
         intro: &intro,
         command: "inbye sweep PLAN.toml --out DIR\ninbye sweep merge DIR",
-        sweep: &groups(&merged.rows),
-        sweep_latency: &merged.latencies,
+        sweep: &groups(&rows),
+        sweep_latency: &latencies,
         ..BenchReport::default()
     });
     report_file::write_files(folder, &files)
+}
+
+/// The rows without times: the same bytes on every machine.
+fn without_clock(merged: &Merged) -> Vec<RunRow> {
+    let rows = merged.rows.iter().cloned();
+    rows.map(RunRow::without_clock).collect()
 }
 
 /// A table as CSV, and as Parquet where that is built in.
@@ -113,29 +138,6 @@ fn table<R: Columns>(folder: &Path, name: &str, rows: &[R]) -> anyhow::Result<()
     };
     file("csv", csv_text(rows).as_bytes())?;
     #[cfg(feature = "parquet")]
-    file("parquet", &inbye::experiment::sweep::parquet_bytes(rows)?)?;
+    file("parquet", &inbye::experiment::parquet_bytes(rows)?)?;
     Ok(())
-}
-
-/// A group in a line.
-fn words(group: &SweepGroup) -> String {
-    let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "-".to_owned());
-    let seconds = |time_s: Option<f64>| {
-        time_s.map_or_else(|| "-".to_owned(), |time_s| format!("{time_s:.2}"))
-    };
-    format!(
-        "{:9} {:12} {:12} {:8} {:>4}x{:<4} {:5} of {:5} reached, {:4} contacts, time {:>7} s, over {} shared {:>7} s",
-        group.kind.name(),
-        name(&group.config),
-        name(&group.weights),
-        group.engine,
-        group.vx_samples,
-        group.vtheta_samples,
-        group.reached,
-        group.runs,
-        group.contacts,
-        seconds(group.mean_time_s),
-        group.shared,
-        seconds(group.mean_shared_time_s),
-    )
 }

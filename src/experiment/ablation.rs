@@ -1,26 +1,21 @@
-//! What each part of the navigator buys: the same missions with one part more each time.
+//! The ablation of the navigator: the same missions with one feature more each time.
 
-use std::collections::BTreeMap;
-
-use serde::Serialize;
-
-use super::missions::{MissionRow, Setup, Tally, Which, mean, shared, times_s};
-use crate::bench::Columns;
+use super::{Group, RunRow, Setup, groups};
 use crate::navigator::NavigatorFeatures;
 use crate::runtime::Config;
 
-/// The navigator with some of its parts.
+/// The navigator with some of its features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AblationVariant {
-    /// One word.
+    /// Name in rows.
     pub name: &'static str,
-    /// One line.
+    /// Title for people.
     pub title: &'static str,
-    /// What is switched on.
+    /// The features that are switched on.
     pub features: NavigatorFeatures,
 }
 
-const NOTHING: NavigatorFeatures = NavigatorFeatures {
+const NONE: NavigatorFeatures = NavigatorFeatures {
     global_path: false,
     progress: false,
     tracking: false,
@@ -41,11 +36,11 @@ const fn variant(
     }
 }
 
-/// From the dynamic window alone to the whole navigator; each has one part more than the one before.
+/// From the dynamic window alone to the whole navigator; each has one feature more than the one before.
 pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
     let astar = NavigatorFeatures {
         global_path: true,
-        ..NOTHING
+        ..NONE
     };
     let progress = NavigatorFeatures {
         progress: true,
@@ -68,95 +63,37 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
         ..passive_safety
     };
     [
-        variant("dwa", "DWA alone, the goal its target", NOTHING),
-        variant("astar_dwa", "A* and DWA as printed", astar),
+        variant("dwa", "DWA alone, towards the goal", NONE),
+        variant("astar_dwa", "A* and DWA as in the paper", astar),
         variant("progress", "+ progress along the path", progress),
         variant("tracking", "+ moving obstacles tracked", tracking),
-        variant("replanning", "+ paths planned anew", replanning),
-        variant(
-            "passive_safety",
-            "+ passive safety near people",
-            passive_safety,
-        ),
+        variant("replanning", "+ replanning", replanning),
+        variant("passive_safety", "+ passive safety", passive_safety),
         variant("recovery", "+ recovery: all", recovery),
     ]
 };
 
 impl AblationVariant {
-    /// A configuration with only these parts.
+    /// A configuration with only these features.
     #[must_use]
     pub fn setup(&self, config: &Config) -> Setup {
         let mut config = config.clone();
         config.navigator.features = self.features;
-        Setup {
-            name: self.name.to_owned(),
-            config,
-        }
+        Setup::named(self.name, config)
     }
 }
 
-/// What a variant did with the missions.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct AblationRow {
-    /// The variant's word.
-    pub variant: String,
-    /// Its line.
-    pub title: String,
-    /// What came of its missions; the mean time is that of its own successes.
-    #[serde(flatten)]
-    pub tally: Tally,
-    /// Missions that all variants with any success reached.
-    pub shared: usize,
-    /// This one's mean time over these, seconds; none where there are none, or it has no success.
-    pub mean_shared_time_s: Option<f64>,
-}
-
-impl Columns for AblationRow {
-    const COLUMNS: &[&str] = &[
-        "variant",
-        "title",
-        "missions",
-        "reached",
-        "reached_share",
-        "contacts_robot",
-        "contacts_other",
-        "failed",
-        "timeouts",
-        "unexplained",
-        "mean_time_s",
-        "mean_clearance_m",
-        "shared",
-        "mean_shared_time_s",
-    ];
-}
-
-/// The table of an ablation, in the order of the variants.
+/// Groups the runs of an ablation by variant, in the order of the variants, named by their titles.
 #[must_use]
-pub fn ablation_rows(rows: &[&MissionRow]) -> Vec<AblationRow> {
-    let of_variant = |variant: &AblationVariant| -> Vec<&MissionRow> {
-        let own = rows.iter().copied();
-        own.filter(|row| row.setup == variant.name).collect()
-    };
-    let all: Vec<_> = ABLATION_VARIANTS
-        .iter()
-        .map(|variant| {
-            let rows = of_variant(variant);
-            (variant, times_s(&rows), rows)
+pub fn ablation_groups(rows: &[RunRow]) -> Vec<Group> {
+    let groups = groups(rows);
+    let of_variant = |variant: &AblationVariant| {
+        let is_own = |group: &&Group| group.config.as_deref() == Some(variant.name);
+        let group = groups.iter().find(is_own)?;
+        Some(Group {
+            name: variant.title.to_owned(),
+            ..group.clone()
         })
-        .collect();
-    let shared = shared(all.iter().map(|(_, times_s, _)| times_s));
-    let row =
-        |(variant, times_s, rows): &(&AblationVariant, BTreeMap<Which, f64>, Vec<_>)| AblationRow {
-            variant: variant.name.to_owned(),
-            title: variant.title.to_owned(),
-            tally: Tally::of(rows),
-            shared: shared.len(),
-            mean_shared_time_s: mean(
-                shared
-                    .iter()
-                    .filter_map(|which| times_s.get(which))
-                    .copied(),
-            ),
-        };
-    all.iter().map(row).collect()
+    };
+    ABLATION_VARIANTS.iter().filter_map(of_variant).collect()
 }

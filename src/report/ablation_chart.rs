@@ -8,7 +8,7 @@ use super::figure::{Figure, Table, area_mark};
 use super::number::fixed;
 use super::panel::chart;
 use super::row_chart::{self, Place, Row, RowChart};
-use crate::experiment::AblationRow;
+use crate::experiment::Group as AblationRow;
 
 /// Ends of missions, from the axis on: class and meaning.
 const ENDS: [(&str, &str); 4] = [
@@ -25,7 +25,7 @@ const TIMES: [(&str, &str); 2] = [
 
 /// The figures of a page: ends and times.
 pub(super) fn figures(rows: &[AblationRow]) -> Vec<Markup> {
-    let missions = rows.first().map_or(0, |row| row.tally.missions);
+    let missions = rows.first().map_or(0, |row| row.runs);
     let shared = rows.first().map_or(0, |row| row.shared);
     let captions = [
         format!(
@@ -58,25 +58,24 @@ pub(super) fn plots(rows: &[AblationRow]) -> Vec<Plot> {
 fn row(row: &AblationRow, value: String) -> Row {
     Row {
         part: 0,
-        label: row.title.clone(),
+        label: row.name.clone(),
         value,
     }
 }
 
 /// A bar of the full length for each variant.
 fn endings(rows: &[AblationRow]) -> Plot {
-    let percent =
-        |row: &AblationRow| format!("{} % reached", fixed(100.0 * row.tally.reached_share, 1));
+    let percent = |row: &AblationRow| format!("{} % reached", fixed(100.0 * row.reached_share, 1));
     let named: Vec<Row> = rows.iter().map(|one| row(one, percent(one))).collect();
     let mark = |place: &Place<'_>, index: usize| {
-        let tally = &rows[index].tally;
+        let tally = &rows[index];
         let counts = [
             tally.reached,
             tally.failed + tally.timeouts,
             tally.contacts_other,
             tally.contacts_robot,
         ];
-        let share = |count: usize| 100.0 * count as f64 / tally.missions.max(1) as f64;
+        let share = |count: usize| 100.0 * count as f64 / tally.runs.max(1) as f64;
         place.stack(
             ENDS.iter()
                 .zip(counts)
@@ -95,11 +94,11 @@ fn endings(rows: &[AblationRow]) -> Plot {
 
 /// Of a variant's own successes, and of the missions that all share.
 fn times(rows: &[AblationRow]) -> Plot {
-    let pair = |row: &AblationRow| [row.tally.mean_time_s, row.mean_shared_time_s];
+    let pair = |row: &AblationRow| [row.mean_time_s, row.mean_shared_time_s];
     let longest = rows.iter().flat_map(pair).flatten().fold(1.0, f64::max);
     let seconds = |row: &AblationRow| {
         let [own, shared] = pair(row).map(|time_s| fixed(time_s.unwrap_or(f64::NAN), 1));
-        match row.tally.mean_time_s {
+        match row.mean_time_s {
             Some(_) => format!("{own} s, of the shared {shared} s"),
             None => "none reached".to_owned(),
         }
@@ -167,10 +166,10 @@ fn table(rows: &[AblationRow]) -> Table<'static> {
         rows: rows
             .iter()
             .map(|row| {
-                let tally = &row.tally;
+                let tally = row;
                 vec![
-                    row.title.clone(),
-                    tally.missions.to_string(),
+                    row.name.clone(),
+                    tally.runs.to_string(),
                     tally.reached.to_string(),
                     fixed(tally.reached_share * 100.0, 1),
                     tally.contacts_robot.to_string(),
@@ -179,7 +178,7 @@ fn table(rows: &[AblationRow]) -> Table<'static> {
                     tally.timeouts.to_string(),
                     number(tally.mean_time_s, 1),
                     number(row.mean_shared_time_s, 1),
-                    number(tally.mean_clearance_m, 3),
+                    number(tally.mean_clearance_reached_m, 3),
                 ]
             })
             .collect(),

@@ -8,7 +8,7 @@ use super::own_picture::own_picture;
 use super::page::{Extras, document};
 use super::report_files::{ReportFile, json_text};
 use crate::bench::csv_text;
-use crate::experiment::AblationRow;
+use crate::experiment::Group as AblationRow;
 
 const OWN_STYLE: &str = concat!(include_str!("ablation.css"), include_str!("rows.css"));
 
@@ -39,7 +39,7 @@ pub fn ablation_files(report: &AblationReport) -> Vec<ReportFile> {
 }
 
 fn page(report: &AblationReport) -> String {
-    let missions = report.rows.first().map_or(0, |row| row.tally.missions);
+    let missions = report.rows.first().map_or(0, |row| row.runs);
     let content = html! {
         header {
             h1 { (TITLE) }

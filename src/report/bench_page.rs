@@ -14,11 +14,7 @@ use super::{
     sweep_chart, sweep_latency_chart, worlds_chart,
 };
 use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
-use crate::experiment::barn::BarnRow;
-use crate::experiment::dynabarn::DynaBarnRow;
-use crate::experiment::missions::MissionRow;
-use crate::experiment::sweep::{LatencyRow, SweepGroup};
-use crate::experiment::{AblationRow, ClosedLoopRow};
+use crate::experiment::{Group, RunRow};
 
 /// Files of the first chart.
 const LATENCY: &str = "latency";
@@ -45,19 +41,19 @@ pub struct BenchReport<'a> {
     /// Regrets.
     pub quality: &'a [QualityRow],
     /// Missions with several samplings.
-    pub closed_loop: &'a [ClosedLoopRow],
+    pub closed_loop: &'a [Group],
     /// Runs through BARN's worlds.
-    pub barn: &'a [BarnRow],
+    pub barn: &'a [RunRow],
     /// Runs through `DynaBARN`'s.
-    pub dynabarn: &'a [DynaBarnRow],
+    pub dynabarn: &'a [RunRow],
     /// Missions of a soak.
-    pub soak: &'a [MissionRow],
+    pub soak: &'a [RunRow],
     /// What each part of the navigator buys, from the least variant to the whole.
-    pub ablation: &'a [AblationRow],
+    pub ablation: &'a [Group],
     /// What came of a sweep.
-    pub sweep: &'a [SweepGroup],
+    pub sweep: &'a [Group],
     /// Latencies that it measured.
-    pub sweep_latency: &'a [LatencyRow],
+    pub sweep_latency: &'a [RunRow],
 }
 
 /// Charts of the same rows on the page, and what their files are made of.
@@ -137,7 +133,7 @@ fn charts(report: &BenchReport) -> Vec<Chart> {
     ];
     let sweeps = sweep_chart::by_kind(report.sweep);
     let sweeps = sweeps.iter().filter_map(|of| {
-        let draw = |_: &[SweepGroup]| one(of.figure(), of.plot());
+        let draw = |_: &[Group]| one(of.figure(), of.plot());
         chart(of.file(), &of.rows(), draw)
     });
     let times = chart("latency-groups", report.sweep_latency, |rows| {

@@ -9,7 +9,7 @@ use super::number::{coordinate, fixed, significant};
 use super::panel::{Panel, chart};
 use super::samples_axis::SAMPLES;
 use super::sampling_shape::SamplingShape;
-use crate::experiment::ClosedLoopRow;
+use crate::experiment::Group as ClosedLoopRow;
 
 const TITLE: &str = "Sampling density in closed loop";
 const HEIGHT: f64 = 360.0;
@@ -53,7 +53,7 @@ pub(super) fn plot(rows: &[ClosedLoopRow], samples: Axis) -> Option<Plot> {
         .enumerate()
         .map(|(index, series)| series.times(index))
         .collect();
-    let (missions, shared) = (first.missions, first.shared);
+    let (missions, shared) = (first.runs, first.shared);
     let reached_title = format!("Goal reached, % of {missions} missions");
     let time_title = format!("Time of missions reached by all ({shared} of {missions}), s");
     let content = html! {
@@ -86,7 +86,7 @@ fn series(rows: &[ClosedLoopRow]) -> Vec<Series<'_>> {
         let Some(shape) = SamplingShape::of(row.vx_samples, row.vtheta_samples) else {
             continue;
         };
-        if row.samples == 0 || row.missions == 0 {
+        if row.samples == 0 || row.runs == 0 {
             continue;
         }
         if let Some(series) = all.iter_mut().find(|series| series.shape == shape) {
@@ -104,12 +104,12 @@ fn series(rows: &[ClosedLoopRow]) -> Vec<Series<'_>> {
 
 /// Percent of the missions that reached their goal.
 fn reached_percent(row: &ClosedLoopRow) -> f64 {
-    100.0 * row.reached as f64 / row.missions as f64
+    100.0 * row.reached as f64 / row.runs as f64
 }
 
 /// Median and 90th percentile of the time, seconds, where both can be shown.
 fn time_s(row: &ClosedLoopRow) -> Option<(f64, f64)> {
-    let pair = row.time_p50_s.zip(row.time_p90_s);
+    let pair = row.shared_time_p50_s.zip(row.shared_time_p90_s);
     pair.filter(|(median_s, far_s)| median_s.is_finite() && far_s.is_finite())
 }
 
@@ -194,13 +194,13 @@ fn table(rows: &[ClosedLoopRow]) -> Table<'static> {
                     row.samples.to_string(),
                     row.vx_samples.to_string(),
                     row.vtheta_samples.to_string(),
-                    row.missions.to_string(),
+                    row.runs.to_string(),
                     row.reached.to_string(),
                     row.contacts.to_string(),
-                    number(row.time_p50_s, 1),
-                    number(row.time_p90_s, 1),
+                    number(row.shared_time_p50_s, 1),
+                    number(row.shared_time_p90_s, 1),
                     number(row.mean_time_ratio, 3),
-                    number(row.mean_clearance_m, 3),
+                    number(row.mean_clearance_reached_m, 3),
                     number(row.tick_p50_ms, 3),
                     number(row.tick_p99_ms, 3),
                 ]

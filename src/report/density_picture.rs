@@ -2,7 +2,7 @@
 
 use super::bench_page::{BenchReport, bench_svg};
 use crate::bench::{DensityRow, QualityRow};
-use crate::experiment::ClosedLoopRow;
+use crate::experiment::Group as ClosedLoopRow;
 
 /// An SVG file: latency against samples; beside it regret, and success and time in closed loop, where there are such rows.
 /// It holds everything it needs. Without any row it says so.

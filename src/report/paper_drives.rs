@@ -9,9 +9,10 @@ use super::number::fixed;
 use super::paper_drives_maps;
 use super::paper_page::PaperReport;
 use super::paper_tables::findings;
+use crate::experiment::TrafficKind;
 use crate::experiment::paper_drives::{
     ALL_SCENES, Deviation, DriveRun, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD,
-    PaperTable, Traffic,
+    PaperTable,
 };
 
 const RUN_HEADS: [&str; 16] = [
@@ -85,9 +86,11 @@ pub(super) fn maps(report: &PaperReport, table: &DriveTable) -> MapFigure {
         .filter(|drives| drives.traffic == table.traffic)
         .flat_map(|drives| &drives.shown);
     let figure = match table.traffic {
-        Traffic::Nobody => ["figure_12", "Fig. 12: nobody about"],
-        Traffic::Minding => ["figure_13", "Fig. 13: people who mind the robot"],
-        Traffic::Heedless => [
+        TrafficKind::None => ["figure_12", "Fig. 12: nobody about"],
+        TrafficKind::Yielding | TrafficKind::Appearing => {
+            ["figure_13", "Fig. 13: people who mind the robot"]
+        }
+        TrafficKind::NonYielding => [
             "figure_13_heedless",
             "Fig. 13 again: people who do not mind the robot",
         ],
@@ -198,7 +201,7 @@ fn run_row(run: &DriveRun, paper: Option<&Deviation>) -> Vec<String> {
         run.plans.to_string(),
         fixed(100.0 * run.waited_share, 1),
         fixed(run.longest_wait_s, 1),
-        run.ending().to_owned(),
+        run.outcome.text().to_owned(),
     ]);
     cells
 }

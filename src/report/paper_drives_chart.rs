@@ -44,7 +44,7 @@ fn plot(title: &'static str, content: Markup, alternative: String) -> Plot {
 fn series(table: &DriveTable) -> [(&'static str, Vec<(usize, Deviation)>); 2] {
     let scenes = table.rows.chunk_by(|a, b| a.scene == b.scene);
     let ours = scenes.flat_map(|runs| runs.iter().enumerate());
-    let ours = ours.filter(|(_, run)| run.reached);
+    let ours = ours.filter(|(_, run)| run.reached());
     let paper = table.paper.rows.iter().enumerate();
     [
         (

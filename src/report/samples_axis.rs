@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use crate::bench::{DensityRow, QualityRow};
-use crate::experiment::ClosedLoopRow;
+use crate::experiment::Group as ClosedLoopRow;
 
 /// What stands below it.
 pub(super) const SAMPLES: &str = "Samples of the dynamic window (logarithmic)";
@@ -17,7 +17,7 @@ pub(super) fn samples_axis(
         .iter()
         .map(|row| row.samples)
         .chain(quality.iter().map(|row| row.samples))
-        .chain(closed_loop.iter().map(|row| row.samples))
+        .chain(closed_loop.iter().map(|row| row.samples as usize))
         .filter(|&samples| samples > 0);
     let fewest = counts.clone().min().unwrap_or(1);
     let most = counts.max().unwrap_or(fewest);

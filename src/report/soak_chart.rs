@@ -9,7 +9,7 @@ use super::number::{fixed, significant};
 use super::panel::chart;
 use super::row_chart::{self, Place, Row, RowChart, spread_key};
 use super::soak_groups::{Group, groups};
-use crate::experiment::missions::{Ending, MissionRow, Tally};
+use crate::experiment::{Group as Tally, RunRow};
 
 /// Ends of missions that did not arrive, from the axis on: class, meaning and count.
 type Missed = (&'static str, &'static str, fn(&Tally) -> usize);
@@ -30,7 +30,7 @@ struct Measured {
     axis_title: &'static str,
     caption: &'static str,
     heads: &'static [&'static str],
-    figure: fn(&MissionRow) -> Option<f64>,
+    figure: fn(&RunRow) -> Option<f64>,
 }
 
 const MEASURED: [Measured; 2] = [
@@ -48,7 +48,7 @@ const MEASURED: [Measured; 2] = [
             "90 %, s/m",
             "greatest, s/m",
         ],
-        figure: |row| Some(row.time_s / row.path_m),
+        figure: |row| Some(row.time_s / row.path_m?),
     },
     Measured {
         title: "Soak: smallest gap of a mission",
@@ -68,7 +68,7 @@ const MEASURED: [Measured; 2] = [
 ];
 
 /// The figures of a page.
-pub(super) fn figures(rows: &[MissionRow]) -> Vec<Markup> {
+pub(super) fn figures(rows: &[RunRow]) -> Vec<Markup> {
     let groups = groups(rows);
     let captions = MEASURED
         .iter()
@@ -92,7 +92,7 @@ pub(super) fn figures(rows: &[MissionRow]) -> Vec<Markup> {
 }
 
 /// The same as plots of their own: how missions ended, times, gaps.
-pub(super) fn plots(rows: &[MissionRow]) -> Vec<Plot> {
+pub(super) fn plots(rows: &[RunRow]) -> Vec<Plot> {
     let groups = groups(rows);
     let spreads = MEASURED.iter().map(|one| spread_plot(one, &groups));
     [endings_plot(&groups)].into_iter().chain(spreads).collect()
@@ -100,7 +100,7 @@ pub(super) fn plots(rows: &[MissionRow]) -> Vec<Plot> {
 
 fn endings_plot(groups: &[Group]) -> Plot {
     let percent = |group: &Group, count: usize| 100.0 * count as f64 / group.missions.len() as f64;
-    let missed = |group: &Group| group.tally.missions - group.tally.reached;
+    let missed = |group: &Group| group.tally.runs - group.tally.reached;
     let most = groups
         .iter()
         .map(|group| percent(group, missed(group)))
@@ -110,7 +110,7 @@ fn endings_plot(groups: &[Group]) -> Plot {
         .map(|group| {
             group.row(format!(
                 "{} of {} arrived",
-                group.tally.reached, group.tally.missions
+                group.tally.reached, group.tally.runs
             ))
         })
         .collect();
@@ -188,7 +188,7 @@ fn endings_caption(groups: &[Group]) -> String {
     format!(
         "{} missions, {} % reached their goal; {} contacts by the robot. A contact is the robot's when the part of its footprint \
          that touched moved towards what it touched, or that stands still.",
-        tally.missions,
+        tally.runs,
         fixed(100.0 * tally.reached_share, 1),
         tally.contacts_robot,
     )
@@ -199,7 +199,7 @@ fn endings(groups: &[Group]) -> Table<'static> {
         let tally = &group.tally;
         let mut row = vec![
             group.label.clone(),
-            tally.missions.to_string(),
+            tally.runs.to_string(),
             tally.reached.to_string(),
             fixed(100.0 * tally.reached_share, 1),
         ];
@@ -241,11 +241,11 @@ fn spreads(of: &Measured, groups: &[Group]) -> Table<'static> {
 }
 
 /// Every mission that did not arrive, and why; nothing where all did.
-pub(super) fn missed(rows: &[MissionRow]) -> Markup {
-    let missed = || rows.iter().filter(|row| row.result != Ending::Reached);
-    let people = |row: &MissionRow| match row.moving {
+pub(super) fn missed(rows: &[RunRow]) -> Markup {
+    let missed = || rows.iter().filter(|row| !row.reached());
+    let people = |row: &RunRow| match row.obstacles {
         0 => "nobody".to_owned(),
-        moving => format!("{moving}, {}", spelled(row.people)),
+        moving => format!("{moving}, {}", spelled(row.traffic)),
     };
     let table = Table {
         title: "missions that did not arrive".to_owned(),
@@ -255,12 +255,12 @@ pub(super) fn missed(rows: &[MissionRow]) -> Markup {
         rows: missed()
             .map(|row| {
                 vec![
-                    row.map.clone(),
+                    row.world.clone(),
                     row.seed.to_string(),
                     people(row),
-                    spelled(row.result),
+                    spelled(row.outcome),
                     fixed(row.time_s, 1),
-                    fixed(row.path_m, 1),
+                    fixed(row.path_m.unwrap_or(f64::NAN), 1),
                     row.reason.clone().unwrap_or_default(),
                 ]
             })

@@ -3,30 +3,32 @@
 use std::collections::BTreeMap;
 
 use super::row_chart::Row;
-use crate::experiment::missions::{Ending, MissionRow, People, Tally};
 use crate::experiment::percentile;
+use crate::experiment::{Group as Tally, RunRow, TrafficKind};
 
 /// Some missions that have something in common.
 pub(super) struct Group<'a> {
     part: usize,
     pub(super) label: String,
-    pub(super) missions: Vec<&'a MissionRow>,
+    pub(super) missions: Vec<&'a RunRow>,
     pub(super) tally: Tally,
 }
 
 /// All missions, those of each map by its name, those of each kind of people; none of no mission.
-pub(super) fn groups(rows: &[MissionRow]) -> Vec<Group<'_>> {
-    let mut maps: BTreeMap<String, Vec<&MissionRow>> = BTreeMap::new();
-    let mut people: BTreeMap<People, Vec<&MissionRow>> = BTreeMap::new();
+pub(super) fn groups(rows: &[RunRow]) -> Vec<Group<'_>> {
+    let mut maps: BTreeMap<String, Vec<&RunRow>> = BTreeMap::new();
+    let mut people: BTreeMap<TrafficKind, Vec<&RunRow>> = BTreeMap::new();
     for row in rows {
-        maps.entry(row.map.clone()).or_default().push(row);
-        people.entry(row.people).or_default().push(row);
+        maps.entry(row.world.clone()).or_default().push(row);
+        if let Some(kind) = row.traffic {
+            people.entry(kind).or_default().push(row);
+        }
     }
     let all = (!rows.is_empty()).then(|| ("all missions".to_owned(), rows.iter().collect()));
     let people = people
         .into_iter()
         .map(|(people, rows)| (words(people).to_owned(), rows));
-    let parts: [Vec<(String, Vec<&MissionRow>)>; 3] = [
+    let parts: [Vec<(String, Vec<&RunRow>)>; 3] = [
         all.into_iter().collect(),
         maps.into_iter().collect(),
         people.collect(),
@@ -34,7 +36,7 @@ pub(super) fn groups(rows: &[MissionRow]) -> Vec<Group<'_>> {
     let group = |part, (label, missions): (String, Vec<_>)| Group {
         part,
         label,
-        tally: Tally::of(&missions),
+        tally: Tally::of("", &missions),
         missions,
     };
     let parts = parts.into_iter().enumerate();
@@ -43,12 +45,12 @@ pub(super) fn groups(rows: &[MissionRow]) -> Vec<Group<'_>> {
         .collect()
 }
 
-const fn words(people: People) -> &'static str {
+const fn words(people: TrafficKind) -> &'static str {
     match people {
-        People::Nobody => "nobody about",
-        People::Minding => "people who mind the robot",
-        People::Heedless => "people who mind nobody",
-        People::Appearing => "people who appear",
+        TrafficKind::None => "nobody about",
+        TrafficKind::Yielding => "people who mind the robot",
+        TrafficKind::NonYielding => "people who mind nobody",
+        TrafficKind::Appearing => "people who appear",
     }
 }
 
@@ -64,11 +66,8 @@ impl Group<'_> {
 
     /// Least, 10th, 50th and 90th percentile, and greatest of a figure of the missions that arrived; none where none did,
     /// or a value cannot be shown.
-    pub(super) fn spread(&self, figure: fn(&MissionRow) -> Option<f64>) -> Option<[f64; 5]> {
-        let arrived = self
-            .missions
-            .iter()
-            .filter(|row| row.result == Ending::Reached);
+    pub(super) fn spread(&self, figure: fn(&RunRow) -> Option<f64>) -> Option<[f64; 5]> {
+        let arrived = self.missions.iter().filter(|row| row.reached());
         let values: Vec<f64> = arrived
             .filter_map(|row| figure(row))
             .filter(|value| value.is_finite() && *value > 0.0)

@@ -8,7 +8,7 @@ use super::figure::{Figure, Table, nothing_to_show};
 use super::number::{fixed, significant};
 use super::panel::{Panel, chart};
 use super::samples_axis::SAMPLES;
-use crate::experiment::sweep::{SweepGroup, WorldKind};
+use crate::experiment::{Group as SweepGroup, WorldKind};
 
 const HEIGHT: f64 = 380.0;
 

@@ -8,7 +8,7 @@ use super::figure::{Figure, Table};
 use super::number::significant;
 use super::panel::{Panel, chart};
 use super::samples_axis::SAMPLES;
-use crate::experiment::sweep::LatencyRow;
+use crate::experiment::RunRow as LatencyRow;
 
 const TITLE: &str = "Latency of a tick";
 const HEIGHT: f64 = 300.0;
@@ -68,8 +68,9 @@ pub(super) fn plot(rows: &[LatencyRow]) -> Option<Plot> {
     );
     let mut engines: Vec<&str> = Vec::new();
     for row in rows {
-        if !engines.contains(&row.latency.ran_on.as_str()) {
-            engines.push(&row.latency.ran_on);
+        let engine = row.ran_on.as_deref().unwrap_or_default();
+        if !engines.contains(&engine) {
+            engines.push(engine);
         }
     }
     let curve = |(index, engine): (usize, &&str)| {
@@ -105,12 +106,12 @@ pub(super) fn plot(rows: &[LatencyRow]) -> Option<Plot> {
 fn points(rows: &[LatencyRow]) -> Vec<Point> {
     let mut all: Vec<Point> = Vec::new();
     for row in rows {
-        let (label, times) = (&row.label, &row.latency);
-        let samples = u64::from(label.vx_samples) * u64::from(label.vtheta_samples);
-        let is_it = |point: &Point| point.ran_on == times.ran_on && point.samples == samples;
+        let ran_on = row.ran_on.as_deref().unwrap_or_default();
+        let samples = u64::from(row.vx_samples) * u64::from(row.vtheta_samples);
+        let is_it = |point: &Point| point.ran_on == ran_on && point.samples == samples;
         let place = all.iter().position(is_it).unwrap_or_else(|| {
             all.push(Point {
-                ran_on: times.ran_on.clone(),
+                ran_on: ran_on.to_owned(),
                 samples,
                 cells: 0,
                 sum_p50_ms: 0.0,
@@ -121,9 +122,9 @@ fn points(rows: &[LatencyRow]) -> Vec<Point> {
         });
         let point = &mut all[place];
         point.cells += 1;
-        point.sum_p50_ms += times.tick_p50_ms;
-        point.worst_p99_ms = point.worst_p99_ms.max(times.tick_p99_ms);
-        point.slowest_ms = point.slowest_ms.max(times.tick_max_ms);
+        point.sum_p50_ms += row.tick_p50_ms.unwrap_or_default();
+        point.worst_p99_ms = point.worst_p99_ms.max(row.tick_p99_ms.unwrap_or_default());
+        point.slowest_ms = point.slowest_ms.max(row.tick_max_ms.unwrap_or_default());
     }
     all.sort_by_key(|point| point.samples);
     all

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::number::fixed;
-use crate::experiment::barn::{self, BarnRow};
-use crate::experiment::dynabarn::{self, Culprit, DynaBarnRow};
-use crate::experiment::worlds::Verdict;
+use crate::experiment::barn::OverWorlds;
+use crate::experiment::{ContactCause, Group, RunOutcome, RunRow};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,21 +50,28 @@ pub(super) struct Worlds {
     pub(super) ranked: Vec<World>,
 }
 
+const fn end(row: &RunRow) -> End {
+    match (row.outcome, row.contact_cause) {
+        (RunOutcome::Reached, _) => End::Arrived,
+        (RunOutcome::Contact, Some(ContactCause::Avoidable)) => End::Avoidable,
+        (RunOutcome::Contact, Some(ContactCause::Other)) => End::RunInto,
+        (RunOutcome::Contact, _) => End::DroveInto,
+        (RunOutcome::Timeout | RunOutcome::Failed | RunOutcome::Error, _) => End::Stopped,
+    }
+}
+
 /// Score and time over the optimal time: what `OT / clip(T, 2 OT, 8 OT)` looks at.
-pub(super) fn of_barn(rows: &[BarnRow]) -> Worlds {
-    let all = barn::Summary::of(&rows.iter().collect::<Vec<_>>(), &[]).all;
+pub(super) fn of_barn(rows: &[RunRow]) -> Worlds {
+    let all: Vec<&RunRow> = rows.iter().collect();
+    let (all, means) = (Group::of("", &all), OverWorlds::of(&all));
     let runs = rows.iter().map(|row| {
         let run = Run {
-            end: match row.result {
-                Verdict::Succeeded => End::Arrived,
-                Verdict::Collided => End::DroveInto,
-                Verdict::Timeout | Verdict::Failed => End::Stopped,
-            },
+            end: end(row),
             time_s: row.time_s,
-            drawn: row.time_s / row.optimal_time_s,
-            score: row.score,
+            drawn: row.time_s / row.optimal_time_s.unwrap_or(f64::NAN),
+            score: row.score.unwrap_or(f64::NAN),
         };
-        (row.world, run)
+        (row.world.parse().unwrap_or_default(), run)
     });
     Worlds {
         title: "BARN by world",
@@ -76,9 +82,9 @@ pub(super) fn of_barn(rows: &[BarnRow]) -> Worlds {
              if it arrived, else 0; OT is what the benchmark's path takes at 2 m/s. {READING}",
             all.worlds,
             all.runs,
-            fixed(all.success, 3),
-            all.collided,
-            fixed(all.score, 4),
+            fixed(means.success, 3),
+            all.contacts,
+            fixed(means.score, 4),
         ),
         has_scores: true,
         ranked: from_the_easiest(runs),
@@ -86,22 +92,16 @@ pub(super) fn of_barn(rows: &[BarnRow]) -> Worlds {
 }
 
 /// Time and whose the contacts were.
-pub(super) fn of_dynabarn(rows: &[DynaBarnRow]) -> Worlds {
-    let all = dynabarn::Summary::of(&rows.iter().collect::<Vec<_>>());
+pub(super) fn of_dynabarn(rows: &[RunRow]) -> Worlds {
+    let all = Group::of("", &rows.iter().collect::<Vec<_>>());
     let runs = rows.iter().map(|row| {
         let run = Run {
-            end: match (row.result, row.blame) {
-                (Verdict::Succeeded, _) => End::Arrived,
-                (Verdict::Collided, Culprit::Avoidable) => End::Avoidable,
-                (Verdict::Collided, Culprit::Other) => End::RunInto,
-                (Verdict::Collided, _) => End::DroveInto,
-                (Verdict::Timeout | Verdict::Failed, _) => End::Stopped,
-            },
+            end: end(row),
             time_s: row.time_s,
             drawn: row.time_s,
             score: f64::NAN,
         };
-        (row.world, run)
+        (row.world.parse().unwrap_or_default(), run)
     });
     Worlds {
         title: "DynaBARN by world",
@@ -112,8 +112,8 @@ pub(super) fn of_dynabarn(rows: &[DynaBarnRow]) -> Worlds {
              the gap itself, and avoidable if a steady command from 2.5 s before would have kept it clear. {READING}",
             all.worlds,
             all.runs,
-            fixed(all.success, 3),
-            all.collided,
+            fixed(all.reached_share, 3),
+            all.contacts,
         ),
         has_scores: false,
         ranked: from_the_easiest(runs),

@@ -85,7 +85,7 @@ impl Bench {
                 });
             }
             total.merge(&tally);
-            rows.push(tally.row(algorithm));
+            rows.push(tally.row(name, algorithm));
         }
         Ok(MapRows {
             map: name.clone(),
@@ -98,7 +98,7 @@ impl Bench {
     #[must_use]
     pub fn totals(&self) -> Vec<AlgorithmRow> {
         let both = self.totals.iter().zip(&self.algorithms);
-        both.map(|(tally, algorithm)| tally.row(algorithm))
+        both.map(|(tally, algorithm)| tally.row("all", algorithm))
             .collect()
     }
 }

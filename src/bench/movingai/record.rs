@@ -2,36 +2,42 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One algorithm on the scenarios of a map, or of all maps together.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct AlgorithmRow {
-    /// Its name.
-    pub name: String,
-    /// Whether each of its paths must be the shortest.
-    pub exact: bool,
-    /// Scenarios answered by a path that may be walked and is not shorter than listed.
-    pub solved: usize,
-    /// Scenarios.
-    pub total: usize,
-    /// Scenarios solved by a path longer than listed.
-    pub suboptimal: usize,
-    /// Scenarios answered by a path that may not be walked, or that is shorter than listed.
-    pub illegal: usize,
-    /// Median time of a query, microseconds.
-    pub median_us: f64,
-    /// 95th percentile, microseconds.
-    pub p95_us: f64,
-    /// Slowest, microseconds.
-    pub max_us: f64,
-    /// Cells expanded in a query, the mean.
-    pub expanded: f64,
-    /// Length of a path over the one listed, the mean over the scenarios solved; those of length zero are left out. Null
-    /// where none is left.
-    pub mean_length_ratio: Option<f64>,
-    /// The same, the greatest.
-    pub worst_length_ratio: Option<f64>,
-    /// The first answer that was wrong: map, line of the scenario, what is wrong.
-    pub first_fault: Option<String>,
+use crate::bench::columns::columns;
+
+columns! {
+    /// One algorithm on the scenarios of a map, or of all maps together.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct AlgorithmRow {
+        /// Name of the map; `all` for all maps together.
+        pub map: String,
+        /// Its name.
+        pub name: String,
+        /// Whether each of its paths must be the shortest.
+        pub exact: bool,
+        /// Scenarios answered by a path that may be walked and is not shorter than listed.
+        pub solved: usize,
+        /// Scenarios.
+        pub total: usize,
+        /// Scenarios solved by a path longer than listed.
+        pub suboptimal: usize,
+        /// Scenarios answered by a path that may not be walked, or that is shorter than listed.
+        pub illegal: usize,
+        /// Median time of a query, microseconds.
+        pub median_us: f64 => 1,
+        /// 95th percentile, microseconds.
+        pub p95_us: f64 => 1,
+        /// Slowest, microseconds.
+        pub max_us: f64 => 1,
+        /// Cells expanded in a query, the mean.
+        pub expanded: f64 => 0,
+        /// Length of a path over the one listed, the mean over the scenarios solved; those of length zero are left out. Null
+        /// where none is left.
+        pub mean_length_ratio: Option<f64> => 5,
+        /// The same, the greatest.
+        pub worst_length_ratio: Option<f64> => 5,
+        /// The first answer that was wrong: map, line of the scenario, what is wrong.
+        pub first_fault: Option<String>,
+    }
 }
 
 impl AlgorithmRow {

@@ -79,12 +79,13 @@ impl Tally {
     }
 
     /// The row of this algorithm; its figures are zeros before the first answer.
-    pub fn row(&self, algorithm: &Algorithm) -> AlgorithmRow {
+    pub fn row(&self, map: &str, algorithm: &Algorithm) -> AlgorithmRow {
         let quantile_us = |share| {
             let time_ms = self.times.quantile_ms(share).unwrap_or_default();
             time_ms * MICROSECONDS_PER_MILLISECOND
         };
         AlgorithmRow {
+            map: map.to_owned(),
             name: algorithm.name.to_owned(),
             exact: algorithm.exact,
             solved: self.solved,

@@ -1,23 +1,23 @@
-//! What can be wrong with the files of worlds.
+//! Errors of BARN world files.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::experiment::worlds::NotAmong;
+use crate::experiment::UnknownWorld;
 
 /// Worlds that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum BarnError {
-    /// A file that the system does not give.
+    /// A file that cannot be read.
     #[error("{}: cannot be read ({reason}): name a folder that holds worlds.csv and worlds/world_NNN.csv", file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// In the system's words.
+        /// The system's message.
         reason: String,
     },
-    /// A table without a column that it must have.
+    /// A table without a required column.
     #[error("{}: line 1: no column `{column}`: check that it is the right file", file.display())]
     NoColumn {
         /// The file.
@@ -30,7 +30,7 @@ pub enum BarnError {
     NoRow {
         /// The file.
         file: PathBuf,
-        /// What its rows are.
+        /// What its rows describe.
         what: &'static str,
     },
     /// A row with too few or too many fields.
@@ -40,12 +40,12 @@ pub enum BarnError {
         file: PathBuf,
         /// The line, from one.
         line: usize,
-        /// How many it has.
+        /// Number of its fields.
         found: usize,
-        /// How many it should have.
+        /// Number of columns.
         expected: usize,
     },
-    /// A field that is not what its column holds.
+    /// A field whose value does not fit its column.
     #[error("{}: line {line}: {column} is {found:?}: it must be {expected}", file.display())]
     BadField {
         /// The file.
@@ -56,10 +56,10 @@ pub enum BarnError {
         column: &'static str,
         /// As given.
         found: String,
-        /// What would be accepted.
+        /// What is accepted.
         expected: &'static str,
     },
-    /// A world asked for that is not there.
+    /// A requested world that does not exist.
     #[error(transparent)]
-    NotAmong(#[from] NotAmong),
+    UnknownWorld(#[from] UnknownWorld),
 }

@@ -1,4 +1,4 @@
-//! Cylinders as a grid: the truth that the robot drives in, and the empty map that it is given.
+//! Grids of a world: the truth with its cylinders, and the empty map that the robot has.
 
 use super::Course;
 use crate::geometry::{Point, Pose};
@@ -21,12 +21,11 @@ pub const TRUTH_RESOLUTION_M: f64 = 0.01;
 /// Side of a cell of the robot's own map, metres. The benchmark's paths keep 0.375 m to the cylinders: cells of 0.05 m and
 /// the margins that go with them close the narrowest of them.
 const MAP_RESOLUTION_M: f64 = 0.03;
-/// Free ground about the cylinders and the ends, metres: what lies beyond the grid is solid, and must stand in nobody's
-/// way.
-const ROOM_M: f64 = 3.0;
+/// Free margin around the cylinders, the start and the goal, metres: the area outside the grid is solid.
+const MARGIN_M: f64 = 3.0;
 
-/// The truth: every cell that a cylinder covers a part of is solid, and no other. Touching a border or a corner covers
-/// nothing. Beyond the grid, 3 m from all cylinders and from the course's ends, all is solid.
+/// Returns the truth: exactly the cells that a cylinder overlaps are solid. Touching a border or a corner is no overlap.
+/// Outside the grid, 3 m from all cylinders and from start and goal, everything is solid.
 ///
 /// # Errors
 /// When the world is too large for a grid.
@@ -39,7 +38,7 @@ pub fn truth(cylinders: &[Cylinder], course: &Course) -> Result<ObstacleGrid, Ma
     Ok(grid)
 }
 
-/// Ground of the same extent on which nothing is known to stand.
+/// Returns an empty map of the same extent.
 ///
 /// # Errors
 /// When the world is too large for a grid.
@@ -48,7 +47,7 @@ pub fn empty_map(cylinders: &[Cylinder], course: &Course) -> Result<OccupancyGri
     Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))
 }
 
-/// A grid over all cylinders and both ends, with room about them.
+/// A grid over all cylinders, the start and the goal, with a margin.
 fn frame(
     cylinders: &[Cylinder],
     course: &Course,
@@ -59,7 +58,7 @@ fn frame(
     let mut low = Point::new(f64::INFINITY, f64::INFINITY);
     let mut high = -low;
     for (center, radius_m) in discs.chain(ends) {
-        let reach = radius_m + ROOM_M;
+        let reach = radius_m + MARGIN_M;
         low = Point::new(low.x.min(center.x - reach), low.y.min(center.y - reach));
         high = Point::new(high.x.max(center.x + reach), high.y.max(center.y + reach));
     }

@@ -1,25 +1,20 @@
 //! The BARN worlds (Perille et al. 2020: Benchmark Autonomous Robot Navigation), driven in a closed loop by the rules of
-//! the BARN Challenge: from a start to a goal ten metres on, through a field of cylinders that no map shows, seen by the
-//! laser alone.
+//! the BARN Challenge: to a goal ten metres ahead, through a field of cylinders that no map shows and only the laser sees.
 //!
-//! The rules are BARN's; the simulator is not. What the worlds' file publishes was measured in Gazebo, whose physics,
-//! delays and contacts this one does not have.
+//! The rules are BARN's, the simulator is not. The published figures in the worlds' file were measured in Gazebo, whose
+//! physics, delays and contacts this simulator does not have.
 
 mod config;
+mod course;
 mod error;
 mod ground;
-mod row;
-mod run;
-mod score;
 mod summary;
 mod table;
 mod world;
 
 pub use config::barn_config;
+pub use course::{Course, score};
 pub use error::BarnError;
 pub use ground::{Cylinder, TRUTH_RESOLUTION_M, empty_map, truth};
-pub use row::BarnRow;
-pub use run::{Course, Task};
-pub use score::score;
-pub use summary::{Outcome, PublishedMeans, Summary};
+pub use summary::{BarnSummary, OverWorlds, PublishedMeans};
 pub use world::{BarnWorld, Published, parse_cylinders, parse_list, read_worlds};

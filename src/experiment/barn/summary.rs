@@ -1,50 +1,43 @@
-//! All runs together.
+//! Figures over all BARN runs.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{BarnRow, BarnWorld, Published};
-use crate::experiment::missions::mean;
-use crate::experiment::worlds::Verdict;
+use super::{BarnWorld, Published};
+use crate::experiment::group::mean;
+use crate::experiment::{Group, RunRow};
 
-/// What came of runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Outcome {
-    /// Worlds.
-    pub worlds: usize,
-    /// Runs.
-    pub runs: usize,
-    /// Share of runs that reached the goal, 0 to 1, the mean over worlds.
-    pub success: f64,
-    /// Runs that ended in a collision.
-    pub collided: usize,
-    /// Runs that ran out of time.
-    pub timeout: usize,
-    /// Runs that were given up with a reason.
-    pub failed: usize,
-    /// Score, 0 to 0.5, the mean over the runs of each world and then over worlds.
-    pub score: f64,
-    /// Time of the runs that reached the goal, seconds, the mean; none where none did.
-    pub mean_time_s: Option<f64>,
-}
-
-/// All worlds, and those of them that have published figures, beside these.
+/// All runs, and those in worlds with published figures next to these.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Summary {
-    /// All worlds.
-    #[serde(flatten)]
-    pub all: Outcome,
-    /// Those with published figures; none where no world has any.
-    pub official: Option<Outcome>,
+pub struct BarnSummary {
+    /// All runs.
+    pub all: Group,
+    /// The same as means over worlds.
+    pub over_worlds: OverWorlds,
+    /// Means over the worlds with published figures; none where no world has any.
+    pub official: Option<OverWorlds>,
     /// The published figures of the same worlds, means over worlds.
     pub published: Option<PublishedMeans>,
 }
 
-/// What the challenge's baseline did, in Gazebo.
+/// Means over the runs of each world and then over worlds: each world counts the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct OverWorlds {
+    /// Number of worlds.
+    pub worlds: usize,
+    /// Number of runs.
+    pub runs: usize,
+    /// Share of runs that reached the goal, 0 to 1.
+    pub success: f64,
+    /// Score, 0 to 0.5.
+    pub score: f64,
+}
+
+/// Figures of the challenge's baseline, measured in Gazebo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PublishedMeans {
-    /// Worlds.
+    /// Number of worlds.
     pub worlds: usize,
     /// Share of runs that reached the goal.
     pub success: f64,
@@ -56,50 +49,52 @@ pub struct PublishedMeans {
     pub score: f64,
 }
 
-impl Summary {
-    /// The summary of rows, of worlds that are all among those given.
+impl BarnSummary {
+    /// The summary of rows whose worlds are all among those given.
     #[must_use]
-    pub fn of(rows: &[&BarnRow], worlds: &[BarnWorld]) -> Self {
-        let figures: Vec<(u32, Published)> = worlds
+    pub fn of(rows: &[RunRow], worlds: &[BarnWorld]) -> Self {
+        let figures: Vec<(String, Published)> = worlds
             .iter()
             .filter(|world| world.official)
-            .filter_map(|world| Some((world.number, world.published?)))
+            .filter_map(|world| Some((world.number.to_string(), world.published?)))
             .filter(|(world, _)| rows.iter().any(|row| row.world == *world))
             .collect();
-        let is_official = |row: &&BarnRow| figures.iter().any(|(world, _)| *world == row.world);
-        let official: Vec<&BarnRow> = rows.iter().copied().filter(is_official).collect();
+        let is_official = |row: &&RunRow| figures.iter().any(|(world, _)| *world == row.world);
+        let official: Vec<&RunRow> = rows.iter().filter(is_official).collect();
+        let all: Vec<&RunRow> = rows.iter().collect();
         Self {
-            all: outcome(rows),
-            official: (!official.is_empty()).then(|| outcome(&official)),
+            all: Group::of("all", &all),
+            over_worlds: OverWorlds::of(&all),
+            official: (!official.is_empty()).then(|| OverWorlds::of(&official)),
             published: (!figures.is_empty()).then(|| published(&figures)),
         }
     }
 }
 
-fn outcome(rows: &[&BarnRow]) -> Outcome {
-    let mut by_world: BTreeMap<u32, Vec<&BarnRow>> = BTreeMap::new();
-    for row in rows {
-        by_world.entry(row.world).or_default().push(row);
-    }
-    let over_worlds = |figure: &dyn Fn(&BarnRow) -> f64| {
-        let of_world = |rows: &Vec<&BarnRow>| mean(rows.iter().map(|row| figure(row)));
-        mean(by_world.values().filter_map(of_world)).unwrap_or_default()
-    };
-    let count = |verdict| rows.iter().filter(|row| row.result == verdict).count();
-    let reached = |row: &BarnRow| row.result == Verdict::Succeeded;
-    Outcome {
-        worlds: by_world.len(),
-        runs: rows.len(),
-        success: over_worlds(&|row| f64::from(u8::from(reached(row)))),
-        collided: count(Verdict::Collided),
-        timeout: count(Verdict::Timeout),
-        failed: count(Verdict::Failed),
-        score: over_worlds(&|row| row.score),
-        mean_time_s: mean(rows.iter().filter(|row| reached(row)).map(|row| row.time_s)),
+impl OverWorlds {
+    /// The means of rows.
+    #[must_use]
+    pub fn of(rows: &[&RunRow]) -> Self {
+        // By number, as the worlds are listed.
+        let mut by_world: BTreeMap<(usize, &str), Vec<&RunRow>> = BTreeMap::new();
+        for row in rows {
+            let world = row.world.as_str();
+            by_world.entry((world.len(), world)).or_default().push(row);
+        }
+        let over_worlds = |figure: fn(&RunRow) -> f64| {
+            let of_world = |rows: &Vec<&RunRow>| mean(rows.iter().map(|row| figure(row)));
+            mean(by_world.values().filter_map(of_world)).unwrap_or_default()
+        };
+        Self {
+            worlds: by_world.len(),
+            runs: rows.len(),
+            success: over_worlds(|row| f64::from(u8::from(row.reached()))),
+            score: over_worlds(|row| row.score.unwrap_or_default()),
+        }
     }
 }
 
-fn published(figures: &[(u32, Published)]) -> PublishedMeans {
+fn published(figures: &[(String, Published)]) -> PublishedMeans {
     let over = |figure: fn(&Published) -> f64| {
         mean(figures.iter().map(|(_, published)| figure(published))).unwrap_or_default()
     };

@@ -1,11 +1,11 @@
-//! A CSV file with named columns, as the worlds come.
+//! A CSV file with named columns, the format of the world files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::BarnError;
 
-/// A file's columns and rows, all as text.
+/// The columns and rows of a file, all as text.
 pub(super) struct Table {
     file: PathBuf,
     columns: Vec<String>,
@@ -19,7 +19,7 @@ pub(super) struct TableRow<'a> {
     fields: &'a [String],
 }
 
-/// A column that the table has.
+/// A column of the table.
 #[derive(Clone, Copy)]
 pub(super) struct Column {
     name: &'static str,
@@ -38,7 +38,7 @@ impl Table {
         Self::parse(&text, file)
     }
 
-    /// The text of a file; lines without a letter are skipped.
+    /// Parses the text of a file; blank lines are skipped.
     pub fn parse(text: &str, file: &Path) -> Result<Self, BarnError> {
         let mut lines = text
             .trim_start_matches('\u{feff}')
@@ -93,7 +93,7 @@ fn fields(line: &str) -> Vec<String> {
 }
 
 impl TableRow<'_> {
-    /// A number that fits.
+    /// A number that satisfies `fits`.
     pub fn real(
         &self,
         column: Column,
@@ -106,7 +106,7 @@ impl TableRow<'_> {
             .ok_or_else(|| self.bad(column, expected))
     }
 
-    /// A number that fits, none where nothing stands.
+    /// A number that satisfies `fits`; none for an empty field.
     pub fn optional_real(
         &self,
         column: Column,

@@ -3,25 +3,27 @@
 use std::path::Path;
 
 use super::table::{Table, TableRow};
-use super::{BarnError, Cylinder};
-use crate::experiment::worlds::keep_asked;
+use super::{BarnError, Course, Cylinder};
+use crate::experiment::world_numbers::select_worlds;
 
-/// A world, and what is known of it.
+/// A world and its published figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarnWorld {
     /// Its number in the benchmark.
     pub number: u32,
-    /// What stands in it.
+    /// Its cylinders.
     pub cylinders: Vec<Cylinder>,
+    /// Start, goal and limits.
+    pub course: Course,
     /// Time that the benchmark's path takes at 2 m/s, seconds.
     pub optimal_time_s: f64,
     /// Whether it is one of the 50 that the challenge is scored on.
     pub official: bool,
-    /// What the challenge's own baseline did in it, where that is listed.
+    /// Figures of the challenge's baseline, where they are listed.
     pub published: Option<Published>,
 }
 
-/// What the challenge's dynamic window baseline, at 0.5 m/s at most, did in a world, in Gazebo.
+/// Figures of the challenge's dynamic window baseline, at most 0.5 m/s, in one world in Gazebo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Published {
     /// Share of runs that reached the goal.
@@ -34,15 +36,15 @@ pub struct Published {
     pub score: f64,
 }
 
-/// The challenge reckons the optimal time at this speed, m/s.
+/// Speed that defines the challenge's optimal time, m/s.
 const OPTIMAL_SPEED: f64 = 2.0;
-/// Lengths are listed to the millimetre, times to a tenth of a millisecond.
+/// Tolerance of a listed time, seconds: lengths are rounded to 1 mm, times to 0.1 ms.
 const LISTED_S: f64 = 6e-4;
 
-/// Reads the worlds that a folder lists, in the order of their numbers; of them those asked for, or all.
+/// Reads the worlds that a folder lists, or those of the given numbers, in the order of their numbers.
 ///
 /// # Errors
-/// When a file is missing, or one of its fields is not what its column holds; the message names the file and the line.
+/// When a file is missing or a field does not fit its column; the message names the file and the line.
 pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>, BarnError> {
     let file = folder.join("worlds.csv");
     let table = Table::read(&file)?;
@@ -52,7 +54,7 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
         return Err(BarnError::NoRow { file, what });
     }
     worlds.sort_by_key(|world| world.number);
-    keep_asked(&mut worlds, |world| world.number, only, &file)?;
+    select_worlds(&mut worlds, |world| world.number, only, &file)?;
     for world in &mut worlds {
         let name = format!("world_{:03}.csv", world.number);
         let file = folder.join("worlds").join(name);
@@ -64,7 +66,7 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
 /// The worlds in the text of a `worlds.csv`, without their cylinders, in the order of its rows.
 ///
 /// # Errors
-/// When a field is not what its column holds; the message names the file and the line.
+/// When a field does not fit its column; the message names the file and the line.
 pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, BarnError> {
     listed(&Table::parse(text, file)?)
 }
@@ -72,7 +74,7 @@ pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, BarnError> 
 /// The cylinders in the text of a `world_NNN.csv`, at least one.
 ///
 /// # Errors
-/// When a field is not what its column holds, or there is no cylinder; the message names the file and the line.
+/// When a field does not fit its column, or there is no cylinder; the message names the file and the line.
 pub fn parse_cylinders(text: &str, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
     cylinders(&Table::parse(text, file)?, file)
 }
@@ -99,6 +101,7 @@ fn listed(table: &Table) -> Result<Vec<BarnWorld>, BarnError> {
         worlds.push(BarnWorld {
             number: world,
             cylinders: Vec::new(),
+            course: Course::BARN,
             optimal_time_s,
             official: official.is_some_and(|column| row.text(column) == "1"),
             published: published(table, &row)?,
@@ -107,7 +110,7 @@ fn listed(table: &Table) -> Result<Vec<BarnWorld>, BarnError> {
     Ok(worlds)
 }
 
-/// What a row publishes: all four figures, or nothing.
+/// The published figures of a row: all four, or none.
 fn published(table: &Table, row: &TableRow) -> Result<Option<Published>, BarnError> {
     let names = ["dwa_success", "dwa_collision", "dwa_timeout", "dwa_metric"];
     let mut figures = [0.0; 4];

@@ -1,20 +1,20 @@
-//! What can be wrong with the files of worlds that move.
+//! Errors of `DynaBARN` world files.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::experiment::worlds::NotAmong;
+use crate::experiment::UnknownWorld;
 
 /// Worlds that cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DynaBarnError {
-    /// A file or folder that the system does not give.
+    /// A file or folder that cannot be read.
     #[error("{}: cannot be read ({reason}): check the path and its permissions", file.display())]
     Unreadable {
         /// The file or folder.
         file: PathBuf,
-        /// In the system's words.
+        /// The system's message.
         reason: String,
     },
     /// A folder without a world.
@@ -23,9 +23,9 @@ pub enum DynaBarnError {
         /// The folder.
         folder: PathBuf,
     },
-    /// A world asked for that is not there.
+    /// A requested world that does not exist.
     #[error(transparent)]
-    NotAmong(#[from] NotAmong),
+    UnknownWorld(#[from] UnknownWorld),
     /// A file that is no world.
     #[error("{}: no world of moving cylinders: {reason}", file.display())]
     NotAWorld {
@@ -43,7 +43,7 @@ pub enum DynaBarnError {
         place: String,
         /// As given.
         value: f64,
-        /// What would be accepted.
+        /// What is accepted.
         expected: &'static str,
     },
 }

@@ -1,25 +1,20 @@
-//! The `DynaBARN` worlds (Nair et al. 2022): cylinders that move by a script through an open field, and whose fault it is
-//! when the robot and one of them touch.
+//! The `DynaBARN` worlds (Nair et al. 2022): cylinders that move along scripts through an open field, and the attribution of
+//! contacts between them and the robot.
 //!
-//! The cylinders take no notice of the robot, so some contacts are nobody's fault. A plain rate of success counts them
-//! all; [`Blame`] says which count against the robot.
+//! The cylinders ignore the robot, so it cannot avoid every contact. A plain success rate counts all contacts;
+//! [`ContactAttribution`] tells which ones the robot caused or could have avoided.
 //!
-//! The simulator is not Gazebo, in which others measure: it has no physics and no delays of messages. The cylinders go as
-//! they do there: time runs evenly from keyframe to keyframe, the place on a Catmull-Rom spline (`PoseAnimation` of
-//! `gazebosim/gazebo-classic`, `Spline` of `gazebosim/gz-math`, whose tension is zero unless set).
+//! The simulator is not Gazebo, in which others measure: it has no physics and no message delays. The cylinders move as in
+//! Gazebo: time runs linearly between keyframes, the position on a Catmull-Rom spline (`PoseAnimation` of
+//! `gazebosim/gazebo-classic`, `Spline` of `gazebosim/gz-math`, whose tension is zero by default).
 
-mod blame;
 mod config;
+mod contact_attribution;
 mod error;
-mod row;
-mod run;
-mod summary;
+mod simulation;
 mod world;
 
-pub use blame::{Blame, Hindsight, State};
 pub use config::dynabarn_config;
+pub use contact_attribution::{ContactAttribution, State};
 pub use error::DynaBarnError;
-pub use row::{Culprit, DynaBarnRow};
-pub use run::Task;
-pub use summary::Summary;
-pub use world::{Body, DynaBarnWorld, parse_world, read_world, read_worlds};
+pub use world::{DynaBarnWorld, ScriptedCylinder, parse_world, read_world, read_worlds};

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::DynaBarnError;
-use crate::experiment::worlds::keep_asked;
+use crate::experiment::world_numbers::select_worlds;
 use crate::geometry::{Point, Pose};
 use crate::map::MovingDisc;
 use crate::sim::TimedPath;
 
-/// A cylinder that plays its script over and over.
+/// A cylinder that repeats its script.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Body {
+pub struct ScriptedCylinder {
     /// Its radius, metres, above zero.
     pub radius_m: f64,
-    /// Where it is when, over and over; from its last place it jumps to the first.
+    /// Its positions over time; at the end it jumps back to the first.
     pub script: TimedPath,
 }
 
@@ -27,10 +27,10 @@ pub struct DynaBarnWorld {
     pub number: u32,
     /// Where the robot starts.
     pub start: Pose,
-    /// Where it shall go.
+    /// The goal.
     pub goal: Point,
-    /// What moves.
-    pub bodies: Vec<Body>,
+    /// The moving cylinders.
+    pub cylinders: Vec<ScriptedCylinder>,
 }
 
 /// The file.
@@ -39,20 +39,20 @@ struct WorldFile {
     world: u32,
     start_x_y_yaw: [f64; 3],
     goal_x_y: [f64; 2],
-    obstacles: Vec<BodyFile>,
+    obstacles: Vec<ObstacleFile>,
 }
 
 #[derive(Deserialize)]
-struct BodyFile {
+struct ObstacleFile {
     radius_m: f64,
     loop_s: f64,
     keyframes_t_x_y: Vec<[f64; 3]>,
 }
 
-/// The worlds of a folder, `world_*.json`, in the order of their numbers: all, or those asked for.
+/// Reads the worlds of a folder, `world_*.json`, or those of the given numbers, in the order of their numbers.
 ///
 /// # Errors
-/// When the folder cannot be read, holds no world or not one that is asked for, or one of them is refused.
+/// When the folder cannot be read, holds no world or lacks a requested one, or a world is invalid.
 pub fn read_worlds(
     folder: &Path,
     only: Option<&[u32]>,
@@ -77,14 +77,14 @@ pub fn read_worlds(
     let worlds = files.iter().map(|file| read_world(file));
     let mut worlds = worlds.collect::<Result<Vec<_>, _>>()?;
     worlds.sort_by_key(|world| world.number);
-    keep_asked(&mut worlds, |world| world.number, only, folder)?;
+    select_worlds(&mut worlds, |world| world.number, only, folder)?;
     Ok(worlds)
 }
 
 /// Reads a world.
 ///
 /// # Errors
-/// When the file cannot be read, is no world, or holds a number out of range; the message names the file and the place.
+/// When the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
 pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
     let text = fs::read_to_string(file).map_err(|error| DynaBarnError::Unreadable {
         file: file.to_owned(),
@@ -96,7 +96,7 @@ pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
 /// A world from the text of its file.
 ///
 /// # Errors
-/// When it is no world, or holds a number out of range; the message names the file and the place.
+/// When it is no world, or has a number out of range; the message names the file and the number.
 pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
     let read: WorldFile = serde_json::from_str(text).map_err(|error| DynaBarnError::NotAWorld {
         file: file.to_owned(),
@@ -109,32 +109,36 @@ pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, DynaBarnErr
     for (name, value) in ["x", "y"].iter().zip(read.goal_x_y) {
         check.near(format!("goal {name}"), value)?;
     }
-    let bodies = read.obstacles.into_iter().enumerate();
+    let obstacles = read.obstacles.into_iter().enumerate();
     Ok(DynaBarnWorld {
         number: read.world,
         start: read.start_x_y_yaw.into(),
         goal: read.goal_x_y.into(),
-        bodies: bodies
-            .map(|(index, body)| check.body(index, body))
+        cylinders: obstacles
+            .map(|(index, obstacle)| check.cylinder(index, obstacle))
             .collect::<Result<_, _>>()?,
     })
 }
 
-/// Refuses numbers of a file.
+/// Checks the numbers of a file.
 struct Check<'a> {
     file: &'a Path,
 }
 
 impl Check<'_> {
-    fn body(&self, index: usize, body: BodyFile) -> Result<Body, DynaBarnError> {
+    fn cylinder(
+        &self,
+        index: usize,
+        obstacle: ObstacleFile,
+    ) -> Result<ScriptedCylinder, DynaBarnError> {
         let of = |what: &str| format!("obstacle {index}: {what}");
         let above_zero = "above zero and at most 1000";
         let fits = |value: f64| value > 0.0 && value <= 1000.0;
-        let BodyFile {
+        let ObstacleFile {
             radius_m,
             loop_s,
             keyframes_t_x_y,
-        } = body;
+        } = obstacle;
         self.number(of("radius_m"), radius_m, fits(radius_m), above_zero)?;
         let count = keyframes_t_x_y.len();
         self.number(
@@ -163,7 +167,7 @@ impl Check<'_> {
                 file: self.file.to_owned(),
                 reason: format!("obstacle {index}: {error}"),
             })?;
-        Ok(Body {
+        Ok(ScriptedCylinder {
             radius_m,
             script: script.on_spline(),
         })
@@ -192,8 +196,8 @@ impl Check<'_> {
     }
 }
 
-impl Body {
-    /// Where the cylinder is at a time, seconds, at least zero, and how fast.
+impl ScriptedCylinder {
+    /// The cylinder's position and velocity at a time, seconds, at least zero.
     #[must_use]
     pub fn at(&self, time_s: f64) -> MovingDisc {
         let (place, velocity) = self.script.at(time_s);

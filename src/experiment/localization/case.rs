@@ -1,30 +1,30 @@
-//! What drives are to show.
+//! The cases of the localization experiment.
 
-/// When faults happen, seconds: the robot is under way.
-pub(super) const MISHAP_S: f64 = 12.0;
+/// Time of the injected fault, seconds: the robot is driving.
+pub(super) const FAULT_S: f64 = 12.0;
 
-/// What a drive is to show.
+/// A case of the localization experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LocalizationCase {
-    /// To and fro between the ends, as long as the tour is to be.
+    /// Back and forth between start and goal, for the length of the tour.
     Tour,
-    /// The same among five people that the map does not show.
+    /// A tour among five people that the map does not show.
     People,
-    /// The same with a map whose cells are twice as wide as those of the world.
+    /// A tour with a map of twice the world's cell size.
     CoarseMap,
-    /// Along a straight smooth roadway of 120 m that does not say how far along it one is.
+    /// Along a straight smooth roadway of 120 m, whose walls do not show the position along it.
     Smooth,
-    /// Carried two metres back under way.
-    Carried,
-    /// Carried to any other open place of the map, at least 20 m from the start.
-    Elsewhere,
-    /// Carried into a smooth roadway beside the smooth one that it drives in: nothing tells them apart.
-    Twin,
-    /// Its lidar sees nothing from a moment on.
-    Blinded,
-    /// The same for three seconds.
-    BlindedForAMoment,
-    /// With the map of another mine than that it is in; both are of the built-in scenes.
+    /// The robot is moved two metres back while it drives.
+    Kidnapped,
+    /// The robot is moved to a random free place, at least 20 m from the start.
+    KidnappedFar,
+    /// The robot is moved into an identical parallel roadway.
+    KidnappedToTwin,
+    /// Its lidar returns nothing from some time on.
+    Occluded,
+    /// Its lidar returns nothing for three seconds.
+    BrieflyOccluded,
+    /// The map is of another built-in scene.
     OtherMap,
 }
 
@@ -35,39 +35,39 @@ impl LocalizationCase {
         Self::People,
         Self::CoarseMap,
         Self::Smooth,
-        Self::Carried,
-        Self::Elsewhere,
-        Self::Twin,
-        Self::Blinded,
-        Self::BlindedForAMoment,
+        Self::Kidnapped,
+        Self::KidnappedFar,
+        Self::KidnappedToTwin,
+        Self::Occluded,
+        Self::BrieflyOccluded,
         Self::OtherMap,
     ];
 
-    /// Its word.
+    /// Its name in rows and on the command line.
     #[must_use]
-    pub const fn word(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Tour => "tour",
             Self::People => "people",
             Self::CoarseMap => "coarse_map",
             Self::Smooth => "smooth",
-            Self::Carried => "carried",
-            Self::Elsewhere => "elsewhere",
-            Self::Twin => "twin",
-            Self::Blinded => "blinded",
-            Self::BlindedForAMoment => "blinded_for_a_moment",
+            Self::Kidnapped => "kidnapped",
+            Self::KidnappedFar => "kidnapped_far",
+            Self::KidnappedToTwin => "kidnapped_to_twin",
+            Self::Occluded => "occluded",
+            Self::BrieflyOccluded => "briefly_occluded",
             Self::OtherMap => "other_map",
         }
     }
 
-    /// When its mishap happens, seconds; zero where there is none.
-    pub(super) const fn mishap_s(self) -> f64 {
+    /// Time of its injected fault, seconds; zero without one.
+    pub(super) const fn fault_s(self) -> f64 {
         match self {
-            Self::Carried
-            | Self::Elsewhere
-            | Self::Twin
-            | Self::Blinded
-            | Self::BlindedForAMoment => MISHAP_S,
+            Self::Kidnapped
+            | Self::KidnappedFar
+            | Self::KidnappedToTwin
+            | Self::Occluded
+            | Self::BrieflyOccluded => FAULT_S,
             _ => 0.0,
         }
     }

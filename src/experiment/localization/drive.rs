@@ -1,4 +1,4 @@
-//! A drive by matched scans, and what befalls it.
+//! One drive on matched scans, with its injected faults.
 
 use core::f64::consts::PI;
 use std::sync::Arc;
@@ -6,9 +6,9 @@ use std::sync::Arc;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::case::MISHAP_S;
+use super::case::FAULT_S;
+use super::error_monitor::ErrorMonitor;
 use super::ground::{coarsened, smooth_roadway, twin_roadways};
-use super::watch::Watch;
 use super::{LocalizationCase, LocalizationRow};
 use crate::geometry::{Point, Pose};
 use crate::local::CpuEngine;
@@ -22,15 +22,15 @@ use crate::sim::{
 /// Length and width of the smooth roadways, metres.
 const ROADWAY_M: (f64, f64) = (120.0, 3.0);
 
-/// Room about a place that a robot is carried to, metres, its least distance from the start, and how often one is drawn at most.
-const ROOM_M: f64 = 1.1;
+/// For a place to move the robot to: free radius, metres, smallest distance from the start, metres, and number of attempts.
+const FREE_RADIUS_M: f64 = 1.1;
 const AWAY_M: f64 = 20.0;
 const TRIES: usize = 100_000;
 
 /// Longest time of a drive, seconds.
 const LONGEST_S: f64 = 3600.0;
 
-/// Where drives go, and how much slips.
+/// The map, ends and settings of the drives.
 #[derive(Clone, Debug)]
 pub struct LocalizationPlan {
     /// Name of the map.
@@ -41,9 +41,9 @@ pub struct LocalizationPlan {
     pub start: Pose,
     /// Where they turn back.
     pub goal: Point,
-    /// Settings of all drives; that the pose is from scans is seen to.
+    /// Settings of all drives; the pose always comes from scans.
     pub config: Config,
-    /// Least length of a tour, metres.
+    /// Smallest length of a tour, metres.
     pub tour_m: f64,
 }
 
@@ -51,25 +51,25 @@ impl LocalizationPlan {
     /// One drive.
     ///
     /// # Errors
-    /// When a setting is out of range, or no way leads from the start to the goal.
+    /// When a setting is out of range, or no path leads from the start to the goal.
     pub fn drive(&self, case: LocalizationCase, seed: u64) -> Result<LocalizationRow, SimError> {
         let config = Config {
             pose_source: PoseSource::Scans,
             ..self.config.clone()
         };
         let simulation = self.simulation(case, seed, &config)?;
-        let mut watch = Watch::new(case.mishap_s());
+        let mut monitor = ErrorMonitor::new(case.fault_s());
         let mut clock = || 0.0;
         let result = simulation.run(
             &config,
             Box::new(CpuEngine::single_threaded()),
             &mut Observer {
                 clock: &mut clock,
-                on_tick: &mut |moment| watch.see(moment),
+                on_tick: &mut |moment| monitor.on_tick(moment),
             },
         )?;
         Ok(LocalizationRow {
-            case: case.word().to_owned(),
+            case: case.name().to_owned(),
             map: self.name.clone(),
             seed,
             slip: config.dynamics.slip.mean,
@@ -79,7 +79,7 @@ impl LocalizationPlan {
             time_s: result.time_s,
             fault: result.fault.as_ref().map(ToString::to_string),
             trace_digest: result.trace.digest(),
-            ..watch.row()
+            ..monitor.row()
         })
     }
 
@@ -107,49 +107,49 @@ impl LocalizationPlan {
             self.start,
             stop(self.goal),
         ));
-        let (from_s, to_s) = (MISHAP_S, f64::INFINITY);
+        let (from_s, to_s) = (FAULT_S, f64::INFINITY);
         Ok(match case {
-            LocalizationCase::Tour => self.to_and_fro(there, config)?,
+            LocalizationCase::Tour => self.back_and_forth(there, config)?,
             LocalizationCase::People => self.among_people(there, config)?,
             LocalizationCase::CoarseMap => {
-                let mut tour = self.to_and_fro(there, config)?;
+                let mut tour = self.back_and_forth(there, config)?;
                 tour.mission.map = Arc::new(coarsened(&self.map));
                 tour.truth = Some(self.map.obstacles(config.unknown));
                 tour
             }
             LocalizationCase::Smooth => roadway(smooth_roadway(length_m, width_m)),
-            LocalizationCase::Carried => {
-                let before = self.place_at(config, &there)?;
+            LocalizationCase::Kidnapped => {
+                let before = self.place_behind(config, &there)?;
                 Simulation {
                     faults: vec![FaultInjection::Kidnapped {
-                        at_s: MISHAP_S,
+                        at_s: FAULT_S,
                         to: before,
                     }],
                     ..there
                 }
             }
-            LocalizationCase::Elsewhere => Simulation {
+            LocalizationCase::KidnappedFar => Simulation {
                 faults: vec![FaultInjection::Kidnapped {
-                    at_s: MISHAP_S,
-                    to: self.elsewhere(seed, config),
+                    at_s: FAULT_S,
+                    to: self.far_pose(seed, config),
                 }],
                 ..there
             },
-            LocalizationCase::Twin => Simulation {
+            LocalizationCase::KidnappedToTwin => Simulation {
                 faults: vec![FaultInjection::Kidnapped {
-                    at_s: MISHAP_S,
+                    at_s: FAULT_S,
                     to: Pose::new(20.0, along(20.0).y + 1.0 + width_m, 0.0),
                 }],
                 ..roadway(twin_roadways(length_m, width_m))
             },
-            LocalizationCase::Blinded => Simulation {
+            LocalizationCase::Occluded => Simulation {
                 faults: vec![FaultInjection::LidarOccluded { from_s, to_s }],
                 ..there
             },
-            LocalizationCase::BlindedForAMoment => Simulation {
+            LocalizationCase::BrieflyOccluded => Simulation {
                 faults: vec![FaultInjection::LidarOccluded {
                     from_s,
-                    to_s: MISHAP_S + 3.0,
+                    to_s: FAULT_S + 3.0,
                 }],
                 ..there
             },
@@ -163,10 +163,14 @@ impl LocalizationPlan {
         })
     }
 
-    /// As many legs as the tour's length asks for.
-    fn to_and_fro(&self, mut there: Simulation, config: &Config) -> Result<Simulation, SimError> {
+    /// Enough legs for the tour's length.
+    fn back_and_forth(
+        &self,
+        mut there: Simulation,
+        config: &Config,
+    ) -> Result<Simulation, SimError> {
         let length_m = self.leg_m(config)?;
-        // Corners are cut: a leg more for that.
+        // The robot cuts corners, so one leg more.
         let legs = (self.tour_m / length_m).ceil() as usize + 1;
         let ends = [self.goal, self.start.position()];
         let mut stops: Vec<Goal> = (0..legs).map(|leg| stop(ends[leg % 2])).collect();
@@ -186,25 +190,25 @@ impl LocalizationPlan {
         let ends = [self.start.position(), self.goal];
         let spawner = PedestrianSpawner::new(5, there.seed);
         let moving_obstacles = spawner.spawn(&ground, &path, &ends)?;
-        let tour = self.to_and_fro(there, config)?;
+        let tour = self.back_and_forth(there, config)?;
         Ok(Simulation {
             moving_obstacles,
             ..tour
         })
     }
 
-    /// Two metres behind where the robot is when faults happen, by a drive without one.
-    fn place_at(&self, config: &Config, there: &Simulation) -> Result<Pose, SimError> {
+    /// The pose two metres behind the robot at the time of the fault, from a drive without it.
+    fn place_behind(&self, config: &Config, there: &Simulation) -> Result<Pose, SimError> {
         let mut simulation = there.clone();
-        simulation.mission.time_limit_s = MISHAP_S;
+        simulation.mission.time_limit_s = FAULT_S;
         let mut clock = || 0.0;
-        let mut nobody = |_: &TickEvent<'_>| {};
+        let mut no_action = |_: &TickEvent<'_>| {};
         let result = simulation.run(
             config,
             Box::new(CpuEngine::single_threaded()),
             &mut Observer {
                 clock: &mut clock,
-                on_tick: &mut nobody,
+                on_tick: &mut no_action,
             },
         )?;
         let rows = &result.trace.rows;
@@ -216,14 +220,14 @@ impl LocalizationPlan {
         Ok(behind.map_or(self.start, |row| row.pose))
     }
 
-    /// An open place with room for the robot, at least so far from where drives start and turn back, and any yaw.
-    fn elsewhere(&self, seed: u64, config: &Config) -> Pose {
+    /// A random free pose with room for the robot, far from the start.
+    fn far_pose(&self, seed: u64, config: &Config) -> Pose {
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         let field = DistanceField::new(&self.map.obstacles(config.unknown));
         let frame = field.frame();
         let is_good = |pose: &Pose| {
             let cell = frame.cell_of(&pose.position());
-            cell.is_some_and(|cell| field.distance_m(cell) > ROOM_M)
+            cell.is_some_and(|cell| field.distance_m(cell) > FREE_RADIUS_M)
                 && (pose.position() - self.start.position()).norm() > AWAY_M
         };
         let mut any = || {
@@ -246,8 +250,8 @@ impl LocalizationPlan {
 
     fn leg_m(&self, config: &Config) -> Result<f64, SimError> {
         let path = self.path(config)?;
-        let ways = path.windows(2).map(|leg| (leg[1] - leg[0]).norm());
-        Ok(ways.sum::<f64>().max(1.0))
+        let lengths = path.windows(2).map(|leg| (leg[1] - leg[0]).norm());
+        Ok(lengths.sum::<f64>().max(1.0))
     }
 }
 

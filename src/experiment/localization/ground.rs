@@ -1,4 +1,4 @@
-//! Ground that is hard to know one's place in.
+//! Maps that are hard to localize in.
 
 use crate::geometry::{Point, Pose};
 use crate::map::{Cell, GridFrame, OCCUPIED_THRESHOLD, OccupancyGrid};
@@ -9,17 +9,17 @@ const OCCUPIED: i8 = 100;
 /// Side of a cell of the smooth roadways, metres.
 const RESOLUTION_M: f64 = 0.05;
 
-/// A straight roadway of a length and a width, metres, with smooth walls: nothing in it tells how far along one is.
+/// A straight roadway with smooth walls, which do not show the position along it; lengths in metres.
 pub(super) fn smooth_roadway(length_m: f64, width_m: f64) -> OccupancyGrid {
     roadways(length_m, &[1.0], width_m)
 }
 
-/// Two such roadways beside one another, without a way between them.
+/// Two such parallel roadways without a connection.
 pub(super) fn twin_roadways(length_m: f64, width_m: f64) -> OccupancyGrid {
     roadways(length_m, &[1.0, 2.0 + width_m], width_m)
 }
 
-/// Roadways along x whose lower walls are at these places, metres.
+/// Roadways along x with their lower walls at these y, metres.
 fn roadways(length_m: f64, lower_m: &[f64], width_m: f64) -> OccupancyGrid {
     let highest_m = lower_m.iter().fold(0.0, |most: f64, &low| most.max(low));
     let frame = GridFrame {
@@ -45,7 +45,7 @@ fn roadways(length_m: f64, lower_m: &[f64], width_m: f64) -> OccupancyGrid {
     OccupancyGrid::new(frame, (0..frame.len()).map(cell).collect())
 }
 
-/// The same ground in cells of twice the side, occupied where half of it or more is: a map that is coarser than the world.
+/// The map with cells of twice the size, occupied where half of the area or more is.
 pub(super) fn coarsened(map: &OccupancyGrid) -> OccupancyGrid {
     let fine = map.frame();
     let frame = GridFrame {

@@ -1,10 +1,10 @@
-//! How well a robot knows where it is: the closed loop by matched scans alone, against the simulator's truth.
+//! Accuracy of localization: closed-loop drives on matched scans alone, compared with the simulator's truth.
 
 mod case;
 mod drive;
+mod error_monitor;
 mod ground;
 mod row;
-mod watch;
 
 pub use case::LocalizationCase;
 pub use drive::LocalizationPlan;

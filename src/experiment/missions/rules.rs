@@ -1,24 +1,24 @@
-//! What missions are drawn by.
+//! Rules for generated missions.
 
 use serde::Serialize;
 
 use super::MissionsError;
 
-/// How long missions are, who walks there, and how often the map is wrong.
+/// Lengths of missions, moving obstacles, and how often the map is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rules {
     /// Shortest path and straight distance between start and goal, metres.
     pub least_m: f64,
     /// Longest path, metres.
     pub longest_m: f64,
-    /// Most moving obstacles; each number from none on is as likely.
+    /// Largest number of moving obstacles; all numbers from zero on are equally likely.
     pub most_people: usize,
-    /// Share of missions, 0 to 1, with one or two things on the path that the map does not show. They leave a way.
+    /// Share of missions, 0 to 1, with one or two obstacles on the path that the map does not show. They leave a path.
     pub unmapped_share: f64,
 }
 
 impl Default for Rules {
-    /// 4 to 60 m, up to four moving obstacles, a map that is right.
+    /// 4 to 60 m, up to four moving obstacles, and a correct map.
     fn default() -> Self {
         Self {
             least_m: 4.0,
@@ -33,7 +33,7 @@ impl Rules {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`MissionsError::BadRule`] names the first that is out of range.
+    /// [`MissionsError::BadRule`] names the first number out of range.
     pub fn validate(&self) -> Result<(), MissionsError> {
         let within = |name, value: f64, least: f64, most: f64, expected| {
             if (least..=most).contains(&value) {

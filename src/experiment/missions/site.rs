@@ -1,23 +1,22 @@
-//! A map to drive on.
+//! A map for random missions.
 
 use std::sync::Arc;
 
-use crate::digest::BitDigest;
 use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::runtime::Config;
 
-/// A map, and where the robot's origin may be on it.
+/// A map, and the places for the robot's origin on it.
 #[derive(Clone, Debug)]
 pub struct MissionSite {
-    /// What it is called in rows; no two of a campaign have the same name.
+    /// Its name in rows and messages.
     pub name: String,
-    /// The ground as the robot knows it.
+    /// The map that the robot has.
     pub map: Arc<OccupancyGrid>,
-    /// What blocks on it.
+    /// Its obstacles.
     pub obstacles: ObstacleGrid,
-    /// Where the robot's origin keeps the least distance of a global path from every obstacle.
+    /// Cells where the robot's origin keeps the least distance of a global path to every obstacle.
     pub free: FreeSpace,
-    /// The free cells that are not at the map's rim, ascending, by their positions in storage.
+    /// Indices of the free cells that are not at the map's border, ascending.
     pub(super) free_cells: Vec<usize>,
 }
 
@@ -29,7 +28,7 @@ impl MissionSite {
         let planner = config.route_planner(map.frame().resolution_m);
         let free = FreeSpace::new(&obstacles, planner.least_radius_m());
         let frame = *free.frame();
-        // Beyond the map everything is an obstacle to a robot, though not to free space.
+        // Outside the map everything is an obstacle to a robot, but not to `FreeSpace`.
         let rim = (planner.least_radius_m() / frame.resolution_m).ceil() as i32;
         let is_inner = |cell: Cell| {
             (rim..frame.width - rim).contains(&cell.column)
@@ -45,25 +44,5 @@ impl MissionSite {
             free,
             free_cells,
         }
-    }
-
-    /// Its name and a digest of its ground: another map, another name.
-    #[must_use]
-    pub fn identity(&self) -> (String, String) {
-        let mut digest = BitDigest::default();
-        let frame = self.map.frame();
-        for value in [
-            frame.resolution_m,
-            frame.origin.x,
-            frame.origin.y,
-            frame.origin.yaw,
-        ] {
-            digest.real(value);
-        }
-        digest.wide(frame.width as u64);
-        for &cell in self.obstacles.cells() {
-            digest.word(u32::from(cell));
-        }
-        (self.name.clone(), digest.hex())
     }
 }

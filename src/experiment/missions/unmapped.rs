@@ -1,4 +1,4 @@
-//! What stands on the way and is on no map.
+//! Obstacles on the path that the map does not show.
 
 use core::ops::RangeInclusive;
 
@@ -12,16 +12,16 @@ use crate::navigator::RoutePlanner;
 
 /// Half the side of a box or the radius of a pillar, metres.
 const HALF_M: RangeInclusive<f64> = 0.15..=0.35;
-/// Its middle's distance from the path, metres, either way.
+/// Largest distance of its centre from the path, metres, to either side.
 const OFFSET_M: f64 = 0.5;
-/// It is at least so far along the path from either end, metres.
+/// Smallest distance along the path from either end, metres.
 const FROM_ENDS_M: f64 = 2.0;
-/// Attempts to find a place that leaves a way.
+/// Attempts to find a place that leaves a path.
 const ATTEMPTS: usize = 12;
 
-/// The ground with one or two boxes or pillars more on a path, and how many there was room for: after each the planner still
-/// finds a way from end to end.
-pub(super) fn unmapped(
+/// Adds one or two boxes or pillars on a path, and returns the obstacles and how many were added. After each addition the
+/// planner still finds a path from end to end.
+pub(super) fn add_unmapped(
     ground: &ObstacleGrid,
     path: &Path,
     planner: &mut RoutePlanner,
@@ -61,7 +61,7 @@ pub(super) fn unmapped(
     (truth, placed)
 }
 
-/// Marks every cell whose centre lies within a square about a point, turned by a yaw, of half a side in metres.
+/// Marks every cell whose centre is in a square around a point, rotated by a yaw; `half_m` is half its side.
 fn fill_box(grid: &mut ObstacleGrid, middle: &Point, yaw: f64, half_m: f64) {
     let frame = *grid.frame();
     let square = Pose::new(middle.x, middle.y, yaw);

@@ -1,10 +1,10 @@
-//! A scene to be driven through, and its missions.
+//! A scene and its missions.
 
 use core::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-use super::Traffic;
 use crate::bench::paper::{PaperError, Site};
+use crate::experiment::TrafficKind;
 use crate::geometry::{Point, Pose};
 use crate::global::Plan;
 use crate::map::{ObstacleGrid, OccupancyGrid};
@@ -14,38 +14,38 @@ use crate::sim::{MovingObstacles, PedestrianSpawner, Simulation};
 
 /// Yaw at the start, radians: the paper's initial direction angle.
 pub const START_YAW_RAD: f64 = FRAC_PI_4;
-/// Yaw to stand with at the goal, radians. The paper measures a deviation of angle and does not say from which: the same.
+/// Yaw at the goal, radians. The paper measures a yaw deviation but not its reference; this is the start yaw.
 pub const GOAL_YAW_RAD: f64 = FRAC_PI_4;
-/// A drive ends after so many seconds for each metre of the path: at a tenth of a walking pace.
+/// Time limit for each metre of the path, seconds: a tenth of walking speed.
 const SLOWEST_S_PER_M: f64 = 10.0;
 
-/// A scene with one way through it, and as many people as fig. 13 puts there.
+/// A scene with one task, and its number of people in fig. 13.
 #[derive(Clone, Debug)]
 pub struct Course {
-    /// The site's name.
+    /// Name of the site.
     pub name: String,
-    /// One line.
+    /// Title.
     pub title: String,
-    /// The ground.
+    /// The map.
     pub map: Arc<OccupancyGrid>,
     /// Where the robot starts, standing.
     pub start: Pose,
-    /// Where it is to stand.
+    /// The goal.
     pub goal: Goal,
-    /// The path that it sets out with.
+    /// The first global path.
     pub plan: Plan,
     /// The key nodes of that path: the local targets.
     pub key_nodes: Vec<Point>,
-    /// How many people walk there where any do.
+    /// Number of people in drives with people.
     pub people: usize,
     obstacles: ObstacleGrid,
 }
 
 impl Course {
-    /// The first way of a site, for so many people.
+    /// The first task of a site, with this number of people.
     ///
     /// # Errors
-    /// [`PaperError::NoPath`] where there is no way for the robot of the configuration.
+    /// [`PaperError::NoPath`] when the configuration's robot has no path.
     pub fn new(site: &Site, people: usize, config: &Config) -> Result<Self, PaperError> {
         let frame = site.map.frame();
         let mut planner = config.route_planner(frame.resolution_m);
@@ -75,7 +75,7 @@ impl Course {
         })
     }
 
-    /// The way of each site: one person walks in the first, two in the second, and so on, as in fig. 13.
+    /// The first task of each site: one person in the first site, two in the second, and so on, as in fig. 13.
     ///
     /// # Errors
     /// As [`Course::new`].
@@ -86,13 +86,13 @@ impl Course {
             .collect()
     }
 
-    /// The drive of a seed, which draws the people, their walks along the path, and the noise of the simulation.
+    /// The simulation of a seed, which determines the people and the noise of the simulation.
     ///
     /// # Errors
-    /// [`PaperError::Drive`] where they have no room to walk.
+    /// [`PaperError::Drive`] when the people have no room.
     pub fn simulation(
         &self,
-        traffic: Traffic,
+        traffic: TrafficKind,
         seed: u64,
         config: &Config,
     ) -> Result<Simulation, PaperError> {
@@ -109,14 +109,14 @@ impl Course {
 
     fn moving_obstacles(
         &self,
-        traffic: Traffic,
+        traffic: TrafficKind,
         seed: u64,
         config: &Config,
     ) -> Result<MovingObstacles, PaperError> {
         let yields = match traffic {
-            Traffic::Nobody => return Ok(MovingObstacles::default()),
-            Traffic::Minding => true,
-            Traffic::Heedless => false,
+            TrafficKind::None => return Ok(MovingObstacles::default()),
+            TrafficKind::NonYielding => false,
+            TrafficKind::Yielding | TrafficKind::Appearing => true,
         };
         let spawner = PedestrianSpawner {
             yields,
@@ -129,7 +129,7 @@ impl Course {
             .map_err(|error| self.failed(seed, &error))
     }
 
-    /// A drive that could not begin.
+    /// The error of a drive that cannot start.
     pub(super) fn failed(&self, seed: u64, reason: &dyn core::fmt::Display) -> PaperError {
         PaperError::Drive {
             scene: self.name.clone(),

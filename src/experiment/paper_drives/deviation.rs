@@ -1,4 +1,4 @@
-//! How far from where it should the robot stands in the end.
+//! Deviation of the final pose from the goal.
 
 use serde::Serialize;
 
@@ -15,16 +15,16 @@ pub struct Deviation {
     pub dyaw_rad: f64,
 }
 
-/// Names of the columns, in the order of [`Deviation::to_array`].
+/// Names of the components, in the order of [`Deviation::to_array`].
 pub(super) const COLUMNS: [&str; 3] = ["|dx|", "|dy|", "|dyaw|"];
 
 impl Deviation {
-    /// Of a final pose from the goal's, both in the map frame, along the axes of the start pose: the paper takes that for
-    /// the origin.
+    /// The deviation of a final pose from the goal's, both in the map frame, along the axes of the start pose, which is the
+    /// paper's origin.
     #[must_use]
     pub fn between(last: &Pose, goal: &Pose, start: &Pose) -> Self {
-        let seen = |pose: &Pose| start.inverse_transform(&pose.position());
-        let off = seen(last) - seen(goal);
+        let local = |pose: &Pose| start.inverse_transform(&pose.position());
+        let off = local(last) - local(goal);
         Self {
             dx_m: off.x.abs(),
             dy_m: off.y.abs(),
@@ -59,7 +59,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// None of no deviations.
+    /// The mean and the largest; none of no deviations.
     #[must_use]
     pub fn of(deviations: &[Deviation]) -> Option<Self> {
         let columns = [0, 1, 2];
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn deviations_are_along_the_axes_of_the_start() {
+    fn deviation_is_along_the_axes_of_the_start() {
         let start = Pose::new(7.0, -2.0, FRAC_PI_2);
         let goal = Pose::new(10.0, 3.0, PI - 0.01);
         let last = Pose::new(10.2, 2.9, -PI + 0.02);
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_mean() {
+    fn spread_of_no_deviations_is_none() {
         assert_eq!(Spread::of(&[]), None);
         let rows = [[0.1, 0.4, 0.0], [0.3, 0.0, 0.2]].map(Deviation::from_array);
         let spread = Spread::of(&rows).expect("two rows");

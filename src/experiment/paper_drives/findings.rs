@@ -1,30 +1,31 @@
-//! What the drives say, in sentences made from their figures.
+//! Findings of the drives: sentences made from their figures.
 
 use std::collections::BTreeSet;
 
 use super::deviation::COLUMNS;
 use super::{
     ALL_SCENES, DriveRun, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, MET_WITHIN_M,
-    PrintedDeviations, Spread, Traffic,
+    PublishedDeviations, Spread,
 };
+use crate::experiment::TrafficKind;
 
-/// So many times smaller deviations are wanted.
-const WANTED: f64 = 10.0;
-/// The paper prints thousandths: its text contradicts its rows where they differ by more than one.
+/// Factor by which deviations should be smaller than the paper's.
+const TARGET_RATIO: f64 = 10.0;
+/// The paper prints thousandths: its text contradicts its rows where they differ by more than this.
 const PRINTED: f64 = 0.001;
-/// Units of the columns.
+/// Units of the components.
 const UNITS: [&str; 3] = ["m", "m", "rad"];
 
-/// All that follows from a table's rows.
+/// All findings of a table.
 pub(super) fn findings(table: &DriveTable) -> Vec<String> {
     let paper = &table.paper;
     let [first, .., all] = &table.summaries[..] else {
         return Vec::new();
     };
-    let mut said = vec![ends(&table.rows, all)];
-    said.extend(likeness(&table.rows));
+    let mut findings = vec![ends(&table.rows, all)];
+    findings.extend(distinct_traces(&table.rows));
     for summary in [first, all] {
-        let beside = summary.deviation.map(|found| {
+        let compared = summary.deviation.map(|found| {
             let whose = if summary.scene == ALL_SCENES {
                 "All scenes".to_owned()
             } else {
@@ -32,15 +33,15 @@ pub(super) fn findings(table: &DriveTable) -> Vec<String> {
             };
             accuracy(&whose, summary, &found, &paper.of_rows)
         });
-        said.extend(beside);
+        findings.extend(compared);
     }
-    said.push(limits(&table.summaries));
-    if table.traffic != Traffic::Nobody {
-        said.push(people(&table.rows, all));
+    findings.push(limits(&table.summaries));
+    if table.traffic != TrafficKind::None {
+        findings.push(people(&table.rows, all));
     }
-    said.extend(waits(&table.rows, all));
-    said.extend(contradiction(paper));
-    said
+    findings.extend(waits(&table.rows, all));
+    findings.extend(contradiction(paper));
+    findings
 }
 
 fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
@@ -49,7 +50,10 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
         count if count == all.runs => "all".to_owned(),
         count => format!("{count} of {}", all.runs),
     };
-    let standing = || rows.iter().filter(|run| run.collided && !run.was_moving());
+    let standing = || {
+        rows.iter()
+            .filter(|run| run.collided() && !run.was_moving())
+    };
     let of_these = match all.contacts {
         0 => String::new(),
         _ => format!(" ({} of these while standing)", standing().count()),
@@ -63,12 +67,12 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
     )
 }
 
-/// Whether drives are the same to the last bit: then their number says nothing.
-fn likeness(rows: &[DriveRun]) -> Option<String> {
+/// How many drives differ; identical drives add no evidence.
+fn distinct_traces(rows: &[DriveRun]) -> Option<String> {
     let digests: BTreeSet<&str> = rows.iter().map(|run| run.trace_digest.as_str()).collect();
     (digests.len() < rows.len()).then(|| {
         format!(
-            "Only {} of them differ: the seed changes nothing in the others.",
+            "Only {} of them differ: the seed has no effect on the others.",
             digests.len()
         )
     })
@@ -77,7 +81,7 @@ fn likeness(rows: &[DriveRun]) -> Option<String> {
 fn accuracy(whose: &str, summary: &DriveSummary, found: &Spread, paper: &Spread) -> String {
     let (ours, theirs) = (found.mean.to_array(), paper.mean.to_array());
     let columns = [0, 1, 2];
-    let each = |say: &dyn Fn(usize) -> String| columns.map(say).join(", ");
+    let each = |text: &dyn Fn(usize) -> String| columns.map(text).join(", ");
     let means = each(&|column| {
         let (name, value, unit) = (COLUMNS[column], ours[column], UNITS[column]);
         format!("{name} {value:.4} {unit}")
@@ -85,7 +89,7 @@ fn accuracy(whose: &str, summary: &DriveSummary, found: &Spread, paper: &Spread)
     let largest = found.max.to_array();
     let largest = each(&|column| format!("{:.4}", largest[column]));
     let times = each(&|column| times_smaller(ours[column], theirs[column]));
-    let is_good = |column: &usize| ours[*column] * WANTED <= theirs[*column];
+    let is_good = |column: &usize| ours[*column] * TARGET_RATIO <= theirs[*column];
     let good: Vec<&str> = columns
         .iter()
         .filter(|column| is_good(column))
@@ -110,10 +114,10 @@ fn accuracy(whose: &str, summary: &DriveSummary, found: &Spread, paper: &Spread)
     )
 }
 
-/// A ratio, never rounded up: it must not look better than it is.
+/// A ratio, rounded down: it must not look better than it is.
 fn times_smaller(ours: f64, theirs: f64) -> String {
     let ratio = theirs / ours;
-    if ratio < WANTED {
+    if ratio < TARGET_RATIO {
         format!("{:.1}", libm::floor(10.0 * ratio) / 10.0)
     } else if ratio < 1000.0 {
         format!("{:.0}", libm::floor(ratio))
@@ -143,19 +147,19 @@ fn people(rows: &[DriveRun], all: &DriveSummary) -> String {
     let gaps = rows.iter().filter_map(|run| run.nearest_person_m);
     let nearest_m = gaps.fold(f64::INFINITY, f64::min);
     format!(
-        "Somebody came within {MET_WITHIN_M} m in {} of {} drives; the smallest gap to anybody was {nearest_m:.3} m.",
-        all.met_somebody, all.runs
+        "A person came within {MET_WITHIN_M} m in {} of {} drives; the smallest gap to a person was {nearest_m:.3} m.",
+        all.near_people, all.runs
     )
 }
 
 fn waits(rows: &[DriveRun], all: &DriveSummary) -> Option<String> {
-    // From the end, since the last of several equal ones is taken: so it is the first.
+    // `max_by` returns the last of equal ones; from the end that is the first.
     let longest = rows
         .iter()
         .rev()
         .max_by(|a, b| a.longest_wait_s.total_cmp(&b.longest_wait_s))?;
     Some(format!(
-        "It stood still for {:.1} % of the time; at one go for at most {:.1} s, in {} with seed {}.",
+        "The robot stood for {:.1} % of the time, at most {:.1} s at a time, in {} with seed {}.",
         100.0 * all.waited_share,
         longest.longest_wait_s,
         longest.scene,
@@ -163,9 +167,9 @@ fn waits(rows: &[DriveRun], all: &DriveSummary) -> Option<String> {
     ))
 }
 
-/// Where the paper's text gives other figures than its rows have.
-fn contradiction(paper: &PrintedDeviations) -> Option<String> {
-    let mut said = Vec::new();
+/// The differences between the paper's text and its rows.
+fn contradiction(paper: &PublishedDeviations) -> Option<String> {
+    let mut differences = Vec::new();
     let figures = [
         ("mean", paper.of_rows.mean, paper.of_text.mean),
         ("largest", paper.of_rows.max, paper.of_text.max),
@@ -175,16 +179,16 @@ fn contradiction(paper: &PrintedDeviations) -> Option<String> {
         for (column, name) in COLUMNS.iter().enumerate() {
             let (rows, text, unit) = (of_rows[column], of_text[column], UNITS[column]);
             if (rows - text).abs() > PRINTED {
-                said.push(format!(
+                differences.push(format!(
                     "{what} {name} {text:.3} {unit}, its rows have {rows:.3}"
                 ));
             }
         }
     }
-    (!said.is_empty()).then(|| {
+    (!differences.is_empty()).then(|| {
         format!(
-            "The paper's text contradicts its table: {}. The rows count here.",
-            said.join("; ")
+            "The paper's text contradicts its table: {}. This comparison uses the rows.",
+            differences.join("; ")
         )
     })
 }

@@ -2,53 +2,53 @@
 
 use serde::Serialize;
 
-use super::{Course, Deviation, Traffic};
+use super::{Course, Deviation};
 use crate::bench::paper::PaperError;
+use crate::experiment::outcome::outcome;
+use crate::experiment::{RunOutcome, TrafficKind};
 use crate::geometry::Pose;
 use crate::local::CpuEngine;
 use crate::robot::Footprint;
 use crate::runtime::{Config, MissionResult, Observer, Trace, TraceRow};
 use crate::sim::Simulation;
 
-/// Somebody nearer than this was met, metres between the robot's edge and theirs.
+/// A person closer than this counts as near, metres between both edges.
 pub const MET_WITHIN_M: f64 = 1.5;
-/// Slower than this the robot stands: m/s, and rad/s.
+/// Below this speed the robot stands: m/s and rad/s.
 const STANDS_BELOW: f64 = 0.01;
 
-/// The figures of one drive. The same seed gives the same ones on any machine.
+/// The figures of one drive. The same seed gives the same figures on any machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriveRun {
     /// The scene's name.
     pub scene: String,
     /// Seed of the people and of the noise.
     pub seed: u64,
-    /// Whether the robot stood at its goal in the end, as far as it knows.
-    pub reached: bool,
-    /// Whether it touched anything: the drive ends there.
-    pub collided: bool,
-    /// The true final pose against the goal's.
+    /// How the drive ended.
+    pub outcome: RunOutcome,
+    /// Deviation of the true final pose from the goal's.
     pub deviation: Deviation,
     /// Time to the end, simulated seconds.
     pub time_s: f64,
-    /// Way driven, metres.
+    /// Distance driven, metres.
     pub travelled_m: f64,
-    /// Length of the path that it set out with, metres.
+    /// Length of the first global path, metres.
     pub path_length_m: f64,
-    /// Smallest gap to anything solid, metres.
+    /// Smallest gap to any obstacle, metres.
     pub min_clearance_m: f64,
-    /// Smallest gap to anybody, metres; missing where nobody is about.
+    /// Smallest gap to a person, metres; none without people.
     pub nearest_person_m: Option<f64>,
-    /// Global plans, the first one counted.
+    /// Number of global plans.
     pub plans: usize,
-    /// Share of the time for which it stood still.
+    /// Share of the time in which the robot stood.
     pub waited_share: f64,
-    /// The longest time for which it stood still, seconds.
+    /// The longest time in which it stood, seconds.
     pub longest_wait_s: f64,
-    /// Its speed at the end, m/s: in a contact that of the robot, which may have been standing.
+    /// The robot's speed at the end, m/s.
     pub final_speed_m_s: f64,
-    /// Why it gave up, if it did.
+    /// Why the navigator gave up, if it did.
     pub fault: Option<String>,
-    /// A digest of every tick.
+    /// Digest of the trace.
     pub trace_digest: String,
 }
 
@@ -62,13 +62,13 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Drives once through a course, on this thread, its samples evaluated on this one core.
+    /// Drives once through a course, on one thread.
     ///
     /// # Errors
-    /// [`PaperError::Drive`] when the drive cannot begin.
+    /// [`PaperError::Drive`] when the drive cannot start.
     pub fn new(
         course: &Course,
-        traffic: Traffic,
+        traffic: TrafficKind,
         seed: u64,
         config: &Config,
     ) -> Result<Self, PaperError> {
@@ -104,8 +104,7 @@ impl DriveRun {
         Self {
             scene: course.name.clone(),
             seed: simulation.seed,
-            reached: result.reached,
-            collided: result.collided,
+            outcome: outcome(simulation, config, result).0,
             deviation: Deviation::between(&pose, &goal, &course.start),
             time_s: result.time_s,
             travelled_m: result.travelled_m,
@@ -121,25 +120,27 @@ impl DriveRun {
         }
     }
 
-    /// How it ended, in a word or two.
+    /// Whether the drive reached its goal.
     #[must_use]
-    pub const fn ending(&self) -> &'static str {
-        match (self.collided, self.reached) {
-            (true, _) => "contact",
-            (false, true) => "reached",
-            (false, false) => "not reached",
-        }
+    pub fn reached(&self) -> bool {
+        self.outcome == RunOutcome::Reached
     }
 
-    /// Whether the robot still moved at the end: one that stood was touched, and did not touch.
+    /// Whether the drive ended in contact.
+    #[must_use]
+    pub fn collided(&self) -> bool {
+        self.outcome == RunOutcome::Contact
+    }
+
+    /// Whether the robot moved at the end. A standing robot was touched by someone else.
     #[must_use]
     pub const fn was_moving(&self) -> bool {
         self.final_speed_m_s >= STANDS_BELOW
     }
 
-    /// Whether somebody came within [`MET_WITHIN_M`].
+    /// Whether a person came within [`MET_WITHIN_M`].
     #[must_use]
-    pub fn met_somebody(&self) -> bool {
+    pub fn is_near_person(&self) -> bool {
         self.nearest_person_m
             .is_some_and(|gap_m| gap_m <= MET_WITHIN_M)
     }
@@ -155,7 +156,7 @@ fn nearest_person_m(trace: &Trace, footprint: &Footprint) -> Option<f64> {
     gaps.reduce(f64::min)
 }
 
-/// The share of ticks for which the robot stood, and the longest stretch of them in seconds.
+/// The share of ticks in which the robot stood, and the longest sequence of them in seconds.
 fn waits(rows: &[TraceRow], period_s: f64) -> (f64, f64) {
     let stands = |row: &TraceRow| {
         row.twist.linear.abs() < STANDS_BELOW && row.twist.angular.abs() < STANDS_BELOW

@@ -1,35 +1,35 @@
-//! Tables 3 and 4 again: every drive, sums of them, and whether they are good enough.
+//! Tables 3 and 4, repeated: every drive, summaries, and acceptance.
 
 use serde::Serialize;
 
 use super::findings::findings;
 use super::{
-    Deviation, DriveRun, Drives, PrintedDeviations, Spread, Traffic, printed_table_3,
-    printed_table_4,
+    Deviation, DriveRun, Drives, PublishedDeviations, Spread, published_table_3, published_table_4,
 };
 use crate::bench::paper::{AblationTable, PathTable};
+use crate::experiment::TrafficKind;
 
 /// Largest mean deviation along an axis that is accepted, metres.
 pub const MEAN_LIMIT_M: f64 = 0.01;
 /// Largest mean deviation in yaw that is accepted, radians.
 pub const MEAN_LIMIT_RAD: f64 = 0.01;
-/// What the summary of all scenes is called.
+/// Name of the summary of all scenes.
 pub const ALL_SCENES: &str = "all";
 
-/// A table of the records.
+/// A table of the paper, repeated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum PaperTable {
     /// Paths of variants.
     Paths(PathTable),
-    /// What each step earns.
+    /// The effect of each step.
     Ablation(AblationTable),
     /// Drives.
     Drives(DriveTable),
 }
 
 impl PaperTable {
-    /// One word, the same in every run.
+    /// Its name in files.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -39,7 +39,7 @@ impl PaperTable {
         }
     }
 
-    /// What follows, in sentences.
+    /// Findings, in sentences.
     #[must_use]
     pub fn findings(&self) -> &[String] {
         match self {
@@ -50,71 +50,71 @@ impl PaperTable {
     }
 }
 
-/// The drives of one kind of traffic beside the paper's ten.
+/// The drives of one kind of traffic, with the paper's ten.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriveTable {
-    /// One word, the same in every run.
+    /// Its name in files.
     pub name: &'static str,
-    /// One line.
+    /// Title.
     pub title: String,
-    /// What moves.
-    pub traffic: Traffic,
+    /// The kind of traffic.
+    pub traffic: TrafficKind,
     /// Scene by scene, in each seed by seed.
     pub rows: Vec<DriveRun>,
-    /// Of each scene, then of all.
+    /// A summary of each scene, then of all.
     pub summaries: Vec<DriveSummary>,
-    /// What the paper prints.
-    pub paper: PrintedDeviations,
+    /// The paper's table.
+    pub paper: PublishedDeviations,
     /// Whether the drives are good enough.
     pub acceptance: Acceptance,
-    /// What follows, in sentences.
+    /// Findings, in sentences.
     pub findings: Vec<String>,
 }
 
-/// Some drives in one row.
+/// Figures over several drives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriveSummary {
     /// The scene, or [`ALL_SCENES`].
     pub scene: String,
-    /// How many drives.
+    /// Number of drives.
     pub runs: usize,
-    /// How many reached the goal.
+    /// Number of drives that reached the goal.
     pub reached: usize,
-    /// How many touched anything.
+    /// Number of drives that ended in contact.
     pub contacts: usize,
-    /// In how many somebody came near.
-    pub met_somebody: usize,
-    /// Of those that reached the goal; missing where none did.
+    /// Number of drives in which a person came near.
+    pub near_people: usize,
+    /// Deviations of the drives that reached the goal; none where none did.
     pub deviation: Option<Spread>,
     /// Mean time, seconds.
     pub time_s: f64,
-    /// Mean way driven, metres.
+    /// Mean distance driven, metres.
     pub travelled_m: f64,
     /// Mean length of the first path, metres.
     pub path_length_m: f64,
-    /// Smallest gap to anything, metres.
+    /// Smallest gap to any obstacle, metres.
     pub min_clearance_m: f64,
-    /// Most global plans of a drive.
+    /// Largest number of global plans of a drive.
     pub plans: usize,
-    /// Mean share of the time for which it stood still.
+    /// Mean share of the time in which the robot stood.
     pub waited_share: f64,
-    /// Longest time for which it stood still, seconds.
+    /// Longest time in which it stood, seconds.
     pub longest_wait_s: f64,
 }
 
 /// Whether drives are good enough.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Acceptance {
-    /// None touched anything.
+    /// No drive ended in contact.
     pub no_contact: bool,
-    /// All reached the goal.
+    /// All drives reached the goal.
     pub all_reached: bool,
     /// In every scene, and over all, the mean deviations are at most [`MEAN_LIMIT_M`] and [`MEAN_LIMIT_RAD`].
     pub means_within_limits: bool,
 }
 
 impl Acceptance {
-    /// Whether they are in every respect.
+    /// Whether all criteria are met.
     #[must_use]
     pub const fn is_met(&self) -> bool {
         self.no_contact && self.all_reached && self.means_within_limits
@@ -126,14 +126,14 @@ impl DriveSummary {
         let count = |is: fn(&DriveRun) -> bool| runs.iter().filter(|run| is(run)).count();
         let figures = |figure: fn(&DriveRun) -> f64| runs.iter().map(figure);
         let mean = |figure| figures(figure).sum::<f64>() / runs.len().max(1) as f64;
-        let reached = runs.iter().filter(|run| run.reached);
+        let reached = runs.iter().filter(|run| run.reached());
         let deviations: Vec<Deviation> = reached.map(|run| run.deviation).collect();
         Self {
             scene: scene.to_owned(),
             runs: runs.len(),
             reached: deviations.len(),
-            contacts: count(|run| run.collided),
-            met_somebody: count(DriveRun::met_somebody),
+            contacts: count(DriveRun::collided),
+            near_people: count(DriveRun::is_near_person),
             deviation: Spread::of(&deviations),
             time_s: mean(|run| run.time_s),
             travelled_m: mean(|run| run.travelled_m),
@@ -145,7 +145,7 @@ impl DriveSummary {
         }
     }
 
-    /// Whether the mean deviations are small enough; those of no drive are not.
+    /// Whether the mean deviations are within the limits; false where no drive arrived.
     #[must_use]
     pub fn is_within_limits(&self) -> bool {
         self.deviation.is_some_and(|Spread { mean, .. }| {
@@ -157,23 +157,24 @@ impl DriveSummary {
 }
 
 impl DriveTable {
-    /// What must not be: drives that touched something or did not arrive, a sentence each. A robot that stands cannot keep
-    /// people from walking into it who do not mind it: that is told among the findings, and is none of its faults.
+    /// Drives that touched something or did not arrive, a sentence each. A standing robot cannot prevent contact with people
+    /// who do not yield: that is a finding, not a fault.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let was_walked_into =
-            |run: &DriveRun| self.traffic == Traffic::Heedless && run.collided && !run.was_moving();
+        let was_hit_standing = |run: &DriveRun| {
+            self.traffic == TrafficKind::NonYielding && run.collided() && !run.was_moving()
+        };
         let bad = self
             .rows
             .iter()
-            .filter(|run| (run.collided || !run.reached) && !was_walked_into(run));
+            .filter(|run| !run.reached() && !was_hit_standing(run));
         bad.map(|run| {
-            let what = match (&run.fault, run.collided) {
+            let what = match (&run.fault, run.collided()) {
                 (_, true) => format!("contact, at {:.2} m/s", run.final_speed_m_s),
                 (Some(fault), false) => format!("gave up: {fault}"),
                 (None, false) => "did not arrive in time".to_owned(),
             };
-            let (scene, seed, traffic) = (&run.scene, run.seed, self.traffic.words());
+            let (scene, seed, traffic) = (&run.scene, run.seed, text(self.traffic));
             format!(
                 "{scene}, seed {seed}, {traffic}: {what} after {:.1} s",
                 run.time_s
@@ -183,33 +184,33 @@ impl DriveTable {
     }
 }
 
-/// The drives of one kind of traffic as a table: Table 3 where nobody is about, else Table 4.
+/// The drives of one kind of traffic as a table: Table 3 without people, else Table 4.
 #[must_use]
 pub fn drive_table(drives: &Drives) -> DriveTable {
     let rows = drives.runs.clone();
-    let words = drives.traffic.words();
+    let text = text(drives.traffic);
     let (name, title, paper) = match drives.traffic {
-        Traffic::Nobody => (
+        TrafficKind::None => (
             "table_3",
-            format!("Table 3, figs. 12 and 17: driven {words}"),
-            printed_table_3(),
+            format!("Table 3, figs. 12 and 17: driven {text}"),
+            published_table_3(),
         ),
-        Traffic::Minding => (
+        TrafficKind::Yielding | TrafficKind::Appearing => (
             "table_4",
-            format!("Table 4, figs. 13, 18 and 19: driven {words}"),
-            printed_table_4(),
+            format!("Table 4, figs. 13, 18 and 19: driven {text}"),
+            published_table_4(),
         ),
-        Traffic::Heedless => (
-            "table_4_heedless",
-            format!("Table 4 and fig. 13 once more: driven {words}"),
-            printed_table_4(),
+        TrafficKind::NonYielding => (
+            "table_4_non_yielding",
+            format!("Table 4 and fig. 13 once more: driven {text}"),
+            published_table_4(),
         ),
     };
     let summaries = summaries(&rows);
     let all = |is: fn(&DriveRun) -> bool| rows.iter().all(is);
     let acceptance = Acceptance {
-        no_contact: all(|run| !run.collided),
-        all_reached: all(|run| run.reached),
+        no_contact: all(|run| !run.collided()),
+        all_reached: all(DriveRun::reached),
         means_within_limits: summaries.iter().all(DriveSummary::is_within_limits),
     };
     let mut table = DriveTable {
@@ -224,6 +225,16 @@ pub fn drive_table(drives: &Drives) -> DriveTable {
     };
     table.findings = findings(&table);
     table
+}
+
+/// The kind of traffic, after "driven".
+const fn text(traffic: TrafficKind) -> &'static str {
+    match traffic {
+        TrafficKind::None => "without people",
+        TrafficKind::Yielding => "among people who yield",
+        TrafficKind::NonYielding => "among people who do not yield",
+        TrafficKind::Appearing => "among people who appear",
+    }
 }
 
 fn summaries(rows: &[DriveRun]) -> Vec<DriveSummary> {

@@ -27,50 +27,55 @@ fn place() -> Workplace {
     place
 }
 
-/// The rows of a record without what the wall clock says.
+/// The rows of a record without what the wall clock says: the last columns.
 fn timeless(text: &str) -> Vec<String> {
     let without_clock = |line: &str| {
         let fields: Vec<&str> = line.split(',').collect();
-        let mut kept = fields[..fields.len() - 3].to_vec();
-        kept.push(fields[fields.len() - 1]);
-        kept.join(",")
+        fields[..fields.len() - 4].join(",")
     };
     text.lines().map(without_clock).collect()
 }
 
 #[test]
-fn worlds_are_driven() {
+fn barn_drives_every_world_with_every_seed() {
     let place = place();
     let (status, object) = place.json(&format!("{BENCH} --seeds 2 --threads 2 --record runs.csv"));
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "worlds whole, runs whole, success real, collided whole, timeout whole, failed whole, score real, \
-         mean_time_s real, max_speed real, simulator text, rows list, official.score real, published.score real, \
-         rows[].world whole, rows[].seed whole, rows[].result text, rows[].time_s real, rows[].travelled_m real, \
-         rows[].min_clearance_m real, rows[].optimal_time_s real, rows[].score real, rows[].fault null, \
-         rows[].decision_p50_ms real, rows[].decision_p99_ms real",
+        "summary.all.worlds whole, summary.all.runs whole, summary.all.contacts whole, summary.all.timeouts whole, \
+         summary.all.failed whole, summary.all.mean_time_s real, summary.over_worlds.success real, \
+         summary.over_worlds.score real, summary.official.score real, summary.published.score real, max_speed real, \
+         simulator text, rows list, rows[].kind text, rows[].world text, rows[].seed whole, rows[].outcome text, \
+         rows[].time_s real, rows[].travelled_m real, rows[].min_clearance_m real, rows[].optimal_time_s real, \
+         rows[].score real, rows[].fault null, rows[].trace_digest text, rows[].key text, rows[].tick_p50_ms real, \
+         rows[].tick_p99_ms real",
     );
+    let all = &object["summary"]["all"];
     assert_eq!(
-        (&object["worlds"], &object["runs"]),
+        (&all["worlds"], &all["runs"]),
         (&json!(2), &json!(4)),
         "{object}"
     );
-    assert_eq!(object["success"], json!(1.0), "{object}");
-    assert_eq!(object["published"]["score"], json!(0.15));
-    let keys = |object: &Value| -> Vec<(u64, u64)> {
+    let means = &object["summary"]["over_worlds"];
+    assert_eq!(means["success"], json!(1.0), "{object}");
+    assert_eq!(object["summary"]["published"]["score"], json!(0.15));
+    let keys = |object: &Value| -> Vec<(String, u64)> {
         let key = |row: &Value| {
-            (
-                row["world"].as_u64().unwrap(),
-                row["seed"].as_u64().unwrap(),
-            )
+            let world = row["world"].as_str().expect("a name").to_owned();
+            (world, row["seed"].as_u64().expect("a number"))
         };
-        object["rows"].as_array().unwrap().iter().map(key).collect()
+        let rows = object["rows"].as_array().expect("a list");
+        rows.iter().map(key).collect()
     };
-    assert_eq!(keys(&object), [(3, 0), (3, 1), (12, 0), (12, 1)]);
+    let key = |world: &str, seed| (world.to_owned(), seed);
+    assert_eq!(
+        keys(&object),
+        [key("3", 0), key("3", 1), key("12", 0), key("12", 1)]
+    );
     let (_, one) = place.json(&format!("{BENCH} --only 12"));
-    assert_eq!(keys(&one), [(12, 0)]);
-    assert_eq!(one["published"], json!(null));
+    assert_eq!(keys(&one), [key("12", 0)]);
+    assert_eq!(one["summary"]["published"], json!(null));
 
     let run = place.run(&format!("{BENCH} --only 3 --max-speed 0.5"));
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
@@ -79,40 +84,53 @@ fn worlds_are_driven() {
 }
 
 #[test]
-fn a_campaign_goes_on_where_it_was_cut_short() {
+fn barn_resumes_from_its_folder() {
     let place = place();
-    let bench =
-        |threads: usize| format!("{BENCH} --seeds 2 --threads {threads} --record runs.csv --json");
+    let bench = |threads: usize| {
+        format!("{BENCH} --seeds 2 --threads {threads} --out runs --record runs.csv --json")
+    };
     let read = || fs::read_to_string(place.path("runs.csv")).expect("a record");
     assert_eq!(place.run(&bench(3)).status, 0);
     let whole = read();
     assert_eq!(whole.lines().count(), 5, "{whole}");
-    // Cut within the third row: the first two are kept as they are, the others are run again.
-    let second_end = whole.match_indices('\n').nth(2).expect("five lines").0 + 1;
-    place.write("runs.csv", &whole[..second_end + 9]);
+    // Two results are lost, and one is damaged by hand: that one is reported.
+    let cells = || -> Vec<_> {
+        let entries = fs::read_dir(place.path("runs/cells")).expect("a folder");
+        let mut cells: Vec<_> = entries
+            .map(|entry| entry.expect("an entry").path())
+            .collect();
+        cells.sort();
+        cells
+    };
+    let kept = cells();
+    assert_eq!(kept.len(), 4);
+    for lost in &kept[..2] {
+        fs::remove_file(lost).expect("it is there");
+    }
+    let before = fs::read(&kept[2]).expect("a result");
     assert_eq!(place.run(&bench(1)).status, 0);
     let again = read();
-    assert!(again.starts_with(&whole[..second_end]), "{again}");
     assert_eq!(timeless(&again), timeless(&whole));
-    // Nothing is left to do, and nothing is changed.
+    assert_eq!(fs::read(&kept[2]).expect("a result"), before);
+    // Nothing is left to do, and nothing changes.
     assert_eq!(place.run(&bench(2)).status, 0);
     assert_eq!(read(), again);
-    let refusal = place.refusal(&format!("{BENCH} --max-speed 1 --record runs.csv"));
-    assert!(
-        refusal.contains("runs.csv: line 2 was run with other settings"),
-        "{refusal}"
-    );
-    assert_eq!(read(), again);
+    // Other settings are other cells of the same folder.
+    assert_eq!(place.run(&format!("{} --max-speed 1", bench(2))).status, 0);
+    assert_eq!(cells().len(), 8);
+    fs::write(&kept[2], "{}").expect("it can be written");
+    let refusal = place.refusal(&bench(2));
+    assert!(refusal.contains("damaged"), "{refusal}");
 }
 
 #[test]
-fn a_run_is_drawn_and_told_tick_by_tick() {
+fn barn_trace_draws_and_writes_one_run() {
     let place = place();
     let (status, row) = place.json(&format!(
         "{BENCH} --trace 12,4 --svg run.svg --ticks run.jsonl"
     ));
     assert_eq!(status, 0);
-    assert_eq!((&row["world"], &row["seed"]), (&json!(12), &json!(4)));
+    assert_eq!((&row["world"], &row["seed"]), (&json!("12"), &json!(4)));
     let picture = fs::read_to_string(place.path("run.svg")).expect("a picture");
     let document = roxmltree::Document::parse(&picture).expect("sound markup");
     let class = |name: &str| {
@@ -127,7 +145,7 @@ fn a_run_is_drawn_and_told_tick_by_tick() {
 }
 
 #[test]
-fn settings_of_a_file_take_the_place_of_ours() {
+fn barn_config_file_changes_the_settings() {
     let place = place();
     place.write("slow.toml", "[robot.limits]\nmax_vel_x = 0.4\n");
     let (_, object) = place.json(&format!("{BENCH} --only 3 --config slow.toml"));
@@ -137,11 +155,10 @@ fn settings_of_a_file_take_the_place_of_ours() {
 }
 
 #[test]
-fn what_means_nothing_is_refused() {
+fn barn_rejects_bad_arguments_and_files() {
     let place = place();
     place.write("typo.toml", "[navigator]\nlookahed_m = 1.0\n");
     place.write("bad.toml", "[local]\nsim_time_s = -1.0\n");
-    place.write("rows.csv", "something,else\n");
     place.write("empty/worlds.csv", "world,path_length_m,optimal_time_s\n");
     place.write("nan/worlds.csv", LIST.replace("10.0,5.0", "10.0,NaN"));
     place.write("bare/worlds.csv", LIST);
@@ -160,7 +177,7 @@ fn what_means_nothing_is_refused() {
 --worlds barn --config gone.toml -> gone.toml: cannot be read
 --worlds barn --config typo.toml -> typo.toml; lookahed_m
 --worlds barn --config bad.toml -> bad.toml; sim_time_s
---worlds barn --record rows.csv -> rows.csv: line 1 is no header
+--worlds barn --record runs.txt -> --record runs.txt; .csv
 --worlds barn --record gone/rows.csv -> --record gone/rows.csv; folder that exists
 --worlds barn --svg run.svg -> --trace
 --worlds barn --trace 3 -> --trace; WORLD,SEED
@@ -178,6 +195,4 @@ fn what_means_nothing_is_refused() {
             );
         }
     }
-    let rows = fs::read_to_string(place.path("rows.csv")).expect("it is there");
-    assert_eq!(rows, "something,else\n");
 }

@@ -28,41 +28,45 @@ fn place() -> Workplace {
 }
 
 #[test]
-fn worlds_that_move_are_driven() {
+fn dynabarn_attributes_contacts() {
     let place = place();
-    let (status, object) = place.json(&format!("{BENCH} --threads 2 --record runs.csv"));
+    let (status, object) = place.json(&format!("{BENCH} --threads 2 --out runs --record runs.csv"));
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "worlds whole, runs whole, succeeded whole, success real, success_attributed real, collided whole, \
-         by_robot whole, avoidable whole, other whole, timeout whole, failed whole, mean_time_s real, simulator text, \
-         rows list, rows[].world whole, rows[].seed whole, rows[].result text, rows[].blame text, rows[].time_s real, \
-         rows[].travelled_m real, rows[].min_clearance_m real, rows[].plans whole, rows[].fault null, \
-         rows[].decision_p50_ms real, rows[].decision_p99_ms real",
+        "summary.worlds whole, summary.runs whole, summary.reached whole, summary.reached_share real, \
+         summary.attributed_share real, summary.contacts whole, summary.contacts_robot whole, \
+         summary.contacts_avoidable whole, summary.contacts_other whole, summary.timeouts whole, summary.failed whole, \
+         summary.mean_time_s real, simulator text, rows list, rows[].world text, rows[].seed whole, rows[].outcome text, \
+         rows[].time_s real, rows[].travelled_m real, rows[].min_clearance_m real, rows[].plans whole, rows[].fault null, \
+         rows[].tick_p50_ms real, rows[].tick_p99_ms real",
     );
-    let ends = |row: &Value| (row["result"].clone(), row["blame"].clone());
+    let ends = |row: &Value| (row["outcome"].clone(), row["contact_cause"].clone());
     let rows = object["rows"].as_array().expect("rows");
     assert_eq!(
         rows.iter().map(ends).collect::<Vec<_>>(),
         [
-            (json!("succeeded"), json!("-")),
-            (json!("collided"), json!("other"))
+            (json!("reached"), json!(null)),
+            (json!("contact"), json!("other"))
         ],
         "{object}"
     );
     // The contact counts in the one share and not in the other.
-    assert_eq!(object["success"], json!(0.5));
-    assert_eq!(object["success_attributed"], json!(1.0));
+    assert_eq!(object["summary"]["reached_share"], json!(0.5));
+    assert_eq!(object["summary"]["attributed_share"], json!(1.0));
 
-    // What is in the file is not driven again.
+    // What is in the folder is not driven again: the times are the same.
     let record = fs::read_to_string(place.path("runs.csv")).expect("a record");
-    assert!(record.contains("\n4,0,succeeded,-,"), "{record}");
-    let run = place.run(&format!("{BENCH} --record runs.csv"));
+    assert!(
+        record.contains("\ndynabarn,4,,,20,41,cpu,0,false,reached,"),
+        "{record}"
+    );
+    let run = place.run(&format!("{BENCH} --out runs --record runs.csv"));
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
     for words in [
         "not Gazebo",
         "on a spline through their keyframes",
-        "world 6, seed 0: was run into after",
+        "world 6, seed 0: was hit after",
     ] {
         assert!(run.stdout.contains(words), "{run:?}");
     }
@@ -71,13 +75,13 @@ fn worlds_that_move_are_driven() {
 }
 
 #[test]
-fn a_run_is_drawn_and_told() {
+fn dynabarn_trace_draws_and_writes_one_run() {
     let place = place();
     let (status, row) = place.json(&format!(
         "{BENCH} --trace 4,1 --svg run.svg --ticks run.jsonl"
     ));
     assert_eq!(status, 0);
-    assert_eq!((&row["world"], &row["seed"]), (&json!(4), &json!(1)));
+    assert_eq!((&row["world"], &row["seed"]), (&json!("4"), &json!(1)));
     let picture = fs::read_to_string(place.path("run.svg")).expect("a picture");
     assert!(picture.contains("DynaBARN world 4, seed 1"), "{picture}");
     let ticks = fs::read_to_string(place.path("run.jsonl")).expect("ticks");
@@ -87,24 +91,16 @@ fn a_run_is_drawn_and_told() {
 }
 
 #[test]
-fn what_cannot_be_driven_is_refused() {
+fn dynabarn_rejects_bad_arguments_and_files() {
     let place = place();
     place.write("typo.toml", "[navigator]\nlookahed_m = 1.0\n");
-    place.write("fast.toml", "[robot.limits]\nmax_vel_x = 1.5\n");
     place.write("none/world.txt", "");
-    assert_eq!(
-        place
-            .run(&format!("{BENCH} --only 6 --record runs.csv"))
-            .status,
-        0
-    );
     let table = "
  -> --worlds; --help
 --worlds gone -> gone: cannot be read
 --worlds none -> none: holds no world_NN.json
 --worlds dynabarn --only 5 -> world 5 is not among the 2; 4, 6
 --worlds dynabarn --config typo.toml -> typo.toml; lookahed_m
---worlds dynabarn --config fast.toml --record runs.csv -> runs.csv: line 2 was run with other settings
 --worlds dynabarn --trace 5,0 -> world 5 is not among
 --worlds dynabarn --trace 4,0 --svg run.png -> --svg run.png; .svg
 --worlds dynabarn --ticks run.jsonl -> --trace

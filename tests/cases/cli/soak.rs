@@ -6,70 +6,71 @@ use serde_json::Value;
 
 use super::program::{Workplace, assert_fields};
 
-/// Rows of a file without what a clock has a hand in: the two columns before that of the settings.
-fn without_times(text: &str) -> Vec<String> {
-    let line = |line: &str| {
-        let mut parts: Vec<&str> = line.rsplitn(4, ',').collect();
-        parts.drain(1..3);
-        parts.join(" ")
-    };
-    text.lines().map(line).collect()
-}
-
 #[test]
-fn a_soak_tells_of_every_mission() {
+fn soak_reports_every_mission() {
     let place = Workplace::new();
     let (_, object) = place.json("bench soak --missions 6 --longest 10 --seed 3 --compare 1");
     assert_fields(
         &object,
-        "missions whole, reached whole, reached_share real, contacts_robot whole, contacts_other whole, failed whole, \
-         timeouts whole, faults object, unexplained whole, mean_time_s real, mean_clearance_m real, mean_speed_m_s real, \
-         final_error.mean_m real, final_error.p95_m real, final_error.mean_yaw_rad real, final_error.p95_yaw_rad real, \
-         travelled_m real, time_s real, maps[].name text, maps[].missions whole, people[].name text, \
-         digests_compared whole, digests_equal whole, sound bool, comparisons[].equal bool, rows[].map text, \
-         rows[].seed whole, rows[].people text, rows[].result text, rows[].time_s real, rows[].path_m real, \
-         rows[].travelled_m real, rows[].min_clearance_m real, rows[].contact text, rows[].final_error_m real, \
-         rows[].final_yaw_error_rad real, rows[].plans whole, rows[].ticks whole, rows[].trace_digest text, \
-         rows[].engine text, rows[].tick_p50_ms real, rows[].tick_p99_ms real",
+        "summary.all.runs whole, summary.all.reached whole, summary.all.reached_share real, \
+         summary.all.contacts_robot whole, summary.all.contacts_other whole, summary.all.failed whole, \
+         summary.all.timeouts whole, summary.faults object, summary.all.unexplained whole, summary.all.mean_time_s real, \
+         summary.all.mean_clearance_reached_m real, summary.mean_speed_m_s real, summary.final_error.mean_m real, \
+         summary.final_error.p95_m real, summary.final_error.mean_yaw_rad real, summary.final_error.p95_yaw_rad real, \
+         summary.travelled_m real, summary.time_s real, summary.worlds[].name text, summary.worlds[].runs whole, \
+         summary.traffic[].name text, summary.digests_compared whole, summary.digests_equal whole, sound bool, \
+         comparisons[].equal bool, rows[].world text, rows[].seed whole, rows[].traffic text, rows[].outcome text, \
+         rows[].time_s real, rows[].path_m real, rows[].travelled_m real, rows[].min_clearance_m real, \
+         rows[].final_error_m real, rows[].final_yaw_error_rad real, rows[].plans whole, rows[].ticks whole, \
+         rows[].trace_digest text, rows[].ran_on text, rows[].tick_p50_ms real, rows[].tick_p99_ms real",
     );
+    let summary = &object["summary"];
     assert_eq!(
-        (&object["digests_compared"], &object["digests_equal"]),
+        (&summary["digests_compared"], &summary["digests_equal"]),
         (&Value::from(1), &Value::from(1))
     );
     let rows = object["rows"].as_array().expect("a list");
-    assert_eq!((rows.len(), object["unexplained"].as_u64()), (6, Some(0)));
+    assert_eq!(
+        (rows.len(), summary["all"]["unexplained"].as_u64()),
+        (6, Some(0))
+    );
     for row in rows {
-        assert_eq!(row["result"] == "reached", row["reason"].is_null(), "{row}");
-        assert_eq!(row["result"] == "contact", row["contact"] != "-", "{row}");
+        assert_eq!(
+            row["outcome"] == "reached",
+            row["reason"].is_null(),
+            "{row}"
+        );
+        assert_eq!(
+            row["outcome"] == "contact",
+            !row["contact_cause"].is_null(),
+            "{row}"
+        );
     }
-    // Each map of the built-in ones had its turn.
-    assert_eq!(object["maps"].as_array().map(Vec::len), Some(4));
+    // Each built-in map has its turn.
+    assert_eq!(summary["worlds"].as_array().map(Vec::len), Some(4));
 }
 
 #[test]
-fn a_soak_that_was_cut_short_goes_on() {
+fn soak_resumes_from_its_folder() {
     let place = Workplace::new();
-    let soak = "bench soak --maps mine.yaml --missions 3 --longest 8 --threads 1 --record soak.csv";
+    let soak = "bench soak --maps mine.yaml --missions 3 --longest 8 --threads 1 --out cells --record soak.csv";
     let run = place.run(soak);
-    assert!(run.stdout.contains("by map"), "{run:?}");
-    let file = place.path("soak.csv");
-    let whole = fs::read_to_string(&file).expect("the rows are there");
+    assert!(run.stdout.contains("mine"), "{run:?}");
+    let read = || fs::read_to_string(place.path("soak.csv")).expect("the rows are there");
+    let whole = read();
     assert_eq!(whole.lines().count(), 4);
-    let torn = whole.len() - 40;
-    fs::write(&file, &whole[..torn]).expect("the file can be written");
     let again = place.run(soak);
-    assert_eq!(again.status, run.status, "{again:?}");
-    let mended = fs::read_to_string(&file).expect("the rows are there");
-    assert_eq!(without_times(&mended), without_times(&whole));
-    // The rows that were whole were not driven again.
-    let kept = whole.lines().count() - 1;
-    assert!(mended.lines().take(kept).eq(whole.lines().take(kept)));
-    let refusal = place.refusal(&format!("{soak} --people 1"));
-    assert!(refusal.contains("other settings"), "{refusal}");
+    assert_eq!((again.status, read()), (run.status, whole), "{again:?}");
+    // More missions drive only the new ones, and merge reads the folder as well.
+    place.run(&soak.replace("--missions 3", "--missions 4"));
+    let cells = fs::read_dir(place.path("cells/cells")).expect("a folder");
+    assert_eq!(cells.count(), 4);
+    let (status, merged) = place.json("sweep merge cells --report merged");
+    assert_eq!((status, &merged["cells"]), (0, &Value::from(4)), "{merged}");
 }
 
 #[test]
-fn a_mission_can_be_seen_again() {
+fn soak_replay_writes_page_and_ticks() {
     let place = Workplace::new();
     let soak = "bench soak --maps mine.yaml --missions 3 --longest 8";
     // A map without room is left out, and that is said.
@@ -88,7 +89,7 @@ fn a_mission_can_be_seen_again() {
 }
 
 #[test]
-fn a_soak_has_a_page() {
+fn soak_report_has_a_page_and_its_data() {
     let place = Workplace::new();
     let soak = "bench soak --maps mine.yaml --missions 3 --longest 8";
     let run = place.run(&format!("{soak} --record rows.csv --report out"));
@@ -108,31 +109,26 @@ fn a_soak_has_a_page() {
 }
 
 #[test]
-fn an_ablation_has_all_variants() {
+fn ablation_reports_all_variants() {
     let place = Workplace::new();
     let ablation = "bench ablation --maps mine.yaml --missions 2 --longest 8 --people 1";
     let run = place.run(&format!("{ablation} --report out --record rows.csv"));
     assert_eq!(run.status, 0, "{run:?}");
-    assert!(run.stdout.contains("A* and DWA as printed"), "{run:?}");
+    assert!(run.stdout.contains("A* and DWA as in the paper"), "{run:?}");
     let table = fs::read_to_string(place.path("out/ablation.csv")).expect("beside the page");
-    assert!(
-        table.starts_with("variant,title,missions,reached,"),
-        "{table}"
-    );
+    assert!(table.starts_with("name,kind,config,"), "{table}");
     assert_eq!(table.lines().count(), 1 + 7, "{table}");
-    // The rows are all there: nothing is driven again.
-    let (status, object) = place.json(&format!("{ablation} --record rows.csv"));
+    let (status, object) = place.json(&format!("{ablation} --out cells"));
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "variants[].variant text, variants[].title text, variants[].missions whole, variants[].reached_share real, \
-         variants[].contacts_robot whole, variants[].contacts_other whole, variants[].faults object, \
-         variants[].shared whole, rows[].setup text",
+        "variants[].config text, variants[].name text, variants[].runs whole, variants[].reached_share real, \
+         variants[].contacts_robot whole, variants[].contacts_other whole, variants[].shared whole, rows[].config text",
     );
     let variants = object["variants"].as_array().expect("a list");
     let names: Vec<&str> = variants
         .iter()
-        .map(|row| row["variant"].as_str().expect("a word"))
+        .map(|row| row["config"].as_str().expect("a word"))
         .collect();
     let expected = [
         "dwa",
@@ -144,7 +140,7 @@ fn an_ablation_has_all_variants() {
         "recovery",
     ];
     assert_eq!(names, expected);
-    assert!(variants.iter().all(|row| row["missions"] == 2), "{object}");
+    assert!(variants.iter().all(|row| row["runs"] == 2), "{object}");
     assert_eq!(object["rows"].as_array().map(Vec::len), Some(14));
     let page = fs::read_to_string(place.path("out/ablation.html")).expect("the page is there");
     assert!(page.ends_with("</html>"));
@@ -153,7 +149,7 @@ fn an_ablation_has_all_variants() {
     let drawn = place.run("bench draw rows.csv --svg again.svg");
     assert_eq!(drawn.status, 0, "{drawn:?}");
     let picture = |name: &str| fs::read_to_string(place.path(name)).expect("a picture");
-    assert!(picture("again.svg").contains("A* and DWA as printed: "));
+    assert!(picture("again.svg").contains("A* and DWA as in the paper: "));
     assert_eq!(picture("again.svg"), picture("out/ablation.svg"));
     let own = page.replace("http://www.w3.org/2000/svg", "");
     for outside in [
@@ -164,7 +160,7 @@ fn an_ablation_has_all_variants() {
 }
 
 #[test]
-fn sampling_densities_are_driven_in_closed_loop() {
+fn density_drives_samplings_in_closed_loop() {
     let place = Workplace::new();
     let density =
         "bench density --min-samples 4 --max-samples 64 --seconds 0.01 --ticks 0 --missions 1";
@@ -173,7 +169,7 @@ fn sampling_densities_are_driven_in_closed_loop() {
     assert_fields(
         &object,
         "closed_loop[].vx_samples whole, closed_loop[].vtheta_samples whole, closed_loop[].samples whole, \
-         closed_loop[].missions whole, closed_loop[].reached whole, closed_loop[].contacts whole, \
+         closed_loop[].runs whole, closed_loop[].reached whole, closed_loop[].contacts whole, \
          closed_loop[].shared whole, closed_loop[].tick_p50_ms real, closed_loop[].tick_p99_ms real",
     );
     // 64 samples in two shapes.
@@ -183,7 +179,7 @@ fn sampling_densities_are_driven_in_closed_loop() {
 }
 
 #[test]
-fn missions_that_cannot_be_are_refused() {
+fn soak_and_ablation_reject_bad_arguments() {
     let place = Workplace::new();
     fs::create_dir(place.path("empty")).expect("the folder can be written to");
     place.write("pocket.txt", "#####\n#...#\n#####\n");

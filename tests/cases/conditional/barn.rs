@@ -1,4 +1,4 @@
-//! The BARN benchmark: its worlds, its rules, and the file that a campaign of runs goes on from.
+//! The BARN and DynaBARN benchmarks: their worlds, rules and records.
 
 use libtest_mimic::Trial;
 
@@ -6,9 +6,9 @@ mod driving;
 mod dynabarn;
 mod files;
 mod ground;
-mod ledger;
 mod moving_drives;
 mod public;
+mod records;
 mod scoring;
 
 /// A test by its name.
@@ -20,8 +20,8 @@ pub fn trials() -> Vec<Trial> {
         dynabarn::TESTS,
         files::TESTS,
         ground::TESTS,
-        ledger::TESTS,
         moving_drives::TESTS,
+        records::TESTS,
         scoring::TESTS,
     ];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();

@@ -1,10 +1,11 @@
 //! Random missions: the same from the same seed, fair, and the same traces on every engine.
 
-use inbye::experiment::missions::{
-    Ending, MissionRow, MissionSite, People, Rules, Setup, Touch, compare_digests, drive,
-};
+use std::sync::Arc;
+
+use inbye::experiment::missions::{MissionSite, Rules};
 use inbye::experiment::{
-    ABLATION_VARIANTS, SoakSummary, ablation_rows, closed_loop_rows, closed_loop_setups,
+    ABLATION_VARIANTS, Grid, RunOutcome, RunRow, Setup, SoakSummary, TrafficKind, World, WorldKind,
+    ablation_groups, compare_digests, groups, run_cell, sampling_setups,
 };
 use inbye::global::Searcher;
 use inbye::local::{
@@ -36,12 +37,12 @@ fn a_mission_belongs_to_its_seed() {
         ..Rules::default()
     };
     let draw = |seed| {
-        let drawn = site.draw(seed, &rules, &config).expect("there is room");
+        let drawn = site.generate(seed, &rules, &config).expect("there is room");
         let simulation = drawn.simulation;
         let mission = simulation.mission;
         let goal = (mission.goal.position, mission.goal.yaw);
         (
-            (mission.start, goal, drawn.path_m, drawn.people),
+            (mission.start, goal, drawn.path_m, drawn.traffic),
             (
                 simulation.moving_obstacles,
                 simulation.truth,
@@ -56,7 +57,11 @@ fn a_mission_belongs_to_its_seed() {
         assert_ne!(first.0, draw(seed + 100).0, "seed {seed}");
         kinds.push(first.0.3);
     }
-    for kind in [People::Minding, People::Heedless, People::Appearing] {
+    for kind in [
+        TrafficKind::Yielding,
+        TrafficKind::NonYielding,
+        TrafficKind::Appearing,
+    ] {
         assert!(kinds.contains(&kind), "{kind:?} in {kinds:?}");
     }
 }
@@ -75,7 +80,7 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
     let mut searcher = Searcher::default();
     let mut stood = 0;
     for (seed, site) in (1..=12).flat_map(|seed| sites.iter().map(move |site| (seed, site))) {
-        let drawn = site.draw(seed, &rules, &config).expect("there is room");
+        let drawn = site.generate(seed, &rules, &config).expect("there is room");
         let simulation = &drawn.simulation;
         let mission = &simulation.mission;
         let frame = site.map.frame();
@@ -107,14 +112,16 @@ fn ground_without_room_and_rules_out_of_range_are_refused() {
     let mut config = Config::default();
     let rules = short();
     config.robot.footprint = Footprint::round(3.0).expect("a sound radius");
-    let error = site(&config).draw(1, &rules, &config).expect_err("no room");
+    let error = site(&config)
+        .generate(1, &rules, &config)
+        .expect_err("no room");
     assert!(error.to_string().contains("crossing: no two free places"));
     let bad = Rules {
         unmapped_share: 1.5,
         ..rules
     };
     let error = site(&config)
-        .draw(1, &bad, &config)
+        .generate(1, &bad, &config)
         .expect_err("a bad rule");
     assert!(
         error.to_string().contains("unmapped_share is 1.5"),
@@ -158,19 +165,16 @@ impl Engine for Flipped {
 }
 
 #[test]
-fn one_flipped_bit_is_another_trace() {
-    let setup = Setup {
-        name: "soak".to_owned(),
-        config: Config::default(),
-    };
-    let site = site(&setup.config);
-    let run = |engine: Box<dyn Engine>| -> MissionRow {
+fn flipped_bit_changes_the_trace_digest() {
+    let config = Config::default();
+    let world = World::missions("crossing", Arc::new(crossing().map), short());
+    let run = |engine: Box<dyn Engine>| -> RunRow {
         let mut observer = Observer {
             clock: &mut || 0.0,
             on_tick: &mut |_| {},
         };
-        let driven = drive(&site, 3, &short(), &setup, engine, &mut observer);
-        driven.expect("a sound mission").0
+        let run = world.drive(3, &config, engine, &mut observer);
+        run.expect("a sound mission").row
     };
     let row = run(Box::new(CpuEngine::single_threaded()));
     let scalar = CpuEngine::with_instruction_set(InstructionSet::Scalar, 1).expect("always there");
@@ -179,90 +183,127 @@ fn one_flipped_bit_is_another_trace() {
         decisions_left: 12,
     };
     let again = [run(Box::new(scalar)), run(Box::new(flipped))];
-    let compared = compare_digests(&[&row], &again);
+    let rows = [row];
+    let compared = compare_digests(&rows, &again);
     let equal: Vec<bool> = compared.iter().map(|one| one.equal).collect();
     assert_eq!(equal, [true, false], "{compared:?}");
-    let summary = SoakSummary::of(&[&row], &compared);
+    let summary = SoakSummary::of(&rows, &compared);
     assert_eq!((summary.digests_compared, summary.digests_equal), (2, 1));
     assert!(!summary.is_sound());
-    assert!(row.reason.is_some() || SoakSummary::of(&[&row], &compared[..1]).is_sound());
+    assert!(rows[0].reason.is_some() || SoakSummary::of(&rows, &compared[..1]).is_sound());
 }
 
-/// A row made up by hand.
-fn row(setup: &str, seed: u64, result: Ending, time_s: f64) -> MissionRow {
-    MissionRow {
-        setup: setup.to_owned(),
-        map: "somewhere".to_owned(),
+#[test]
+fn missions_of_a_grid_take_turns_on_the_maps() {
+    let worlds = ["one", "two"].map(|name| {
+        let map = Arc::new(crossing().map);
+        World::missions(name, map, short())
+    });
+    let setups = ["a", "b"].map(|name| Setup::named(name, Config::default()));
+    let grid = Grid::of_missions("turns", &worlds, &setups, 3, 7).expect("a sound grid");
+    let cells = grid.cells.iter().map(|cell| {
+        let id = &cell.id;
+        (id.world.as_str(), id.seed, id.config.as_deref())
+    });
+    let expected = [("one", 7), ("two", 8), ("one", 9)];
+    let expected = expected.map(|(world, seed)| ["a", "b"].map(|name| (world, seed, Some(name))));
+    assert_eq!(cells.collect::<Vec<_>>(), expected.concat());
+    // The names decide nothing: both setups are the same.
+    assert_eq!(grid.cells[0].key, grid.cells[1].key);
+    assert_eq!(grid.distinct().len(), 3);
+    // The ticks of a built-in experiment are timed; the rest does not depend on the clock.
+    let mut now = 0.0;
+    let mut clock = || {
+        now += 0.001;
+        now
+    };
+    let engine = || Box::new(CpuEngine::single_threaded());
+    let timed = run_cell(&grid.cells[0], engine(), &mut clock, "a machine").row;
+    let untimed = run_cell(&grid.cells[0], engine(), &mut || 0.0, "").row;
+    assert!(timed.tick_p50_ms > Some(0.0) && timed.machine.is_none());
+    assert_eq!(timed.without_clock(), untimed.without_clock());
+    let mut impure = setups[0].clone();
+    impure.config.navigator.deadline_s = Some(0.1);
+    let error = Grid::of_missions("", &worlds, &[impure], 1, 1).expect_err("a deadline");
+    assert!(error.to_string().contains("wall clock"), "{error}");
+}
+
+/// A row made by hand.
+fn row(config: &str, seed: u64, outcome: RunOutcome, time_s: f64) -> RunRow {
+    RunRow {
+        kind: WorldKind::Missions,
+        world: "somewhere".to_owned(),
+        config: Some(config.to_owned()),
+        engine: "cpu".to_owned(),
         seed,
-        people: People::Nobody,
-        moving: 0,
-        unmapped: 0,
-        result,
+        outcome,
         time_s,
-        path_m: 10.0,
-        travelled_m: 10.0,
-        min_clearance_m: Some(0.1),
-        contact: Touch::None,
-        fault: None,
-        reason: (result != Ending::Reached).then(|| "why".to_owned()),
-        final_error_m: 0.01,
-        final_yaw_error_rad: Some(-0.02),
-        plans: 1,
-        ticks: 100,
-        trace_digest: None,
-        engine: "CPU".to_owned(),
+        reason: (outcome != RunOutcome::Reached).then(|| "why".to_owned()),
         tick_p50_ms: Some(seed as f64),
-        tick_p99_ms: None,
+        ..RunRow::default()
     }
 }
 
 #[test]
 fn times_are_compared_over_shared_successes() {
-    let [first, second] = [ABLATION_VARIANTS[0].name, ABLATION_VARIANTS[1].name];
+    let [first, second, third] = [0, 1, 2].map(|index: usize| ABLATION_VARIANTS[index].name);
     let rows = [
-        row(first, 1, Ending::Reached, 30.0),
-        row(first, 2, Ending::Failed, 90.0),
-        row(second, 1, Ending::Reached, 20.0),
-        row(second, 2, Ending::Reached, 50.0),
+        row(first, 1, RunOutcome::Reached, 30.0),
+        row(first, 2, RunOutcome::Failed, 90.0),
+        row(second, 1, RunOutcome::Reached, 20.0),
+        row(second, 2, RunOutcome::Reached, 50.0),
+        row(third, 1, RunOutcome::Timeout, 99.0),
     ];
-    let table = ablation_rows(&rows.iter().collect::<Vec<_>>());
-    assert_eq!(table.len(), ABLATION_VARIANTS.len());
-    // The variants without a success do not take the shared missions away.
-    let figures = |row: usize| (table[row].tally.mean_time_s, table[row].mean_shared_time_s);
+    let table = ablation_groups(&rows);
+    // A variant without a success does not reduce the shared missions.
+    let figures = |row: usize| (table[row].mean_time_s, table[row].mean_shared_time_s);
     assert_eq!(figures(0), (Some(30.0), Some(30.0)));
     assert_eq!(figures(1), (Some(35.0), Some(20.0)));
     assert_eq!(figures(2), (None, None));
-    assert_eq!((table[0].shared, table[0].tally.failed), (1, 1));
+    assert_eq!((table[0].shared, table[0].failed), (1, 1));
+    assert_eq!(table[0].name, ABLATION_VARIANTS[0].title);
 }
 
 #[test]
-fn closed_loops_are_measured_by_the_densest_sampling() {
-    let setups = closed_loop_setups(&Config::default(), &[4, 16, 64], &[1.0, 0.25]);
-    let names: Vec<&str> = setups.iter().map(|setup| setup.name.as_str()).collect();
-    assert_eq!(names, ["2x2", "1x4", "4x4", "2x8", "8x8", "4x16"]);
+fn closed_loop_times_are_relative_to_the_densest_sampling() {
+    let setups = sampling_setups(&Config::default(), &[4, 16, 64], &[1.0, 0.25]);
+    let samplings = setups.iter().map(|setup| {
+        let local = &setup.config.local;
+        (local.vx_samples, local.vtheta_samples)
+    });
+    let expected = [(2, 2), (1, 4), (4, 4), (2, 8), (8, 8), (4, 16)];
+    assert_eq!(samplings.collect::<Vec<_>>(), expected);
+    let row = |samples: (u32, u32), seed, outcome, time_s| RunRow {
+        config: None,
+        vx_samples: samples.0,
+        vtheta_samples: samples.1,
+        ..row("", seed, outcome, time_s)
+    };
     let rows = [
-        row("2x2", 1, Ending::Reached, 30.0),
-        row("2x2", 2, Ending::Reached, 99.0),
-        row("2x2", 3, Ending::Timeout, 99.0),
-        row("8x8", 1, Ending::Reached, 20.0),
-        row("8x8", 2, Ending::Timeout, 99.0),
-        row("8x8", 3, Ending::Reached, 20.0),
+        row((2, 2), 1, RunOutcome::Reached, 30.0),
+        row((2, 2), 2, RunOutcome::Reached, 99.0),
+        row((2, 2), 3, RunOutcome::Timeout, 99.0),
+        row((8, 8), 1, RunOutcome::Reached, 20.0),
+        row((8, 8), 2, RunOutcome::Timeout, 99.0),
+        row((8, 8), 3, RunOutcome::Reached, 20.0),
+        row((4, 16), 1, RunOutcome::Timeout, 99.0),
     ];
-    let table = closed_loop_rows(&setups, &rows.iter().collect::<Vec<_>>());
-    let ratios: Vec<Option<f64>> = table.iter().map(|row| row.mean_time_ratio).collect();
-    assert_eq!(ratios, [Some(1.5), None, None, None, Some(1.0), None]);
-    assert_eq!((table[0].missions, table[0].reached), (3, 2));
+    let table = groups(&rows);
+    let ratios: Vec<Option<f64>> = table.iter().map(|group| group.mean_time_ratio).collect();
+    assert_eq!(ratios, [Some(1.5), Some(1.0), None]);
+    assert_eq!((table[0].runs, table[0].reached), (3, 2));
     // Only the first mission was reached by both.
-    let times = |row: usize| {
+    let times = |index: usize| {
+        let group = &table[index];
         (
-            table[row].shared,
-            table[row].time_p50_s,
-            table[row].time_p90_s,
+            group.shared,
+            group.shared_time_p50_s,
+            group.shared_time_p90_s,
         )
     };
     assert_eq!(times(0), (1, Some(30.0), Some(30.0)));
-    assert_eq!(times(4), (1, Some(20.0), Some(20.0)));
-    assert_eq!(times(1), (1, None, None));
+    assert_eq!(times(1), (1, Some(20.0), Some(20.0)));
+    assert_eq!(times(2), (1, None, None));
     assert_eq!(table[0].tick_p50_ms, Some(2.0));
-    assert_eq!((table[4].samples, table[5].samples), (64, 64));
+    assert_eq!((table[1].samples, table[2].samples), (64, 64));
 }

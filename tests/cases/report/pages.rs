@@ -192,7 +192,7 @@ fn numbers_that_are_not_finite_never_reach_the_page() {
         });
         check(&page);
         let mut driven = closed_loop();
-        (driven[0].time_p50_s, driven[3].time_p90_s) = (Some(bad), Some(bad));
+        (driven[0].shared_time_p50_s, driven[3].shared_time_p90_s) = (Some(bad), Some(bad));
         check(&density_svg(&rows, &lost, &driven));
     }
 }
@@ -244,7 +244,7 @@ fn the_density_picture_shows_the_closed_loop() {
     assert_eq!(picture.matches("<rect class=\"marker\"").count(), 10);
     assert_eq!(medians(&density_svg(&[], &[], &closed_loop())), 2);
     let mut none = closed_loop();
-    none.iter_mut().for_each(|row| row.missions = 0);
+    none.iter_mut().for_each(|row| row.runs = 0);
     let without = density_svg(&density(), &quality(), &none);
     assert_eq!(medians(&without), 3 + 4);
     assert!(!without.contains("Goal reached"));

@@ -1,9 +1,10 @@
 //! Worlds made here, driven.
 
-use inbye::experiment::barn::{BarnRow, Course, Cylinder, Task, barn_config};
-use inbye::experiment::worlds::{Verdict, drive};
+use inbye::experiment::barn::{BarnWorld, Course, Cylinder, barn_config};
+use inbye::experiment::{RunOutcome, RunRow, World};
 use inbye::geometry::{Point, Pose};
-use inbye::runtime::Config;
+use inbye::local::CpuEngine;
+use inbye::runtime::{Config, Observer};
 
 use super::Test;
 
@@ -13,9 +14,12 @@ pub const TESTS: &[Test] = &[
         "a run that ends within a metre of the goal is over there",
         ends_within_a_metre,
     ),
-    ("who drives through a cylinder has collided", drives_through),
-    ("who is walled in fails with a reason", walled_in),
-    ("who has no time runs out of it", no_time),
+    (
+        "a robot that drives through a cylinder ends in contact",
+        drives_through,
+    ),
+    ("a robot that is enclosed fails with a reason", walled_in),
+    ("a short time limit ends in a timeout", no_time),
 ];
 
 /// A shorter course than BARN's, for the tests' sake.
@@ -31,16 +35,23 @@ fn post(x_m: f64, y_m: f64) -> Cylinder {
     Cylinder { x_m, y_m, radius_m }
 }
 
-fn run(cylinders: Vec<Cylinder>, course: Course, config: &Config) -> BarnRow {
-    let task = Task {
-        world: 1,
+fn run(cylinders: Vec<Cylinder>, course: Course, config: &Config) -> RunRow {
+    let world = BarnWorld {
+        number: 1,
         cylinders,
         course,
         optimal_time_s: 2.0,
-        seed: 0,
+        official: false,
+        published: None,
     };
-    let (row, _) = drive(&task, config, &mut || 0.0).expect("a small world");
-    row
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        on_tick: &mut |_| {},
+    };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let world = World::barn(world, 2.0);
+    let run = world.drive(0, config, engine, &mut observer);
+    run.expect("a small world").row
 }
 
 /// Posts in the straight way.
@@ -55,8 +66,8 @@ fn posts() -> Vec<Cylinder> {
 
 fn passes() {
     let row = run(posts(), SHORT, &barn_config(2.0));
-    assert_eq!(row.result, Verdict::Succeeded, "{row:?}");
-    assert!(row.score >= 0.125 && row.fault.is_none(), "{row:?}");
+    assert_eq!(row.outcome, RunOutcome::Reached, "{row:?}");
+    assert!(row.score >= Some(0.125) && row.fault.is_none(), "{row:?}");
     assert!(
         row.min_clearance_m.is_some_and(|gap_m| gap_m > 0.0),
         "{row:?}"
@@ -78,8 +89,8 @@ fn ends_within_a_metre() {
     };
     let row = run(Vec::from([post(2.0, 0.0)]), near, &barn_config(2.0));
     assert_eq!(
-        (row.result, row.time_s),
-        (Verdict::Succeeded, 0.0),
+        (row.outcome, row.time_s),
+        (RunOutcome::Reached, 0.0),
         "{row:?}"
     );
 }
@@ -89,7 +100,11 @@ fn drives_through() {
     let mut blind = barn_config(2.0);
     blind.lidar.range_max_m = 0.1;
     let row = run(posts(), SHORT, &blind);
-    assert_eq!((row.result, row.score), (Verdict::Collided, 0.0), "{row:?}");
+    assert_eq!(
+        (row.outcome, row.score),
+        (RunOutcome::Contact, Some(0.0)),
+        "{row:?}"
+    );
     assert!(
         row.min_clearance_m.is_some_and(|gap_m| gap_m <= 0.0),
         "{row:?}"
@@ -102,7 +117,7 @@ fn drives_through() {
         goal_radius_m: 0.5,
         ..SHORT
     };
-    assert_eq!(run(behind, tight, &blind).result, Verdict::Collided);
+    assert_eq!(run(behind, tight, &blind).outcome, RunOutcome::Contact);
 }
 
 /// A ring of posts that touch.
@@ -120,7 +135,11 @@ fn walled_in() {
     let mut config = barn_config(2.0);
     config.navigator.movement_time_allowance = 5.0;
     let row = run(ring(1.5), SHORT, &config);
-    assert_eq!((row.result, row.score), (Verdict::Failed, 0.0), "{row:?}");
+    assert_eq!(
+        (row.outcome, row.score),
+        (RunOutcome::Failed, Some(0.0)),
+        "{row:?}"
+    );
     let fault = row.fault.expect("a reason");
     assert!(!fault.is_empty(), "{fault}");
 }
@@ -132,7 +151,7 @@ fn no_time() {
     };
     let row = run(posts(), short, &barn_config(0.5));
     assert_eq!(
-        (row.result, row.score, row.fault),
-        (Verdict::Timeout, 0.0, None)
+        (row.outcome, row.score, row.fault),
+        (RunOutcome::Timeout, Some(0.0), None)
     );
 }

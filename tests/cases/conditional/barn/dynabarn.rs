@@ -1,10 +1,13 @@
-//! Worlds that move, and whose fault a contact is.
+//! DynaBARN world files, and the attribution of contacts.
 
 use std::fs;
 use std::path::Path;
 
+use inbye::experiment::ContactCause;
 use inbye::experiment::barn::barn_config;
-use inbye::experiment::dynabarn::{Blame, Body, Hindsight, State, read_world, read_worlds};
+use inbye::experiment::dynabarn::{
+    ContactAttribution, ScriptedCylinder, State, read_world, read_worlds,
+};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::MovingDisc;
 use inbye::sim::TimedPath;
@@ -13,20 +16,20 @@ use libtest_mimic::{Completion, Failed, Trial};
 use super::Test;
 
 pub const TESTS: &[Test] = &[
-    ("a script is played from key to key, over and over", plays),
+    ("a script repeats from keyframe to keyframe", plays),
+    ("a world file is read, and an error names its place", reads),
     (
-        "a world that moves is read, and damage told by place",
-        reads,
-    ),
-    (
-        "a robot that drives into something is to blame",
+        "a robot that drives into an obstacle causes the contact",
         drives_into,
     ),
     (
-        "a robot that could have stepped aside is to blame",
+        "a contact that a steady command avoids is avoidable",
         could_step_aside,
     ),
-    ("a robot that is run over in a corner is not", run_over),
+    (
+        "a contact without an avoiding command is attributed to the other",
+        run_over,
+    ),
     (
         "the state before a contact is the latest early enough",
         before,
@@ -41,7 +44,7 @@ fn plays() {
         (3.0, Point::new(4.0, 0.0)),
         (4.0, Point::new(4.0, 1.0)),
     ];
-    let body = Body {
+    let body = ScriptedCylinder {
         radius_m: 0.5,
         script: TimedPath::new(&keys, Some(5.0)).expect("a sound script"),
     };
@@ -86,11 +89,14 @@ fn reads() {
     let world = read(WORLD).expect("a whole world");
     assert_eq!((world.number, world.goal), (4, Point::new(-9.0, 0.0)));
     assert_eq!(
-        (world.bodies.len(), world.bodies[0].script.keys().len()),
+        (
+            world.cylinders.len(),
+            world.cylinders[0].script.keys().len()
+        ),
         (2, 2)
     );
     // On a spline: slower at its ends than straight ahead, faster between.
-    let fastest = world.bodies[0].at(0.75);
+    let fastest = world.cylinders[0].at(0.75);
     assert!(
         (fastest.vy - 1.25 * 12.0 / 1.5).abs() < 1e-12,
         "{fastest:?}"
@@ -172,39 +178,39 @@ fn passing(at: [f64; 2], vx: f64) -> impl Fn(f64) -> Vec<MovingDisc> {
     }
 }
 
-/// Blame for a contact at time 10 s with the robot at the origin.
-fn blame(linear: f64, moving: &dyn Fn(f64) -> Vec<MovingDisc>) -> Blame {
+/// The cause of a contact at time 10 s with the robot at the origin.
+fn cause(linear: f64, moving: &dyn Fn(f64) -> Vec<MovingDisc>) -> ContactCause {
     let config = barn_config(2.0);
-    let hindsight = Hindsight {
+    let attribution = ContactAttribution {
         footprint: &config.robot.footprint,
         limits: &config.robot.limits,
         moving,
     };
     let at = state(10.0, Pose::default(), linear);
     let before = state(7.5, Pose::new(-2.5 * linear, 0.0, 0.0), linear);
-    hindsight.blame(&before, &at)
+    attribution.cause(&before, &at)
 }
 
 fn drives_into() {
-    // Into something that stands, or flees too slowly.
+    // The disc stands, or moves away too slowly.
     for vx in [0.0, 0.3] {
-        let found = blame(0.5, &passing([0.7, 0.0], vx));
-        assert_eq!((found.by_robot, found.counts()), (true, true), "{vx}");
+        let found = cause(0.5, &passing([0.7, 0.0], vx));
+        assert_eq!(found, ContactCause::Robot, "{vx}");
     }
-    // The sibling: it stood, or drew back.
+    // The counterpart: the robot stands, or backs away.
     for linear in [0.0, 0.04, -0.2] {
-        let found = blame(linear, &passing([0.7, 0.0], -0.5));
-        assert!(!found.by_robot, "{linear}");
+        let found = cause(linear, &passing([0.7, 0.0], -0.5));
+        assert_ne!(found, ContactCause::Robot, "{linear}");
     }
-    // Driving backwards into what is behind is driving into it.
-    assert!(blame(-0.2, &passing([-0.7, 0.0], 0.5)).by_robot);
+    // Driving backwards into a disc behind the robot counts as well.
+    let behind = cause(-0.2, &passing([-0.7, 0.0], 0.5));
+    assert_eq!(behind, ContactCause::Robot);
 }
 
 fn could_step_aside() {
-    // It comes straight at a robot that stands, for 2.5 s: the robot could have left.
-    let found = blame(0.0, &passing([0.7, 0.0], -0.8));
-    assert_eq!((found.by_robot, found.avoidable), (false, true));
-    assert!(found.counts());
+    // The disc approaches a standing robot for 2.5 s: the robot could have left.
+    let found = cause(0.0, &passing([0.7, 0.0], -0.8));
+    assert_eq!(found, ContactCause::Avoidable);
 }
 
 fn run_over() {
@@ -219,16 +225,14 @@ fn run_over() {
         };
         (-30..=30).map(wide).collect::<Vec<_>>()
     };
-    let found = blame(0.0, &moving);
-    assert_eq!((found.by_robot, found.avoidable), (false, false));
-    assert!(!found.counts());
-    // The sibling: with a gap to stand in it is the robot's fault again.
+    assert_eq!(cause(0.0, &moving), ContactCause::Other);
+    // The counterpart: with a gap to stand in the contact is avoidable.
     let with_a_gap = |time_s: f64| {
         let mut discs = moving(time_s);
         discs.retain(|disc| disc.y.abs() > 1.5 || disc.y < -0.1);
         discs
     };
-    assert!(blame(0.0, &with_a_gap).counts());
+    assert_eq!(cause(0.0, &with_a_gap), ContactCause::Avoidable);
 }
 
 fn before() {
@@ -237,15 +241,16 @@ fn before() {
         .collect();
     let at = |contact_s: f64| {
         let contact = state(contact_s, Pose::default(), 0.0);
-        Hindsight::before(&states, &contact).map(|state| (state.time_s * 100.0).round() / 100.0)
+        ContactAttribution::before(&states, &contact)
+            .map(|state| (state.time_s * 100.0).round() / 100.0)
     };
     assert_eq!(at(4.0), Some(1.5));
     assert_eq!(at(1.0), Some(0.0));
-    assert_eq!(Hindsight::before(&[], &states[0]), None);
+    assert_eq!(ContactAttribution::before(&[], &states[0]), None);
 }
 
 pub fn trial() -> Trial {
-    Trial::ignorable_test("the worlds that move are read", || {
+    Trial::ignorable_test("the worlds of DynaBARN are read", || {
         if !Path::new(WORLDS).exists() {
             return Ok(Completion::ignored_with(
                 "the development data are not beside the repository",
@@ -261,8 +266,12 @@ fn all_are_read() -> Result<(), Failed> {
     assert_eq!(worlds.len(), 30);
     for world in &worlds {
         assert_eq!(world.start.position(), Point::new(11.0, 0.0));
-        assert!((5..=24).contains(&world.bodies.len()), "{}", world.number);
-        assert!(world.bodies.iter().all(|body| body.radius_m == 0.5));
+        assert!(
+            (5..=24).contains(&world.cylinders.len()),
+            "{}",
+            world.number
+        );
+        assert!(world.cylinders.iter().all(|body| body.radius_m == 0.5));
     }
     Ok(())
 }

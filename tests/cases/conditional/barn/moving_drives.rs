@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use inbye::experiment::dynabarn::{
-    Body, Culprit, DynaBarnRow, DynaBarnWorld, Summary, Task, dynabarn_config, read_worlds,
-};
-use inbye::experiment::worlds::{Verdict, drive};
+use inbye::experiment::dynabarn::{DynaBarnWorld, ScriptedCylinder, dynabarn_config, read_worlds};
+use inbye::experiment::{ContactCause, Group, RunOutcome, RunRow, World};
 use inbye::geometry::{Point, Pose};
-use inbye::runtime::Config;
+use inbye::local::CpuEngine;
+use inbye::runtime::{Config, Observer};
 use inbye::sim::TimedPath;
 use libtest_mimic::{Completion, Failed, Trial};
 
@@ -15,38 +14,41 @@ use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("a cylinder that crosses is passed", passes),
-    ("who does not see it drives into it", blind_drives_in),
     (
-        "who is run over by what cannot be evaded is not to blame",
+        "a robot that does not see a cylinder drives into it",
+        blind_drives_in,
+    ),
+    (
+        "a contact that cannot be avoided is not attributed to the robot",
         run_over,
     ),
-    ("contacts are counted by whose they are", counts),
+    ("contacts are counted by their cause", counts),
 ];
 
 const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
 
 /// Six metres along x among these.
-fn world(bodies: Vec<Body>) -> DynaBarnWorld {
+fn world(cylinders: Vec<ScriptedCylinder>) -> DynaBarnWorld {
     DynaBarnWorld {
         number: 7,
         start: Pose::new(3.0, 0.0, core::f64::consts::PI),
         goal: Point::new(-3.0, 0.0),
-        bodies,
+        cylinders,
     }
 }
 
 /// From one place to another and, at once, again.
-fn body(radius_m: f64, from: [f64; 2], to: [f64; 2], loop_s: f64) -> Body {
+fn body(radius_m: f64, from: [f64; 2], to: [f64; 2], loop_s: f64) -> ScriptedCylinder {
     scripted(radius_m, &[(0.0, from), (loop_s, to)], loop_s)
 }
 
-fn scripted(radius_m: f64, keys: &[(f64, [f64; 2])], loop_s: f64) -> Body {
+fn scripted(radius_m: f64, keys: &[(f64, [f64; 2])], loop_s: f64) -> ScriptedCylinder {
     let keys: Vec<_> = keys
         .iter()
         .map(|&(time_s, place)| (time_s, Point::from(place)))
         .collect();
     let script = TimedPath::new(&keys, Some(loop_s)).expect("a sound script");
-    Body { radius_m, script }
+    ScriptedCylinder { radius_m, script }
 }
 
 /// To and fro across the straight way at 0.9 m/s, on it when the robot would be there.
@@ -55,9 +57,14 @@ fn crossing() -> DynaBarnWorld {
     world(vec![scripted(0.5, &keys, 9.0)])
 }
 
-fn run(world: &DynaBarnWorld, config: &Config) -> DynaBarnRow {
-    let task = Task { world, seed: 0 };
-    drive(&task, config, &mut || 0.0).expect("a small world").0
+fn run(world: &DynaBarnWorld, config: &Config) -> RunRow {
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        on_tick: &mut |_| {},
+    };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let run = World::dynabarn(world.clone()).drive(0, config, engine, &mut observer);
+    run.expect("a small world").row
 }
 
 /// A Jackal that sees a hand's breadth.
@@ -71,8 +78,8 @@ fn passes() {
     let (world, config) = (crossing(), dynabarn_config());
     let row = run(&world, &config);
     assert_eq!(
-        (row.result, row.blame),
-        (Verdict::Succeeded, Culprit::Nobody),
+        (row.outcome, row.contact_cause),
+        (RunOutcome::Reached, None),
         "{row:?}"
     );
     assert!(row.min_clearance_m.is_some_and(|gap_m| gap_m > 0.05));
@@ -86,13 +93,13 @@ fn blind_drives_in() {
     let world = world(vec![body(0.5, [0.0, 0.1], [0.0, 0.1], 5.0)]);
     let row = run(&world, &blind());
     assert_eq!(
-        (row.result, row.blame),
-        (Verdict::Collided, Culprit::Robot),
+        (row.outcome, row.contact_cause),
+        (RunOutcome::Contact, Some(ContactCause::Robot)),
         "{row:?}"
     );
     // The sibling: who sees it passes.
     let row = run(&world, &dynabarn_config());
-    assert_eq!(row.result, Verdict::Succeeded, "{row:?}");
+    assert_eq!(row.outcome, RunOutcome::Reached, "{row:?}");
 }
 
 fn run_over() {
@@ -102,8 +109,8 @@ fn run_over() {
         &dynabarn_config(),
     );
     assert_eq!(
-        (row.result, row.blame),
-        (Verdict::Collided, Culprit::Other),
+        (row.outcome, row.contact_cause),
+        (RunOutcome::Contact, Some(ContactCause::Other)),
         "{row:?}"
     );
     // The sibling: from the side, slower than the robot and seen by none, it could have been left behind.
@@ -115,55 +122,49 @@ fn run_over() {
         &still,
     );
     assert_eq!(
-        (row.result, row.blame),
-        (Verdict::Collided, Culprit::Avoidable),
+        (row.outcome, row.contact_cause),
+        (RunOutcome::Contact, Some(ContactCause::Avoidable)),
         "{row:?}"
     );
 }
 
 fn counts() {
-    let row = |world, result, blame| DynaBarnRow {
-        world,
-        seed: 0,
-        result,
-        blame,
+    let row = |world: u32, outcome, contact_cause| RunRow {
+        world: world.to_string(),
+        outcome,
+        contact_cause,
         time_s: 10.0,
-        travelled_m: 20.0,
-        min_clearance_m: Some(0.1),
-        plans: 1,
-        fault: None,
-        decision_p50_ms: None,
-        decision_p99_ms: None,
+        ..RunRow::default()
     };
     let rows = [
-        row(1, Verdict::Succeeded, Culprit::Nobody),
-        row(2, Verdict::Succeeded, Culprit::Nobody),
-        row(2, Verdict::Collided, Culprit::Other),
-        row(3, Verdict::Collided, Culprit::Robot),
-        row(4, Verdict::Collided, Culprit::Avoidable),
-        row(4, Verdict::Timeout, Culprit::Nobody),
-        row(5, Verdict::Failed, Culprit::Nobody),
-        row(5, Verdict::Collided, Culprit::Other),
+        row(1, RunOutcome::Reached, None),
+        row(2, RunOutcome::Reached, None),
+        row(2, RunOutcome::Contact, Some(ContactCause::Other)),
+        row(3, RunOutcome::Contact, Some(ContactCause::Robot)),
+        row(4, RunOutcome::Contact, Some(ContactCause::Avoidable)),
+        row(4, RunOutcome::Timeout, None),
+        row(5, RunOutcome::Failed, None),
+        row(5, RunOutcome::Contact, Some(ContactCause::Other)),
     ];
-    let summary = Summary::of(&rows.iter().collect::<Vec<_>>());
-    assert_eq!((summary.worlds, summary.runs, summary.succeeded), (5, 8, 2));
+    let summary = Group::of("all", &rows.iter().collect::<Vec<_>>());
+    assert_eq!((summary.worlds, summary.runs, summary.reached), (5, 8, 2));
     assert_eq!(
         (
-            summary.collided,
-            summary.by_robot,
-            summary.avoidable,
-            summary.other
+            summary.contacts,
+            summary.contacts_robot,
+            summary.contacts_avoidable,
+            summary.contacts_other
         ),
         (4, 1, 1, 2)
     );
-    assert_eq!((summary.timeout, summary.failed), (1, 1));
+    assert_eq!((summary.timeouts, summary.failed), (1, 1));
     assert_eq!(
-        (summary.success, summary.success_attributed),
+        (summary.reached_share, summary.attributed_share),
         (0.25, Some(2.0 / 6.0))
     );
-    let only = Summary::of(&[&rows[2]]);
-    assert_eq!((only.success, only.success_attributed), (0.0, None));
-    assert_eq!(Summary::of(&[]), Summary::default());
+    let only = Group::of("all", &[&rows[2]]);
+    assert_eq!((only.reached_share, only.attributed_share), (0.0, None));
+    assert_eq!(Group::of("", &[]), Group::default());
 }
 
 pub fn trial() -> Trial {
@@ -180,12 +181,8 @@ pub fn trial() -> Trial {
 
 fn crosses() -> Result<(), Failed> {
     let worlds = read_worlds(Path::new(WORLDS), Some(&[16]))?;
-    let task = Task {
-        world: &worlds[0],
-        seed: 0,
-    };
-    let (row, _) = drive(&task, &dynabarn_config(), &mut || 0.0)?;
-    assert_eq!(row.result, Verdict::Succeeded, "{row:?}");
+    let row = run(&worlds[0], &dynabarn_config());
+    assert_eq!(row.outcome, RunOutcome::Reached, "{row:?}");
     assert!(row.travelled_m > 18.5, "{row:?}");
     Ok(())
 }

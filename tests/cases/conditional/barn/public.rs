@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use inbye::experiment::barn::{Task, barn_config, read_worlds};
-use inbye::experiment::worlds::{Verdict, drive};
+use inbye::experiment::barn::{barn_config, read_worlds};
+use inbye::experiment::{RunOutcome, World};
+use inbye::local::CpuEngine;
+use inbye::runtime::Observer;
 use libtest_mimic::{Completion, Failed, Trial};
 
 const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/barn");
@@ -23,9 +25,14 @@ pub fn trial() -> Trial {
 fn crosses() -> Result<(), Failed> {
     assert_eq!(read_worlds(Path::new(WORLDS), None)?.len(), 150);
     for world in read_worlds(Path::new(WORLDS), Some(&[0, 12]))? {
-        let (row, _) = drive(&Task::barn(&world, 0), &barn_config(2.0), &mut || 0.0)?;
-        assert_eq!(row.result, Verdict::Succeeded, "{row:?}");
-        assert!(row.score > 0.2, "{row:?}");
+        let mut observer = Observer {
+            clock: &mut || 0.0,
+            on_tick: &mut |_| {},
+        };
+        let engine = Box::new(CpuEngine::single_threaded());
+        let run = World::barn(world, 2.0).drive(0, &barn_config(2.0), engine, &mut observer)?;
+        assert_eq!(run.row.outcome, RunOutcome::Reached, "{:?}", run.row);
+        assert!(run.row.score > Some(0.2), "{:?}", run.row);
     }
     Ok(())
 }

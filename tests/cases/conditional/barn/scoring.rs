@@ -1,13 +1,16 @@
 //! The score of a run, and of many.
 
-use inbye::experiment::barn::{BarnRow, BarnWorld, Published, Summary, score};
-use inbye::experiment::worlds::Verdict;
+use inbye::experiment::barn::{BarnSummary, BarnWorld, Course, Published, score};
+use inbye::experiment::{RunOutcome, RunRow, WorldKind};
 
 use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("the score is OT over the time, within bounds", formula),
-    ("worlds count alike, however many runs each has", means),
+    (
+        "each world counts the same, whatever its number of runs",
+        means,
+    ),
 ];
 
 fn formula() {
@@ -28,19 +31,16 @@ fn formula() {
     }
 }
 
-fn row(world: u32, seed: u64, result: Verdict, time_s: f64) -> BarnRow {
-    BarnRow {
-        world,
+fn row(world: u32, seed: u64, outcome: RunOutcome, time_s: f64) -> RunRow {
+    RunRow {
+        kind: WorldKind::Barn,
+        world: world.to_string(),
         seed,
-        result,
+        outcome,
         time_s,
-        travelled_m: 10.0,
-        min_clearance_m: Some(0.1),
-        optimal_time_s: 5.0,
-        score: score(result == Verdict::Succeeded, time_s, 5.0),
-        fault: None,
-        decision_p50_ms: None,
-        decision_p99_ms: None,
+        optimal_time_s: Some(5.0),
+        score: Some(score(outcome == RunOutcome::Reached, time_s, 5.0)),
+        ..RunRow::default()
     }
 }
 
@@ -48,6 +48,7 @@ fn means() {
     let world = |number, published| BarnWorld {
         number,
         cylinders: Vec::new(),
+        course: Course::BARN,
         optimal_time_s: 5.0,
         official: published,
         published: published.then_some(Published {
@@ -59,19 +60,19 @@ fn means() {
     };
     let worlds = [world(1, true), world(2, false)];
     let rows = [
-        row(1, 0, Verdict::Succeeded, 10.0),
-        row(1, 1, Verdict::Collided, 3.0),
-        row(1, 2, Verdict::Failed, 60.0),
-        row(1, 3, Verdict::Timeout, 100.0),
-        row(2, 0, Verdict::Succeeded, 20.0),
+        row(1, 0, RunOutcome::Reached, 10.0),
+        row(1, 1, RunOutcome::Contact, 3.0),
+        row(1, 2, RunOutcome::Failed, 60.0),
+        row(1, 3, RunOutcome::Timeout, 100.0),
+        row(2, 0, RunOutcome::Reached, 20.0),
     ];
-    let summary = Summary::of(&rows.iter().collect::<Vec<_>>(), &worlds);
-    let all = summary.all;
+    let summary = BarnSummary::of(&rows, &worlds);
+    let (all, means) = (&summary.all, summary.over_worlds);
     assert_eq!((all.worlds, all.runs), (2, 5));
-    assert_eq!((all.collided, all.timeout, all.failed), (1, 1, 1));
+    assert_eq!((all.contacts, all.timeouts, all.failed), (1, 1, 1));
     // World 1: a quarter of 1 and of 0.5; world 2: 1 and 0.25.
     assert_eq!(
-        (all.success, all.score),
+        (means.success, means.score),
         (f64::midpoint(0.25, 1.0), f64::midpoint(0.125, 0.25))
     );
     assert_eq!(all.mean_time_s, Some(15.0));
@@ -85,7 +86,7 @@ fn means() {
         (published.worlds, published.success, published.score),
         (1, 0.9, 0.2)
     );
-    let nothing = Summary::of(&[], &worlds);
-    assert_eq!((nothing.all.runs, nothing.all.score), (0, 0.0));
+    let nothing = BarnSummary::of(&[], &worlds);
+    assert_eq!((nothing.all.runs, nothing.over_worlds.score), (0, 0.0));
     assert!(nothing.official.is_none() && nothing.published.is_none());
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use inbye::experiment::sweep::SweepPlan;
+use inbye::experiment::Plan;
 
 use super::Test;
 use super::place::{CELLS, PLAN, Place};
@@ -24,9 +24,9 @@ pub const TESTS: &[Test] = &[
 ];
 
 fn documented() {
-    let text = SweepPlan::documented();
-    let plan: SweepPlan = toml::from_str(&text).expect("it can be read");
-    assert_eq!(plan, SweepPlan::default());
+    let text = Plan::documented();
+    let plan: Plan = toml::from_str(&text).expect("it can be read");
+    assert_eq!(plan, Plan::default());
     let place = Place::new();
     assert_eq!(place.run("sweep --print-plan").stdout, text);
     place.write("default.toml", text);
@@ -124,7 +124,7 @@ fn refusals() {
         (
             "title",
             "engines = [\"auto\"]\ntitle",
-            "a cell must say on what it runs",
+            "a cell must name its engine",
         ),
         ("velocity = 0.4", "velocity = -1.0", "weights.fast"),
         (
@@ -195,10 +195,10 @@ fn errors_are_rows() {
     let rows: Vec<&str> = table.lines().skip(1).collect();
     assert_eq!(rows.len(), 4, "{table}");
     for (row, says) in rows.iter().zip([
-        ",failed,,0.0,0.0,,,,0,0,,\"START_OCCUPIED",
-        ",failed,,0.0,0.0,,,,0,0,,",
+        ",failed,,START_OCCUPIED,\"START_OCCUPIED",
+        ",failed,,",
         ",reached,",
-        ",error,,0.0,0.0,,,,0,0,,closet: no two free places",
+        ",error,,,closet: no two free places",
     ]) {
         assert!(row.contains(says), "{says}: {row}");
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use inbye::experiment::sweep::CellFile;
+use inbye::experiment::CellFile;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use rand::{RngExt, SeedableRng};
@@ -127,7 +127,7 @@ fn differing() {
     let file = format!("out/cells/{key}.json");
     let bytes = place.read(&file);
     let mut cell = CellFile::parse(&bytes, Path::new(&file), &key).expect("a cell");
-    cell.outcome.time_s += 0.05;
+    cell.row.time_s += 0.05;
     place.write(&format!("copy/cells/{key}.json"), cell.text());
     place.write("copy/sweep.json", place.read("out/sweep.json"));
     let said = place.refusal("sweep merge out copy");
@@ -145,8 +145,8 @@ fn numbers() {
     let mut rng = Pcg64Mcg::seed_from_u64(3);
     for _ in 0..20_000 {
         let number = f64::from_bits(rng.random());
-        cell.outcome.time_s = if number.is_finite() { number } else { 0.1 };
-        cell.outcome.travelled_m = rng.random();
+        cell.row.time_s = if number.is_finite() { number } else { 0.1 };
+        cell.row.travelled_m = rng.random();
         let read = CellFile::parse(cell.text().as_bytes(), path, &key).expect("as it was written");
         assert_eq!(read, cell);
     }

@@ -1,10 +1,11 @@
-//! Tables 3 and 4: the printed rows, tables of hand-made drives, and real drives through the first scene.
+//! Tables 3 and 4: the published rows, tables of hand-made drives, and simulated drives through the first scene.
 
 use inbye::bench::paper::Site;
 use inbye::experiment::paper_drives::{
-    Course, Deviation, DriveRun, DriveTable, Drives, Traffic, drive_all, drive_table,
-    printed_table_3, printed_table_4,
+    Course, Deviation, DriveRun, DriveTable, Drives, TRAFFIC, drive_all, drive_table,
+    published_table_3, published_table_4,
 };
+use inbye::experiment::{RunOutcome, TrafficKind};
 use inbye::runtime::Config;
 
 /// A drive that arrived, off by so much along x, along y and in yaw.
@@ -12,8 +13,7 @@ fn arrived(scene: &str, seed: u64, off: [f64; 3]) -> DriveRun {
     DriveRun {
         scene: scene.to_owned(),
         seed,
-        reached: true,
-        collided: false,
+        outcome: RunOutcome::Reached,
         deviation: Deviation::from_array(off),
         time_s: 40.0,
         travelled_m: 21.0,
@@ -32,8 +32,7 @@ fn arrived(scene: &str, seed: u64, off: [f64; 3]) -> DriveRun {
 /// The same, ended by contact at a speed.
 fn touched(scene: &str, seed: u64, final_speed_m_s: f64) -> DriveRun {
     DriveRun {
-        reached: false,
-        collided: true,
+        outcome: RunOutcome::Contact,
         min_clearance_m: -0.01,
         nearest_person_m: Some(-0.01),
         final_speed_m_s,
@@ -41,7 +40,7 @@ fn touched(scene: &str, seed: u64, final_speed_m_s: f64) -> DriveRun {
     }
 }
 
-fn table(traffic: Traffic, runs: Vec<DriveRun>) -> DriveTable {
+fn table(traffic: TrafficKind, runs: Vec<DriveRun>) -> DriveTable {
     drive_table(&Drives {
         traffic,
         runs,
@@ -64,9 +63,9 @@ fn says(table: &DriveTable, words: &str) -> bool {
 }
 
 #[test]
-fn the_printed_rows_have_these_means_and_no_others() {
+fn published_rows_have_the_means_of_the_text_where_it_agrees() {
     let rounded = |deviation: Deviation| deviation.to_array().map(|value| format!("{value:.3}"));
-    let [static_, dynamic] = [printed_table_3(), printed_table_4()];
+    let [static_, dynamic] = [published_table_3(), published_table_4()];
     assert_eq!(rounded(static_.of_rows.mean), ["0.075", "0.055", "0.059"]);
     assert_eq!(rounded(static_.of_rows.max), ["0.101", "0.090", "0.234"]);
     assert_eq!(rounded(dynamic.of_rows.mean), ["0.081", "0.073", "0.100"]);
@@ -75,13 +74,13 @@ fn the_printed_rows_have_these_means_and_no_others() {
     // Only of its second table does the paper's text say something else.
     let words =
         "mean |dy| 0.012 m, its rows have 0.073; largest |dy| 0.143 m, its rows have 0.305.";
-    assert!(says(&table(Traffic::Minding, good()), words));
-    assert!(!says(&table(Traffic::Nobody, good()), "contradicts"));
+    assert!(says(&table(TrafficKind::Yielding, good()), words));
+    assert!(!says(&table(TrafficKind::None, good()), "contradicts"));
 }
 
 #[test]
-fn a_table_sums_up_each_scene_and_all() {
-    let table = table(Traffic::Nobody, good());
+fn drive_table_summarizes_each_scene_and_all() {
+    let table = table(TrafficKind::None, good());
     assert_eq!(table.name, "table_3");
     let means: Vec<(&str, usize, [f64; 3])> = table
         .summaries
@@ -115,10 +114,10 @@ fn a_table_sums_up_each_scene_and_all() {
 }
 
 #[test]
-fn ten_times_better_is_said_only_where_it_is() {
+fn finding_claims_ten_times_better_only_where_true() {
     let mut runs = good();
     runs[0].deviation.dy_m = 0.03;
-    let table = table(Traffic::Nobody, runs);
+    let table = table(TrafficKind::None, runs);
     assert!(!table.acceptance.is_met() && !table.acceptance.means_within_limits);
     assert!(says(
         &table,
@@ -134,8 +133,8 @@ fn ten_times_better_is_said_only_where_it_is() {
 }
 
 #[test]
-fn one_contact_fails_all() {
-    for traffic in Traffic::ALL {
+fn acceptance_fails_with_one_contact() {
+    for traffic in TRAFFIC {
         let mut runs = good();
         runs[3] = touched("rooms", 2, 0.4);
         let table = table(traffic, runs);
@@ -153,8 +152,8 @@ fn one_contact_fails_all() {
 }
 
 #[test]
-fn to_be_walked_into_is_no_fault_where_people_do_not_look() {
-    for (traffic, faults) in [(Traffic::Minding, 1), (Traffic::Heedless, 0)] {
+fn contact_while_standing_is_no_fault_among_non_yielding_people() {
+    for (traffic, faults) in [(TrafficKind::Yielding, 1), (TrafficKind::NonYielding, 0)] {
         let mut runs = good();
         runs[0] = touched("drift", 1, 0.0);
         let table = table(traffic, runs);
@@ -165,13 +164,13 @@ fn to_be_walked_into_is_no_fault_where_people_do_not_look() {
 }
 
 #[test]
-fn who_does_not_arrive_counts_for_no_mean() {
+fn drive_without_arrival_counts_for_no_mean() {
     let stuck = DriveRun {
-        reached: false,
+        outcome: RunOutcome::Failed,
         fault: Some("no way".to_owned()),
         ..arrived("drift", 1, [9.0, 9.0, 3.0])
     };
-    let table = table(Traffic::Nobody, vec![stuck]);
+    let table = table(TrafficKind::None, vec![stuck]);
     assert!(
         table
             .summaries
@@ -183,12 +182,12 @@ fn who_does_not_arrive_counts_for_no_mean() {
 }
 
 #[test]
-fn drives_that_are_all_the_same_are_said_to_be() {
+fn finding_reports_identical_drives() {
     let mut runs = good();
     for run in &mut runs {
         run.trace_digest = "same".to_owned();
     }
-    let table = table(Traffic::Nobody, runs);
+    let table = table(TrafficKind::None, runs);
     assert!(says(&table, "Only 1 of them differ"));
 }
 
@@ -198,7 +197,7 @@ fn courses(config: &Config) -> Vec<Course> {
 }
 
 #[test]
-fn a_course_ends_at_its_last_key_node() {
+fn course_ends_at_its_last_key_node() {
     let courses = courses(&Config::default());
     for course in &courses {
         let last = course.key_nodes.last().expect("a path has an end");
@@ -215,7 +214,7 @@ fn drives_do_not_depend_on_the_number_of_threads() {
     let config = Config::default();
     let courses = &courses(&config)[..1];
     let driven = |seed: u64, threads: usize| {
-        drive_all(courses, &[seed], &config, threads, &|| ()).expect("there is room for one")
+        drive_all(courses, &[seed], &config, threads, || ()).expect("there is room for one")
     };
     let drives = driven(7, 1);
     assert_eq!(driven(7, 3), drives);
@@ -225,7 +224,7 @@ fn drives_do_not_depend_on_the_number_of_threads() {
         assert!(table.acceptance.no_contact && table.acceptance.all_reached);
     }
     let names: Vec<&str> = tables.iter().map(|table| table.name).collect();
-    assert_eq!(names, ["table_3", "table_4", "table_4_heedless"]);
+    assert_eq!(names, ["table_3", "table_4", "table_4_non_yielding"]);
     // The drives that were compared could have differed: another seed is another drive.
     assert_ne!(driven(8, 2)[1], drives[1]);
     for drives in &drives {
@@ -233,7 +232,7 @@ fn drives_do_not_depend_on_the_number_of_threads() {
             panic!("one course, one drive to show");
         };
         assert_eq!(trace.paths[0], courses[0].plan.smoothed.points());
-        let people = usize::from(drives.traffic != Traffic::Nobody);
+        let people = usize::from(drives.traffic != TrafficKind::None);
         assert_eq!(trace.moving_radii.len(), people);
         assert_eq!(drives.runs[0].nearest_person_m.is_some(), people == 1);
     }

@@ -26,14 +26,14 @@ fn assert_lost(row: &LocalizationRow, reason: &str) {
 #[test]
 fn moved_robot_is_lost_and_not_relocalised_at_a_wrong_pose() {
     for seed in 0..6 {
-        assert_lost(&drive(LocalizationCase::Elsewhere, seed), "the map");
+        assert_lost(&drive(LocalizationCase::KidnappedFar, seed), "the map");
     }
 }
 
 #[test]
 fn occluded_lidar_loses_the_pose() {
     let reason = "the lidar has no returns where the map shows walls";
-    assert_lost(&drive(LocalizationCase::Blinded, 1), reason);
+    assert_lost(&drive(LocalizationCase::Occluded, 1), reason);
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn wrong_map_loses_the_pose() {
 #[test]
 fn robot_moved_a_little_relocalises_and_reaches_its_goal() {
     for seed in 0..2 {
-        let row = drive(LocalizationCase::Carried, seed);
+        let row = drive(LocalizationCase::Kidnapped, seed);
         assert!(row.lost_after_s.is_some_and(|s| s <= 1.0), "{row:#?}");
         assert!(row.found_after_s.is_some(), "{row:#?}");
         assert!(row.reached && !row.collided, "{row:#?}");
@@ -58,7 +58,7 @@ fn robot_moved_a_little_relocalises_and_reaches_its_goal() {
 
 #[test]
 fn briefly_occluded_lidar_stops_the_robot_until_it_relocalises() {
-    let row = drive(LocalizationCase::BlindedForAMoment, 1);
+    let row = drive(LocalizationCase::BrieflyOccluded, 1);
     assert!(row.driven_on_m.is_some_and(|m| m <= 1.5), "{row:#?}");
     assert!(row.found_after_s.is_some_and(|s| s >= 2.0), "{row:#?}");
     assert!(row.reached && row.worst_m <= 0.05, "{row:#?}");

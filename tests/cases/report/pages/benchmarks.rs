@@ -1,11 +1,8 @@
 //! The pages and pictures of benchmarks.
 
-use inbye::experiment::barn::BarnRow;
-use inbye::experiment::dynabarn::{Culprit, DynaBarnRow};
-use inbye::experiment::missions::{Ending, MissionRow, People, Touch};
-use inbye::experiment::sweep::{SweepGroup, WorldKind};
-use inbye::experiment::worlds::Verdict;
-use inbye::experiment::{AblationRow, ablation_rows};
+use inbye::experiment::{
+    ContactCause, Group, RunOutcome, RunRow, TrafficKind, WorldKind, ablation_groups,
+};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use roxmltree::Document;
 
@@ -13,106 +10,84 @@ use super::check;
 use super::scene::{closed_loop, density, quality, skipped};
 
 /// World 7 is easy, in world 5 one of two runs gave up, in world 9 none arrived.
-fn barn() -> Vec<BarnRow> {
-    let run = |world, seed, result, time_s, score| BarnRow {
-        world,
+fn barn() -> Vec<RunRow> {
+    let run = |world: u32, seed, outcome, time_s, score| RunRow {
+        kind: WorldKind::Barn,
+        world: world.to_string(),
         seed,
-        result,
+        outcome,
         time_s,
-        travelled_m: 10.0,
-        min_clearance_m: Some(0.1),
-        optimal_time_s: 5.0,
-        score,
-        fault: None,
-        decision_p50_ms: Some(0.5),
-        decision_p99_ms: Some(2.0),
+        optimal_time_s: Some(5.0),
+        score: Some(score),
+        ..RunRow::default()
     };
     vec![
-        run(5, 0, Verdict::Succeeded, 12.0, 0.42),
-        run(5, 1, Verdict::Failed, 62.0, 0.0),
-        run(7, 0, Verdict::Succeeded, 8.0, 0.5),
-        run(7, 1, Verdict::Succeeded, 9.0, 0.5),
-        run(9, 0, Verdict::Collided, 3.0, 0.0),
-        run(9, 1, Verdict::Timeout, 100.0, 0.0),
+        run(5, 0, RunOutcome::Reached, 12.0, 0.42),
+        run(5, 1, RunOutcome::Failed, 62.0, 0.0),
+        run(7, 0, RunOutcome::Reached, 8.0, 0.5),
+        run(7, 1, RunOutcome::Reached, 9.0, 0.5),
+        run(9, 0, RunOutcome::Contact, 3.0, 0.0),
+        run(9, 1, RunOutcome::Timeout, 100.0, 0.0),
     ]
 }
 
-fn dynabarn() -> Vec<DynaBarnRow> {
-    let run = |world, result, blame| DynaBarnRow {
-        world,
-        seed: 0,
-        result,
-        blame,
+fn dynabarn() -> Vec<RunRow> {
+    let run = |world: u32, outcome, contact_cause| RunRow {
+        kind: WorldKind::DynaBarn,
+        world: world.to_string(),
+        outcome,
+        contact_cause,
         time_s: 11.0,
-        travelled_m: 19.0,
-        min_clearance_m: None,
-        plans: 1,
-        fault: None,
-        decision_p50_ms: None,
-        decision_p99_ms: None,
+        ..RunRow::default()
     };
     vec![
-        run(0, Verdict::Succeeded, Culprit::Nobody),
-        run(2, Verdict::Collided, Culprit::Robot),
-        run(4, Verdict::Collided, Culprit::Avoidable),
-        run(6, Verdict::Collided, Culprit::Other),
+        run(0, RunOutcome::Reached, None),
+        run(2, RunOutcome::Contact, Some(ContactCause::Robot)),
+        run(4, RunOutcome::Contact, Some(ContactCause::Avoidable)),
+        run(6, RunOutcome::Contact, Some(ContactCause::Other)),
     ]
 }
 
-/// On one map all of two missions arrived, on the other one of four, the others ended each in its own way.
-fn soak() -> Vec<MissionRow> {
-    let run = |map: &str, seed, result, contact| MissionRow {
-        setup: "soak".to_owned(),
-        map: map.to_owned(),
+/// On one map both missions arrived, on the other one of four; the others ended in different ways.
+fn soak() -> Vec<RunRow> {
+    let run = |map: &str, seed, outcome, contact_cause| RunRow {
+        kind: WorldKind::Missions,
+        world: map.to_owned(),
         seed,
-        people: if seed > 2 {
-            People::Heedless
+        traffic: Some(if seed > 2 {
+            TrafficKind::NonYielding
         } else {
-            People::Nobody
-        },
-        moving: usize::from(seed > 2),
-        unmapped: 0,
-        result,
+            TrafficKind::None
+        }),
+        obstacles: usize::from(seed > 2),
+        outcome,
         time_s: 20.0 * seed as f64,
-        path_m: 10.0,
-        travelled_m: 11.0,
+        path_m: Some(10.0),
         min_clearance_m: Some(0.1 * seed as f64),
-        contact,
-        fault: None,
-        reason: (result != Ending::Reached).then(|| format!("<b>reason</b> {seed}")),
-        final_error_m: 0.01,
-        final_yaw_error_rad: None,
-        plans: 1,
-        ticks: 200,
-        trace_digest: None,
-        engine: "CPU".to_owned(),
-        tick_p50_ms: None,
-        tick_p99_ms: None,
+        contact_cause,
+        reason: (outcome != RunOutcome::Reached).then(|| format!("<b>reason</b> {seed}")),
+        ..RunRow::default()
     };
+    let other = Some(ContactCause::Other);
     vec![
-        run("an easy map", 1, Ending::Reached, Touch::None),
-        run("an easy map", 2, Ending::Reached, Touch::None),
-        run("<script>", 3, Ending::Reached, Touch::None),
-        run("<script>", 4, Ending::Contact, Touch::Other),
-        run("<script>", 5, Ending::Failed, Touch::None),
-        run("<script>", 6, Ending::Timeout, Touch::None),
+        run("an easy map", 1, RunOutcome::Reached, None),
+        run("an easy map", 2, RunOutcome::Reached, None),
+        run("<script>", 3, RunOutcome::Reached, None),
+        run("<script>", 4, RunOutcome::Contact, other),
+        run("<script>", 5, RunOutcome::Failed, None),
+        run("<script>", 6, RunOutcome::Timeout, None),
     ]
 }
 
-fn ablation() -> Vec<AblationRow> {
-    let of_variant = |setup: &str| {
-        let missions = soak().into_iter();
-        let setup = setup.to_owned();
-        missions.map(move |row| MissionRow {
-            setup: setup.clone(),
+fn ablation() -> Vec<Group> {
+    let of_variant = |config: &'static str| {
+        soak().into_iter().map(move |row| RunRow {
+            config: Some(config.to_owned()),
             ..row
         })
     };
-    let rows: Vec<MissionRow> = ["dwa", "recovery"]
-        .into_iter()
-        .flat_map(of_variant)
-        .collect();
-    ablation_rows(&rows.iter().collect::<Vec<_>>())
+    let rows = ["dwa", "recovery"].into_iter().flat_map(of_variant);
+    ablation_groups(&rows.collect::<Vec<_>>())
 }
 
 fn page_of(report: &BenchReport) -> String {
@@ -203,10 +178,9 @@ fn whose_a_contact_was_is_told_apart() {
 }
 
 /// Two sets of weights with two samplings each, in scenes too.
-fn sweep() -> Vec<SweepGroup> {
-    let group = |kind, weights: &str, samples: u32, reached, mean_shared_time_s| SweepGroup {
+fn sweep() -> Vec<Group> {
+    let group = |kind, weights: &str, samples: u32, reached, mean_shared_time_s| Group {
         kind,
-        config: None,
         weights: Some(weights.to_owned()),
         engine: "cpu".to_owned(),
         vx_samples: 16,
@@ -221,7 +195,7 @@ fn sweep() -> Vec<SweepGroup> {
         mean_shared_time_s,
         shared: 4,
         mean_score: Some(0.4),
-        mean_clearance_m: None,
+        ..Group::default()
     };
     vec![
         group(WorldKind::Barn, "paper <&>", 256, 7, Some(30.5)),
@@ -310,7 +284,7 @@ fn times_that_are_none_and_hostile_text_do_no_harm() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0] {
         let mut rows = barn();
         rows[0].time_s = bad;
-        (rows[2].optimal_time_s, rows[3].score) = (bad, bad);
+        (rows[2].optimal_time_s, rows[3].score) = (Some(bad), Some(bad));
         let mut moving = dynabarn();
         moving[0].time_s = bad;
         let mut missions = soak();
@@ -318,7 +292,7 @@ fn times_that_are_none_and_hostile_text_do_no_harm() {
             missions[0].time_s,
             missions[1].path_m,
             missions[2].min_clearance_m,
-        ) = (bad, bad, Some(bad));
+        ) = (bad, Some(bad), Some(bad));
         let report = BenchReport {
             title: "</title><script>alert('&')</script>",
             intro: "<script>",

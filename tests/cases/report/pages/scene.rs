@@ -1,7 +1,7 @@
 //! A made mission: a robot runs along pillars while others cross its way. Not a simulation, only data of the shape.
 
 use inbye::bench::{DensityRow, QualityRow, SkippedCell};
-use inbye::experiment::ClosedLoopRow;
+use inbye::experiment::Group;
 use inbye::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use inbye::map::{Cell, GridFrame, OccupancyGrid};
 use inbye::navigator::Mode;
@@ -208,7 +208,7 @@ pub fn quality() -> Vec<QualityRow> {
 
 /// Five densities in two shapes; with the fewest samples half of the missions are reached, and in one shape none that all
 /// reach.
-pub fn closed_loop() -> Vec<ClosedLoopRow> {
+pub fn closed_loop() -> Vec<Group> {
     let mut rows = Vec::new();
     for (side, reached, time_s) in [
         (8, 6, 40.0),
@@ -219,20 +219,21 @@ pub fn closed_loop() -> Vec<ClosedLoopRow> {
     ] {
         for stretch in [1, 2] {
             let time_s = Some(time_s).filter(|_| side > 8 || stretch == 1);
-            rows.push(ClosedLoopRow {
+            rows.push(Group {
                 vx_samples: side / stretch,
                 vtheta_samples: side * stretch,
-                samples: (side * side) as usize,
-                missions: 12,
+                samples: u64::from(side * side),
+                runs: 12,
                 reached,
                 contacts: 0,
                 mean_time_ratio: time_s.map(|time_s| time_s / 30.0),
                 shared: 6,
-                time_p50_s: time_s,
-                time_p90_s: time_s.map(|time_s| time_s * 1.5),
-                mean_clearance_m: Some(0.4),
+                shared_time_p50_s: time_s,
+                shared_time_p90_s: time_s.map(|time_s| time_s * 1.5),
+                mean_clearance_reached_m: Some(0.4),
                 tick_p50_ms: Some(0.3),
                 tick_p99_ms: Some(9.0),
+                ..Group::default()
             });
         }
     }

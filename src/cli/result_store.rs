@@ -1,0 +1,203 @@
+//! The folder of an experiment's results. A killed process leaves only whole files, and locks that the system releases.
+//!
+//! `sweep.json` lists the cells, `cells/KEY.json` has the result of one. A process locks `claims/KEY.lock` while it runs that
+//! cell and `sweep.lock`, shared, while it works here. `log.jsonl` lists what each process did.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::{process, thread};
+
+use anyhow::{Context, bail};
+use inbye::experiment::{CellFile, Manifest};
+use serde_json::json;
+
+use super::output;
+
+/// Names in the folder.
+const MANIFEST: &str = "sweep.json";
+const CELLS: &str = "cells";
+const CLAIMS: &str = "claims";
+const IN_USE: &str = "sweep.lock";
+const LOG: &str = "log.jsonl";
+
+/// Number of attempts and pause between them when several processes start a new plan at the same time.
+const ATTEMPTS: u32 = 100;
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// A folder of results, in use.
+pub struct ResultStore {
+    path: PathBuf,
+    log_file: File,
+    /// Shared by all processes that work here; another plan needs it exclusively.
+    _in_use: File,
+}
+
+/// The right to run a cell; released when this is dropped.
+pub struct Claim {
+    path: PathBuf,
+    _lock: File,
+}
+
+impl ResultStore {
+    /// Opens a folder for the cells of a plan; creates it if it is missing.
+    pub fn open(path: &Path, manifest: &Manifest) -> anyhow::Result<Self> {
+        let place = || format!("--out {}", path.display());
+        for part in [CELLS, CLAIMS] {
+            fs::create_dir_all(path.join(part))
+                .context("cannot be a folder: choose another name")
+                .with_context(place)?;
+        }
+        let opened = Self::prepared(path, manifest);
+        let (in_use, log) = opened.with_context(place)?;
+        Ok(Self {
+            path: path.to_owned(),
+            log_file: log,
+            _in_use: in_use,
+        })
+    }
+
+    fn prepared(path: &Path, manifest: &Manifest) -> anyhow::Result<(File, File)> {
+        let in_use = lock_file(&path.join(IN_USE))?;
+        let file = path.join(MANIFEST);
+        let text = manifest.text();
+        let mut attempts = 0;
+        loop {
+            in_use.lock_shared().context(NO_LOCKS)?;
+            let held = fs::read(&file);
+            if held.as_ref().is_ok_and(|held| *held == text.as_bytes()) {
+                break;
+            }
+            in_use.unlock()?;
+            match in_use.try_lock() {
+                Ok(()) => {}
+                // Of several processes that start a new plan at the same time one writes it.
+                Err(TryLockError::WouldBlock) if attempts < ATTEMPTS => {
+                    attempts += 1;
+                    thread::sleep(PAUSE);
+                    continue;
+                }
+                Err(TryLockError::WouldBlock) => {
+                    bail!("another plan is being run in it: wait, or name another folder")
+                }
+                Err(TryLockError::Error(error)) => return Err(error).context(NO_LOCKS),
+            }
+            if held.is_ok() {
+                output::note(
+                    "another plan was run in this folder: cells of both plans are not run again",
+                );
+            }
+            write_whole(&file, &text)?;
+            in_use.unlock()?;
+        }
+        let log = OpenOptions::new()
+            .append(true)
+            .create(true)
+            .open(path.join(LOG))?;
+        Ok((in_use, log))
+    }
+
+    /// Whether a cell has its result. A damaged result is an error.
+    pub fn has(&self, key: &str) -> anyhow::Result<bool> {
+        let file = self.cell(key);
+        let bytes = match fs::read(&file) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+            bytes => bytes.with_context(|| file.display().to_string())?,
+        };
+        CellFile::parse(&bytes, &file, key)?;
+        Ok(true)
+    }
+
+    /// Claims a cell for this process; none where another process has it, unless `wait` is set.
+    pub fn claim(&self, key: &str, wait: bool) -> anyhow::Result<Option<Claim>> {
+        let path = self.path.join(CLAIMS).join(format!("{key}.lock"));
+        let lock = lock_file(&path)?;
+        if wait {
+            lock.lock().context(NO_LOCKS)?;
+        } else {
+            match lock.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Ok(None),
+                Err(TryLockError::Error(error)) => return Err(error).context(NO_LOCKS),
+            }
+        }
+        Ok(Some(Claim { path, _lock: lock }))
+    }
+
+    /// Keeps the result of a claimed cell: as a whole, or not at all.
+    pub fn keep(&self, file: &CellFile) -> anyhow::Result<()> {
+        write_whole(&self.cell(&file.row.key), &file.text())?;
+        self.log(&file.row.key, "finished");
+        Ok(())
+    }
+
+    /// Adds a line to the log. Nothing depends on it.
+    pub fn log(&self, key: &str, event: &str) {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        let unix_s = since.map_or(0.0, |since| since.as_secs_f64());
+        let line = json!({ "unix_s": unix_s, "pid": process::id(), "event": event, "key": key });
+        if let Err(error) = (&self.log_file).write_all(format!("{line}\n").as_bytes()) {
+            output::warn(format!("{}: {error}", self.path.join(LOG).display()));
+        }
+    }
+
+    fn cell(&self, key: &str) -> PathBuf {
+        self.path.join(CELLS).join(format!("{key}.json"))
+    }
+}
+
+impl Claim {
+    /// Releases a cell that has its result: a process that opened the lock before finds the result.
+    pub fn done(self) {
+        // A file that stays is empty and harmless.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// The manifest and the results of a folder.
+pub fn read(path: &Path) -> anyhow::Result<(Manifest, Vec<(PathBuf, CellFile)>)> {
+    let file = path.join(MANIFEST);
+    let held = fs::read(&file).with_context(|| {
+        let file = file.display();
+        format!("{file}: cannot be read: name a folder that --out of an experiment made")
+    });
+    let manifest = Manifest::parse(&held?, &file)?;
+    let mut cells = Vec::new();
+    for key in manifest.keys() {
+        let file = path.join(CELLS).join(format!("{key}.json"));
+        let bytes = match fs::read(&file) {
+            Err(error) if error.kind() == ErrorKind::NotFound => continue,
+            bytes => bytes.with_context(|| file.display().to_string())?,
+        };
+        let cell = CellFile::parse(&bytes, &file, key)?;
+        cells.push((file, cell));
+    }
+    Ok((manifest, cells))
+}
+
+/// Why a file cannot be locked.
+pub const NO_LOCKS: &str = "the file system does not lock files: name a folder on another one";
+
+/// Opens a lock file; creates it if it is missing.
+fn lock_file(path: &Path) -> anyhow::Result<File> {
+    let opened = OpenOptions::new().append(true).create(true).open(path);
+    opened.with_context(|| format!("{}: cannot be opened", path.display()))
+}
+
+/// Writes a file as a whole or not at all: its content is on the disk before its name. Only one process may write it.
+fn write_whole(file: &Path, text: &str) -> anyhow::Result<()> {
+    let mut part_name = file.to_owned().into_os_string();
+    part_name.push(".part");
+    let written = File::create(&part_name).and_then(|mut part| {
+        part.write_all(text.as_bytes())?;
+        part.sync_all()?;
+        fs::rename(&part_name, file)?;
+        // The name as well, where folders can be opened and synced.
+        match file.parent().map(File::open) {
+            Some(Ok(folder)) => folder.sync_all(),
+            _ => Ok(()),
+        }
+    });
+    written.with_context(|| format!("{}: cannot be written", file.display()))
+}

@@ -1,0 +1,290 @@
+//! A plan as cells.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use toml::Table;
+
+use super::plan_worlds::worlds;
+use super::{Cell, CellId, ExperimentError, Plan, World};
+use crate::runtime::Config;
+
+/// All cells of a plan, in its order: worlds, settings, weights, samplings, engines, seeds.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// The plan's title.
+    pub title: String,
+    /// The cells. Where two names of the plan mean the same, two cells have one key.
+    pub cells: Vec<Cell>,
+}
+
+/// Settings with their names in rows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Setup {
+    /// Name of the changes; none where there is only one set of settings.
+    pub name: Option<String>,
+    /// Name of the weights; none where there is only one set of weights.
+    pub weights: Option<String>,
+    /// The settings.
+    pub config: Config,
+}
+
+impl Setup {
+    /// Settings under a name.
+    #[must_use]
+    pub fn named(name: &str, config: Config) -> Self {
+        Self {
+            name: Some(name.to_owned()),
+            config,
+            ..Self::default()
+        }
+    }
+
+    /// Settings without a name.
+    #[must_use]
+    pub fn unnamed(config: Config) -> Self {
+        Self {
+            config,
+            ..Self::default()
+        }
+    }
+
+    /// The settings with this sampling of the dynamic window.
+    fn with_sampling(&self, vx_samples: u32, vtheta_samples: u32) -> Self {
+        let mut setup = self.clone();
+        setup.config.local.vx_samples = vx_samples;
+        setup.config.local.vtheta_samples = vtheta_samples;
+        setup
+    }
+
+    /// Checks that runs do not depend on the wall clock.
+    fn check_pure(&self) -> Result<(), ExperimentError> {
+        let navigator = &self.config.navigator;
+        let key = if navigator.deadline_s.is_some() {
+            "deadline_s"
+        } else if !navigator.wait_for_plans {
+            "wait_for_plans = false"
+        } else {
+            return Ok(());
+        };
+        let name = self.name.as_deref();
+        Err(ExperimentError::NotPure {
+            place: name.map_or("settings".to_owned(), |name| format!("configs.{name}")),
+            key,
+        })
+    }
+}
+
+impl Grid {
+    /// Reads the worlds of a plan, whose paths are relative to this folder, and combines everything. `change` applies
+    /// changes to settings; its error says what is wrong with them.
+    ///
+    /// # Errors
+    /// When a world cannot be read, changes do not fit the settings, or settings make a run depend on the wall clock.
+    pub fn new(
+        plan: &Plan,
+        folder: &Path,
+        change: impl Fn(&Config, &Table) -> Result<Config, String>,
+    ) -> Result<Self, ExperimentError> {
+        plan.validate()?;
+        let mut grid = Self::empty(&plan.title);
+        for world in worlds(plan, folder)? {
+            for setup in setups(plan, &world.settings, &change)? {
+                setup.check_pure()?;
+                let threads = if world.latency {
+                    plan.latency_threads
+                } else {
+                    1
+                };
+                for engine in &plan.engines {
+                    for &seed in &plan.seeds {
+                        grid.add(&world, &setup, engine, seed, threads);
+                    }
+                }
+            }
+        }
+        grid.check_names()?;
+        Ok(grid)
+    }
+
+    /// Every setup in every world with every seed, on one CPU thread each; the ticks are timed next to other cells.
+    ///
+    /// # Errors
+    /// When settings make a run depend on the wall clock, or two worlds have one name.
+    pub fn of_worlds(
+        title: &str,
+        worlds: &[World],
+        setups: &[Setup],
+        seeds: &[u64],
+    ) -> Result<Self, ExperimentError> {
+        let cells = worlds.iter().flat_map(|world| {
+            let seeds = seeds.iter();
+            seeds.map(move |&seed| (world, seed))
+        });
+        Self::timed(title, cells, setups)
+    }
+
+    /// This many missions with each setup, with consecutive seeds: the worlds take turns. On one CPU thread each; the ticks
+    /// are timed next to other cells.
+    ///
+    /// # Errors
+    /// As [`Grid::of_worlds`].
+    pub fn of_missions(
+        title: &str,
+        worlds: &[World],
+        setups: &[Setup],
+        missions: usize,
+        first_seed: u64,
+    ) -> Result<Self, ExperimentError> {
+        let turns = worlds.iter().cycle().take(missions);
+        Self::timed(title, turns.zip(first_seed..), setups)
+    }
+
+    fn timed<'w>(
+        title: &str,
+        worlds: impl Iterator<Item = (&'w World, u64)>,
+        setups: &[Setup],
+    ) -> Result<Self, ExperimentError> {
+        setups.iter().try_for_each(Setup::check_pure)?;
+        let mut grid = Self::empty(title);
+        for (world, seed) in worlds {
+            for setup in setups {
+                grid.add(world, setup, "cpu", seed, 1);
+            }
+        }
+        grid.cells.iter_mut().for_each(|cell| cell.timed = true);
+        grid.check_names()?;
+        Ok(grid)
+    }
+
+    /// The same cells on another engine, as plans name it.
+    #[must_use]
+    pub fn on_engine(&self, engine: &str) -> Self {
+        let moved = |cell: &Cell| {
+            let id = CellId {
+                engine: engine.to_owned(),
+                ..cell.id.clone()
+            };
+            let timed = cell.timed;
+            let cell = Cell::new(id, &cell.world, cell.config.clone(), cell.threads);
+            Cell { timed, ..cell }
+        };
+        Self {
+            title: self.title.clone(),
+            cells: self.cells.iter().map(moved).collect(),
+        }
+    }
+
+    /// The first cell of each key.
+    #[must_use]
+    pub fn distinct(&self) -> Vec<&Cell> {
+        let mut seen = BTreeSet::new();
+        let cells = self.cells.iter();
+        cells
+            .filter(|cell| seen.insert(cell.key.as_str()))
+            .collect()
+    }
+
+    fn empty(title: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            cells: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, world: &World, setup: &Setup, engine: &str, seed: u64, threads: usize) {
+        let id = CellId {
+            kind: world.kind,
+            world: world.name.clone(),
+            config: setup.name.clone(),
+            weights: setup.weights.clone(),
+            vx_samples: setup.config.local.vx_samples,
+            vtheta_samples: setup.config.local.vtheta_samples,
+            engine: engine.to_owned(),
+            seed,
+            latency: world.latency,
+        };
+        let cell = Cell::new(id, world, setup.config.clone(), threads);
+        self.cells.push(cell);
+    }
+
+    fn check_names(&self) -> Result<(), ExperimentError> {
+        let mut ids = BTreeSet::new();
+        for cell in &self.cells {
+            if !ids.insert(format!("{:?}", cell.id)) {
+                let name = cell.id.world.clone();
+                return Err(ExperimentError::SameName { name });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// All settings of a plan: changes, then weights, then samplings.
+fn setups(
+    plan: &Plan,
+    base: &Config,
+    change: impl Fn(&Config, &Table) -> Result<Config, String>,
+) -> Result<Vec<Setup>, ExperimentError> {
+    let mut changed = Vec::new();
+    for (name, changes) in &plan.configs {
+        let config = change(base, changes).map_err(|reason| ExperimentError::BadChange {
+            place: format!("configs.{name}"),
+            reason,
+        })?;
+        changed.push(Setup::named(name, config));
+    }
+    if changed.is_empty() {
+        changed.push(Setup::unnamed(base.clone()));
+    }
+    let mut setups = Vec::new();
+    for setup in changed {
+        let mut weighted: Vec<Setup> = Vec::new();
+        for (name, weights) in &plan.weights {
+            let mut setup = setup.clone();
+            setup.weights = Some(name.clone());
+            setup.config.local.weights = *weights;
+            check(&setup, || format!("weights.{name}"))?;
+            weighted.push(setup);
+        }
+        if weighted.is_empty() {
+            weighted.push(setup);
+        }
+        for setup in weighted {
+            for sampling in &plan.sampling {
+                let setup = setup.with_sampling(sampling.vx_samples, sampling.vtheta_samples);
+                check(&setup, || format!("sampling {sampling}"))?;
+                setups.push(setup);
+            }
+            if plan.sampling.is_empty() {
+                setups.push(setup);
+            }
+        }
+    }
+    Ok(setups)
+}
+
+fn check(setup: &Setup, place: impl Fn() -> String) -> Result<(), ExperimentError> {
+    let checked = setup.config.validate();
+    checked.map_err(|error| ExperimentError::BadChange {
+        place: place(),
+        reason: error.to_string(),
+    })
+}
+
+/// A configuration with each sampling, as [`grid_counts`](crate::bench::grid_counts) shapes it: each number of samples
+/// with each ratio of forward speeds to turn rates. Equal samplings occur once.
+#[must_use]
+pub fn sampling_setups(config: &Config, samples: &[usize], shapes: &[f64]) -> Vec<Setup> {
+    let mut setups: Vec<Setup> = Vec::new();
+    for &samples in samples {
+        for &shape in shapes {
+            let (vx_samples, vtheta_samples) = crate::bench::grid_counts(samples, shape);
+            let setup = Setup::unnamed(config.clone()).with_sampling(vx_samples, vtheta_samples);
+            if !setups.contains(&setup) {
+                setups.push(setup);
+            }
+        }
+    }
+    setups
+}

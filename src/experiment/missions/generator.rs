@@ -1,0 +1,129 @@
+//! Generates a mission from a map and a seed.
+
+use core::f64::consts::PI;
+use std::sync::Arc;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::flood_fill::flood_fill;
+use super::traffic::traffic;
+use super::unmapped::add_unmapped;
+use super::{MissionSite, MissionsError, Rules, TrafficKind};
+use crate::geometry::{Point, Pose};
+use crate::global::Plan;
+use crate::navigator::{Goal, RoutePlanner};
+use crate::runtime::{Config, Mission};
+use crate::sim::Simulation;
+
+/// Attempts to find a start that has a goal. A start in a small enclosed area has none.
+const ATTEMPTS: usize = 200;
+/// Time limit, seconds: a fixed part, and a part for each metre of the path. The default robot drives up to 1 m/s; the rest is
+/// for waiting, detours and one more attempt shortly before the navigator gives up (after 90 s by default).
+const TIME_S: f64 = 180.0;
+const TIME_S_PER_M: f64 = 6.0;
+
+/// A generated mission.
+#[derive(Clone, Debug)]
+pub struct GeneratedMission {
+    /// The mission in its world.
+    pub simulation: Simulation,
+    /// Length of the path that the robot's own planner finds on the map at the start, metres.
+    pub path_m: f64,
+    /// Kind of the moving obstacles.
+    pub traffic: TrafficKind,
+    /// Number of obstacles on the path that the map does not show.
+    pub unmapped: usize,
+}
+
+impl MissionSite {
+    /// Generates the mission of a seed: start and goal in free space, joined by a path of the planner within the rules'
+    /// lengths; both yaws are uniformly random.
+    ///
+    /// # Errors
+    /// When the map has no room, or a rule is out of range.
+    pub fn generate(
+        &self,
+        seed: u64,
+        rules: &Rules,
+        config: &Config,
+    ) -> Result<GeneratedMission, MissionsError> {
+        rules.validate()?;
+        let mut planner = config.route_planner(self.map.frame().resolution_m);
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let (start, goal, plan) = self.ends(rules, &mut planner, &mut rng)?;
+        let path = &plan.smoothed;
+        let yaw = |rng: &mut Pcg64Mcg| rng.random_range(-PI..PI);
+        let (start_yaw, goal_yaw) = (yaw(&mut rng), yaw(&mut rng));
+        // All random numbers are drawn whatever the rules, so that a seed has the same ends and obstacles under other rules.
+        let mut own = Pcg64Mcg::seed_from_u64(rng.random());
+        let is_wrong = own.random::<f64>() < rules.unmapped_share;
+        let (truth, unmapped) = if is_wrong {
+            add_unmapped(&self.obstacles, path, &mut planner, &mut own)
+        } else {
+            (self.obstacles.clone(), 0)
+        };
+        let (traffic, moving_obstacles) = traffic(rules, config, &truth, path, &mut rng);
+        let path_m = path.length_m();
+        let goal = Goal {
+            position: goal,
+            yaw: Some(goal_yaw),
+        };
+        let start = Pose::new(start.x, start.y, start_yaw);
+        let simulation = Simulation {
+            truth: (unmapped > 0).then_some(truth),
+            moving_obstacles,
+            seed,
+            ..Simulation::new(Mission {
+                time_limit_s: TIME_S + TIME_S_PER_M * path_m,
+                ..Mission::new(Arc::clone(&self.map), start, goal)
+            })
+        };
+        Ok(GeneratedMission {
+            simulation,
+            path_m,
+            traffic,
+            unmapped,
+        })
+    }
+
+    fn ends(
+        &self,
+        rules: &Rules,
+        planner: &mut RoutePlanner,
+        rng: &mut Pcg64Mcg,
+    ) -> Result<(Point, Point, Plan), MissionsError> {
+        let frame = *self.free.frame();
+        let most_steps = (rules.longest_m / frame.resolution_m) as u32;
+        let attempts = if self.free_cells.is_empty() {
+            0
+        } else {
+            ATTEMPTS
+        };
+        for _ in 0..attempts {
+            let first = frame.cell_at(self.free_cells[rng.random_range(0..self.free_cells.len())]);
+            let start = frame.center_of(first);
+            let mut reached = flood_fill(&self.free, first, most_steps);
+            reached.retain(|&cell| {
+                let is_inner = self.free_cells.binary_search(&frame.index(cell)).is_ok();
+                is_inner && (frame.center_of(cell) - start).norm() >= rules.least_m
+            });
+            if reached.is_empty() {
+                continue;
+            }
+            let goal = frame.center_of(reached[rng.random_range(0..reached.len())]);
+            let plan = planner.plan(&self.obstacles, start, goal, &mut || 0.0);
+            if let Some(plan) = plan.ok().filter(|plan| {
+                (rules.least_m..=rules.longest_m).contains(&plan.smoothed.length_m())
+            }) {
+                return Ok((start, goal, plan));
+            }
+        }
+        Err(MissionsError::NoRoom {
+            site: self.name.clone(),
+            least_m: rules.least_m,
+            longest_m: rules.longest_m,
+            radius_m: self.free.radius_m(),
+        })
+    }
+}

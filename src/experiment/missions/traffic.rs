@@ -1,0 +1,126 @@
+//! MovingObstacle obstacles of a mission.
+
+use core::ops::RangeInclusive;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use super::Rules;
+use crate::geometry::Point;
+use crate::global::Path;
+use crate::map::ObstacleGrid;
+use crate::runtime::Config;
+use crate::sim::{MovingObstacle, MovingObstacles, PedestrianSpawner, SpawnTrigger};
+
+/// The kind of moving obstacles of a mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TrafficKind {
+    /// No moving obstacles.
+    None,
+    /// They cross or follow the path, and stop for the robot.
+    Yielding,
+    /// They cross or follow the path and ignore the robot.
+    NonYielding,
+    /// They appear when the robot is near, then wander around the path and stop for the robot.
+    Appearing,
+}
+
+impl TrafficKind {
+    /// Its name in rows.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Yielding => "yielding",
+            Self::NonYielding => "non_yielding",
+            Self::Appearing => "appearing",
+        }
+    }
+}
+
+/// Of four missions with moving obstacles, one has non-yielding and one has appearing ones.
+const KINDS: [TrafficKind; 4] = [
+    TrafficKind::Yielding,
+    TrafficKind::Yielding,
+    TrafficKind::NonYielding,
+    TrafficKind::Appearing,
+];
+/// Distance of the robot's origin at which an obstacle appears, metres: from just outside the robot's margins to the range
+/// that it sees ahead.
+const APPEARS_WITHIN_M: RangeInclusive<f64> = 2.0..=5.0;
+/// Radius in which it wanders, metres.
+const WANDER_M: f64 = 3.0;
+/// Smallest distance of its place along the path from either end, metres: the robot cannot park at an end that is never
+/// clear.
+const FROM_ENDS_M: f64 = 5.0;
+
+/// Generates moving obstacles along a path. Where the map has no room for all of them, there are fewer.
+pub(super) fn traffic(
+    rules: &Rules,
+    config: &Config,
+    ground: &ObstacleGrid,
+    path: &Path,
+    rng: &mut Pcg64Mcg,
+) -> (TrafficKind, MovingObstacles) {
+    // All random numbers are drawn in any case, so that a change of one rule does not change the rest of the mission.
+    let count = rng.random_range(0..=rules.most_people);
+    let kind = KINDS[rng.random_range(0..KINDS.len())];
+    let seed: u64 = rng.random();
+    let moving_obstacles = match kind {
+        TrafficKind::Appearing => appearing(count, config, ground, path, rng),
+        kind => {
+            let spawner = PedestrianSpawner {
+                yields: kind == TrafficKind::Yielding,
+                ..config.pedestrians.spawner(count, seed)
+            };
+            along(spawner, ground, path)
+        }
+    };
+    if moving_obstacles.is_empty() {
+        return (TrafficKind::None, moving_obstacles);
+    }
+    (kind, moving_obstacles)
+}
+
+fn along(spawner: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> MovingObstacles {
+    let points = path.points();
+    let ends: Vec<Point> = points
+        .iter()
+        .take(1)
+        .chain(points.last())
+        .copied()
+        .collect();
+    let placed = (1..=spawner.count).rev().find_map(|count| {
+        let spawner = PedestrianSpawner { count, ..spawner };
+        spawner.spawn(ground, points, &ends).ok()
+    });
+    placed.unwrap_or_default()
+}
+
+fn appearing(
+    count: usize,
+    config: &Config,
+    ground: &ObstacleGrid,
+    path: &Path,
+    rng: &mut Pcg64Mcg,
+) -> MovingObstacles {
+    let people = config.pedestrians;
+    let stretch = FROM_ENDS_M..path.length_m() - FROM_ENDS_M;
+    if stretch.is_empty() {
+        return MovingObstacles::default();
+    }
+    let mut moving = Vec::with_capacity(count);
+    for _ in 0..count {
+        let place = path.point_at(rng.random_range(stretch.clone()));
+        let speed = rng.random_range(people.slowest..=people.fastest);
+        let appears = SpawnTrigger::WithinDistance(rng.random_range(APPEARS_WITHIN_M));
+        let seed = rng.random();
+        let one =
+            MovingObstacle::random_waypoint(people.radius_m, speed, place, WANDER_M, ground, seed);
+        // A place too narrow to wander from has no obstacle.
+        moving.extend(one.and_then(|one| one.spawned_by(appears)).ok());
+    }
+    MovingObstacles::new(moving)
+}

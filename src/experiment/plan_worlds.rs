@@ -1,0 +1,116 @@
+//! The worlds that a plan names, read from their files.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::missions::Rules;
+use super::world::Route;
+use super::{ExperimentError, Plan, PlanRoute, PlanWorlds, World, WorldKind, barn, dynabarn};
+use crate::bench::paper::made_mine;
+use crate::geometry::{Point, Pose};
+use crate::map::{LoadOptions, OccupancyGrid, load};
+use crate::navigator::Goal;
+use crate::sim::{Scene, scenes};
+
+/// Seed of the generated mine.
+const MINE_SEED: u64 = 1;
+
+/// All worlds of a plan, in its order. Paths are relative to this folder.
+pub(super) fn worlds(plan: &Plan, folder: &Path) -> Result<Vec<World>, ExperimentError> {
+    let mut all = Vec::new();
+    for group in &plan.worlds {
+        let latency = group.latency;
+        let worlds = of_group(group, folder)?.into_iter();
+        all.extend(worlds.map(|world| World { latency, ..world }));
+    }
+    Ok(all)
+}
+
+fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentError> {
+    let path = group.path.as_ref().map(|path| folder.join(path));
+    let path = path.unwrap_or_else(|| folder.to_owned());
+    let only = (!group.only.is_empty()).then_some(group.only.as_slice());
+    let speed_m_s = group.max_speed_m_s;
+    Ok(match group.kind {
+        WorldKind::Barn => barn::read_worlds(&path, only)?
+            .into_iter()
+            .map(|world| World::barn(world, speed_m_s))
+            .collect(),
+        WorldKind::DynaBarn => dynabarn::read_worlds(&path, only)?
+            .into_iter()
+            .map(World::dynabarn)
+            .collect(),
+        WorldKind::Scenes => scenes()
+            .into_iter()
+            .map(|scene| of_scene(scene, group.time_limit_s))
+            .collect(),
+        WorldKind::Map => routes(group, &path)?,
+        WorldKind::Missions => {
+            let rules = Rules {
+                longest_m: group.longest_m,
+                most_people: group.people,
+                unmapped_share: group.unmapped_share,
+                ..Rules::default()
+            };
+            if group.path.is_some() {
+                let (name, map) = map(group, &path)?;
+                vec![World::missions(&name, map, rules)]
+            } else {
+                built_in_maps(rules)
+            }
+        }
+    })
+}
+
+fn of_scene(scene: Scene, time_limit_s: f64) -> World {
+    let goal = Goal {
+        position: scene.goal,
+        yaw: None,
+    };
+    let route = Route {
+        map: Arc::new(scene.map),
+        start: scene.start,
+        goal,
+        people: scene.obstacles,
+        time_limit_s,
+    };
+    World::route(WorldKind::Scenes, scene.name.to_owned(), route)
+}
+
+fn routes(group: &PlanWorlds, path: &Path) -> Result<Vec<World>, ExperimentError> {
+    let (name, map) = map(group, path)?;
+    let route = |(index, route): (usize, &PlanRoute)| {
+        let goal = Goal {
+            position: Point::new(route.goal[0], route.goal[1]),
+            yaw: route.goal.get(2).copied(),
+        };
+        let route = Route {
+            map: Arc::clone(&map),
+            start: Pose::from(route.start),
+            goal,
+            people: group.people,
+            time_limit_s: group.time_limit_s,
+        };
+        World::route(WorldKind::Map, format!("{name} route {}", index + 1), route)
+    };
+    Ok(group.routes.iter().enumerate().map(route).collect())
+}
+
+/// The maps of the built-in scenes and the generated mine, for random missions.
+#[must_use]
+pub fn built_in_maps(rules: Rules) -> Vec<World> {
+    let scenes = scenes().into_iter().map(|scene| (scene.name, scene.map));
+    scenes
+        .chain([("made_mine", made_mine(MINE_SEED))])
+        .map(|(name, map)| World::missions(name, Arc::new(map), rules))
+        .collect()
+}
+
+fn map(group: &PlanWorlds, path: &Path) -> Result<(String, Arc<OccupancyGrid>), ExperimentError> {
+    let options = LoadOptions {
+        resolution_m: group.resolution_m,
+    };
+    let map = load(path, &options)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok((name.into_owned(), Arc::new(map)))
+}

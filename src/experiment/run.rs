@@ -1,0 +1,143 @@
+//! One run: a world driven with a seed.
+
+use super::barn::score;
+use super::outcome::outcome;
+use super::row::fault_name;
+use super::world::WorldSource;
+use super::{Cell, CellFile, RunError, RunOutcome, RunRow, World, WorldSimulation};
+use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
+use crate::runtime::{Config, MissionResult, Observer};
+use crate::sim::SimError;
+
+/// A run: its row, its simulation, and every tick.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Its figures.
+    pub row: RunRow,
+    /// The simulation; none where no route for its moving obstacles was found.
+    pub simulation: Option<WorldSimulation>,
+    /// Every tick and plan; none where the navigator refused to start.
+    pub result: Option<MissionResult>,
+}
+
+impl World {
+    /// Drives the mission of a seed. A navigator that refuses to start is a result: the outcome is `Failed`.
+    ///
+    /// # Errors
+    /// [`RunError`] when the mission cannot be made, or a setting is out of range.
+    pub fn drive(
+        &self,
+        seed: u64,
+        config: &Config,
+        engine: Box<dyn Engine>,
+        observer: &mut Observer<'_>,
+    ) -> Result<Run, RunError> {
+        let mut row = RunRow {
+            kind: self.kind,
+            world: self.name.clone(),
+            vx_samples: config.local.vx_samples,
+            vtheta_samples: config.local.vtheta_samples,
+            engine: engine.kind().to_owned(),
+            seed,
+            ran_on: Some(engine.name()),
+            outcome: RunOutcome::Failed,
+            ..RunRow::default()
+        };
+        let refused = |mut row: RunRow, fault: String, simulation| {
+            row.fault = Some(fault_name(&fault));
+            row.reason = Some(fault);
+            Run {
+                row,
+                simulation,
+                result: None,
+            }
+        };
+        let drawn = match self.simulation(seed, config) {
+            Err(RunError::Simulation(SimError::Fault(fault))) => {
+                return Ok(refused(row, fault.to_string(), None));
+            }
+            drawn => drawn?,
+        };
+        let simulation = &drawn.simulation;
+        row.path_m = drawn.path_m;
+        row.traffic = drawn.traffic;
+        row.obstacles = simulation.moving_obstacles.len();
+        row.unmapped = drawn.unmapped;
+        if let WorldSource::Barn(world) = self.source.as_ref() {
+            row.optimal_time_s = Some(world.optimal_time_s);
+            row.score = Some(0.0);
+        }
+        let result = match simulation.run(config, engine, observer) {
+            Err(SimError::Fault(fault)) => {
+                return Ok(refused(row, fault.to_string(), Some(drawn)));
+            }
+            result => result?,
+        };
+        (row.outcome, row.contact_cause, row.reason) = outcome(simulation, config, &result);
+        row.fill(&result);
+        row.fill_times(&result.decision_s);
+        match self.source.as_ref() {
+            WorldSource::Barn(world) => {
+                let reached = row.outcome == RunOutcome::Reached;
+                row.score = Some(score(reached, row.time_s, world.optimal_time_s));
+            }
+            WorldSource::DynaBarn(world) => {
+                row.contact_cause = world.contact_cause(&result, config)
+            }
+            WorldSource::Route(_) | WorldSource::Mission { .. } => {}
+        }
+        Ok(Run {
+            row,
+            simulation: Some(drawn),
+            result: Some(result),
+        })
+    }
+}
+
+/// Opens the engine of a cell.
+///
+/// # Errors
+/// When this machine does not have it. That is no result of the cell: another machine may have it.
+pub fn open_engine(cell: &Cell) -> Result<Box<dyn Engine>, EngineError> {
+    // The plan's check accepts no other names.
+    let preference: EngineChoice = cell.id.engine.parse().unwrap_or_default();
+    let is_gpu = matches!(preference, EngineChoice::Gpu(_));
+    Ok(open_with_fallback(&preference, cell.threads, is_gpu)?.engine)
+}
+
+/// Drives a cell on its engine. `clock`, in seconds, times the ticks of a timed cell on a machine of this name; other
+/// cells see no clock. A run that cannot start is a result too.
+pub fn run_cell(
+    cell: &Cell,
+    engine: Box<dyn Engine>,
+    clock: &mut dyn FnMut() -> f64,
+    machine: &str,
+) -> CellFile {
+    let mut no_clock = || 0.0;
+    let is_timed = cell.timed || cell.id.latency;
+    let mut observer = Observer {
+        clock: if is_timed { clock } else { &mut no_clock },
+        on_tick: &mut |_| {},
+    };
+    let driven = cell
+        .world
+        .drive(cell.id.seed, &cell.config, engine, &mut observer);
+    let row = match driven {
+        Ok(run) => run.row,
+        Err(error) => RunRow {
+            reason: Some(error.to_string()),
+            ..RunRow::default()
+        },
+    };
+    let mut row = row.named(&cell.id, &cell.key);
+    if !is_timed {
+        row = row.without_clock();
+    } else if cell.id.latency {
+        row.machine = Some(machine.to_owned());
+        row.threads = Some(cell.threads);
+    }
+    CellFile {
+        inputs: cell.inputs.clone(),
+        row,
+    }
+}

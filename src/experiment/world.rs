@@ -1,0 +1,248 @@
+//! The worlds that cells drive in. A digest of its content identifies a world, not its name.
+
+use std::sync::Arc;
+
+use super::barn::{self, BarnWorld, Course};
+use super::dynabarn::{self, DynaBarnWorld};
+use super::missions::{MissionSite, Rules};
+use super::{RunError, TrafficKind, WorldKind};
+use crate::digest::BitDigest;
+use crate::geometry::Pose;
+use crate::map::OccupancyGrid;
+use crate::navigator::Goal;
+use crate::runtime::{Config, Mission};
+use crate::sim::{SimError, Simulation};
+
+/// A world, with the settings that its kind drives with.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// Its kind.
+    pub kind: WorldKind,
+    /// Its name in tables.
+    pub name: String,
+    /// The settings before any change.
+    pub settings: Arc<Config>,
+    /// Whether latency is measured here.
+    pub latency: bool,
+    pub(super) source: Arc<WorldSource>,
+    pub(super) digest: String,
+}
+
+/// What a world is made from.
+#[derive(Clone, Debug)]
+pub(super) enum WorldSource {
+    /// A world of BARN.
+    Barn(BarnWorld),
+    /// A world of `DynaBARN`.
+    DynaBarn(DynaBarnWorld),
+    /// A route on a map.
+    Route(Route),
+    /// A map, on which the seed draws a mission.
+    Mission {
+        map: Arc<OccupancyGrid>,
+        rules: Rules,
+    },
+}
+
+/// A route on a map, among people.
+#[derive(Clone, Debug)]
+pub(super) struct Route {
+    pub map: Arc<OccupancyGrid>,
+    pub start: Pose,
+    pub goal: Goal,
+    pub people: usize,
+    pub time_limit_s: f64,
+}
+
+/// A simulation of a world, with what the seed determined.
+#[derive(Clone, Debug)]
+pub struct WorldSimulation {
+    /// The mission in its world.
+    pub simulation: Simulation,
+    /// Length of a random mission's first global path, metres.
+    pub path_m: Option<f64>,
+    /// Kind of a random mission's moving obstacles.
+    pub traffic: Option<TrafficKind>,
+    /// Number of obstacles on the path that the map does not show.
+    pub unmapped: usize,
+}
+
+impl World {
+    fn new(kind: WorldKind, name: String, settings: Config, source: WorldSource) -> Self {
+        Self {
+            kind,
+            name,
+            settings: Arc::new(settings),
+            latency: false,
+            digest: source.digest(),
+            source: Arc::new(source),
+        }
+    }
+
+    /// A world of BARN, driven at up to this speed, m/s.
+    #[must_use]
+    pub fn barn(world: BarnWorld, max_speed_m_s: f64) -> Self {
+        let (name, settings) = (world.number.to_string(), barn::barn_config(max_speed_m_s));
+        Self::new(WorldKind::Barn, name, settings, WorldSource::Barn(world))
+    }
+
+    /// A world of `DynaBARN`.
+    #[must_use]
+    pub fn dynabarn(world: DynaBarnWorld) -> Self {
+        let (name, settings) = (world.number.to_string(), dynabarn::dynabarn_config());
+        let source = WorldSource::DynaBarn(world);
+        Self::new(WorldKind::DynaBarn, name, settings, source)
+    }
+
+    /// A map for random missions.
+    #[must_use]
+    pub fn missions(name: &str, map: Arc<OccupancyGrid>, rules: Rules) -> Self {
+        let source = WorldSource::Mission { map, rules };
+        Self::new(
+            WorldKind::Missions,
+            name.to_owned(),
+            Config::default(),
+            source,
+        )
+    }
+
+    pub(super) fn route(kind: WorldKind, name: String, route: Route) -> Self {
+        Self::new(kind, name, Config::default(), WorldSource::Route(route))
+    }
+
+    /// The simulation of a seed.
+    ///
+    /// # Errors
+    /// [`RunError`] when the world is too large for a grid, has no room for a mission, or an obstacle cannot move as
+    /// described.
+    pub fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, RunError> {
+        let simulation = match self.source.as_ref() {
+            WorldSource::Barn(world) => world.simulation(seed)?,
+            WorldSource::DynaBarn(world) => world.simulation(seed)?,
+            WorldSource::Route(route) => route.simulation(seed, config)?,
+            WorldSource::Mission { map, rules } => {
+                let site = MissionSite::new(&self.name, OccupancyGrid::clone(map), config);
+                let drawn = site.generate(seed, rules, config)?;
+                return Ok(WorldSimulation {
+                    simulation: drawn.simulation,
+                    path_m: Some(drawn.path_m),
+                    traffic: Some(drawn.traffic),
+                    unmapped: drawn.unmapped,
+                });
+            }
+        };
+        Ok(WorldSimulation {
+            simulation,
+            path_m: None,
+            traffic: None,
+            unmapped: 0,
+        })
+    }
+}
+
+impl Route {
+    /// The simulation, with people spread along the path that the robot will plan.
+    fn simulation(&self, seed: u64, config: &Config) -> Result<Simulation, SimError> {
+        let ends = (self.start.position(), self.goal.position);
+        let spawner = config.pedestrians.spawner(self.people, seed);
+        Ok(Simulation {
+            moving_obstacles: spawner.spawn_on_route(&self.map, config, ends)?,
+            seed,
+            ..Simulation::new(Mission {
+                time_limit_s: self.time_limit_s,
+                ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
+            })
+        })
+    }
+}
+
+impl WorldSource {
+    /// A digest of everything that decides what happens in it.
+    fn digest(&self) -> String {
+        let mut digest = BitDigest::default();
+        match self {
+            Self::Barn(world) => add_barn(&mut digest, world),
+            Self::DynaBarn(world) => add_dynabarn(&mut digest, world),
+            Self::Route(route) => {
+                digest.text("route");
+                add_map(&mut digest, &route.map);
+                add_pose(&mut digest, &route.start);
+                digest.real(route.goal.position.x);
+                digest.real(route.goal.position.y);
+                add_optional(&mut digest, route.goal.yaw);
+                digest.wide(route.people as u64);
+                digest.real(route.time_limit_s);
+            }
+            Self::Mission { map, rules } => {
+                digest.text("mission");
+                add_map(&mut digest, map);
+                digest.real(rules.least_m);
+                digest.real(rules.longest_m);
+                digest.wide(rules.most_people as u64);
+                digest.real(rules.unmapped_share);
+            }
+        }
+        digest.hex()
+    }
+}
+
+fn add_barn(digest: &mut BitDigest, world: &BarnWorld) {
+    let Course {
+        start,
+        goal,
+        goal_radius_m,
+        time_limit_s,
+    } = world.course;
+    digest.text("barn");
+    add_pose(digest, &start);
+    let numbers = [
+        goal.x,
+        goal.y,
+        goal_radius_m,
+        time_limit_s,
+        world.optimal_time_s,
+    ];
+    numbers.iter().for_each(|&number| digest.real(number));
+    for cylinder in &world.cylinders {
+        let numbers = [cylinder.x_m, cylinder.y_m, cylinder.radius_m];
+        numbers.iter().for_each(|&number| digest.real(number));
+    }
+}
+
+fn add_dynabarn(digest: &mut BitDigest, world: &DynaBarnWorld) {
+    digest.text("dynabarn");
+    add_pose(digest, &world.start);
+    digest.real(world.goal.x);
+    digest.real(world.goal.y);
+    for cylinder in &world.cylinders {
+        digest.real(cylinder.radius_m);
+        add_optional(digest, cylinder.script.period_s());
+        digest.wide(cylinder.script.keys().len() as u64);
+        for (time_s, place) in cylinder.script.keys() {
+            [*time_s, place.x, place.y]
+                .iter()
+                .for_each(|&number| digest.real(number));
+        }
+    }
+}
+
+fn add_map(digest: &mut BitDigest, map: &OccupancyGrid) {
+    let frame = map.frame();
+    digest.wide(frame.width as u64);
+    digest.real(frame.resolution_m);
+    add_pose(digest, &frame.origin);
+    for &cell in map.cells() {
+        digest.word(u32::from(cell as u8));
+    }
+}
+
+fn add_pose(digest: &mut BitDigest, pose: &Pose) {
+    [pose.x, pose.y, pose.yaw]
+        .iter()
+        .for_each(|&number| digest.real(number));
+}
+
+fn add_optional(digest: &mut BitDigest, number: Option<f64>) {
+    digest.word(u32::from(number.is_some()));
+    digest.real(number.unwrap_or_default());
+}
