@@ -1,5 +1,7 @@
 //! Errors of bases and lidars.
 
+use std::io::ErrorKind;
+
 use thiserror::Error;
 
 use crate::robot::RobotError;
@@ -79,4 +81,12 @@ pub enum BaseError {
         /// Message of the operating system.
         reason: String,
     },
+}
+
+/// Whether a read ended because no bytes came.
+pub(super) const fn is_timeout(kind: ErrorKind) -> bool {
+    matches!(
+        kind,
+        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+    )
 }

@@ -13,6 +13,7 @@ mod encoder_speed;
 mod error;
 mod fault_detector;
 mod faults;
+mod frame_decoder;
 pub mod ld19;
 pub mod native;
 mod protocol;

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use serialport::{ClearBuffer, SerialPort};
 
+use super::error::is_timeout;
 use super::ld19::BAUD;
 use super::{Base, BaseError, Feedback, Session, SessionCounters};
 use crate::geometry::Twist;
@@ -44,23 +45,27 @@ impl Default for SerialSettings {
 /// [`Base::send`] returns within [`SerialSettings::send_timeout`] plus 1 ms for the last byte. [`Base::feedback`] returns within
 /// 1 ms if nothing has arrived and no request is due, else within about 10 ms; while a request is outstanding within
 /// [`SerialSettings::request_timeout`] plus that time. A protocol with requests makes progress only in these two calls.
-pub struct SerialBase<S = Box<dyn Session>> {
+pub struct SerialBase {
     port: Box<dyn SerialPort>,
     name: String,
     settings: SerialSettings,
-    session: S,
+    session: Box<dyn Session>,
     /// Origin of the session's time.
     opened: Instant,
     /// Buffer of outgoing bytes.
     line: Vec<u8>,
 }
 
-impl<S: Session> SerialBase<S> {
+impl SerialBase {
     /// Opens a port by its name, such as `/dev/ttyUSB0` or `COM3`, at the session's speed.
     ///
     /// # Errors
     /// [`BaseError::CannotOpen`].
-    pub fn open(name: &str, session: S, settings: SerialSettings) -> Result<Self, BaseError> {
+    pub fn open(
+        name: &str,
+        session: Box<dyn Session>,
+        settings: SerialSettings,
+    ) -> Result<Self, BaseError> {
         let port = serialport::new(name, session.baud())
             .timeout(MIN_TIMEOUT)
             .open()
@@ -78,7 +83,7 @@ impl<S: Session> SerialBase<S> {
     pub fn from_port(
         port: Box<dyn SerialPort>,
         name: &str,
-        session: S,
+        session: Box<dyn Session>,
         settings: SerialSettings,
     ) -> Self {
         Self {
@@ -204,7 +209,7 @@ impl<S: Session> SerialBase<S> {
     }
 }
 
-impl<S: Session> Base for SerialBase<S> {
+impl Base for SerialBase {
     /// If an earlier answer does not come in time, the command stays pending and is sent by the next call of either method.
     fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
         self.session.command(command)?;
@@ -262,12 +267,4 @@ pub fn open_lidar_port(name: &str) -> Result<Box<dyn Read + Send>, BaseError> {
     // Older bytes measure from where the robot was before.
     let _ = port.clear(ClearBuffer::Input);
     Ok(port)
-}
-
-/// Whether a read ended because no bytes came.
-pub(super) fn is_timeout(kind: ErrorKind) -> bool {
-    matches!(
-        kind,
-        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-    )
 }

@@ -1,7 +1,9 @@
 //! The host's side of a protocol, without I/O: bytes and time in, bytes and feedback out.
 
-use super::{BaseError, Feedback};
+use super::encoder_speed::EncoderSpeed;
+use super::{BaseError, BaseSettings, Feedback};
 use crate::geometry::Twist;
+use crate::robot::TrackSpeeds;
 
 /// The host's side of a protocol. It has no port and no clock: the caller transfers the bytes and passes the time.
 ///
@@ -66,40 +68,65 @@ pub struct SessionCounters {
     pub rejected_readings: u64,
 }
 
-impl<S: Session + ?Sized> Session for Box<S> {
-    fn baud(&self) -> u32 {
-        (**self).baud()
+/// State that sessions with track speeds and encoders share.
+#[derive(Clone, Debug)]
+pub(super) struct TrackSession {
+    pub(super) settings: BaseSettings,
+    pub(super) target: TrackSpeeds,
+    /// Whether a command is to be sent.
+    pub(super) is_pending: bool,
+    pub(super) encoder_speed: EncoderSpeed,
+    pub(super) latest: Option<TimedFeedback>,
+    pub(super) counters: SessionCounters,
+}
+
+impl TrackSession {
+    pub(super) fn new(settings: BaseSettings) -> Result<Self, BaseError> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            target: TrackSpeeds::default(),
+            is_pending: false,
+            encoder_speed: EncoderSpeed::new(&settings),
+            latest: None,
+            counters: SessionCounters::default(),
+        })
     }
 
-    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
-        (**self).command(twist)
+    pub(super) fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
+        let limited = self.settings.limit(twist)?;
+        self.target = self.settings.drive().tracks(&limited);
+        self.is_pending = true;
+        Ok(())
     }
 
-    fn receive(&mut self, bytes: &[u8], now_s: f64) {
-        (**self).receive(bytes, now_s);
+    /// Takes the pending command as ticks per second of the controller's channels.
+    pub(super) fn take_rates(&mut self) -> [f64; 2] {
+        self.is_pending = false;
+        self.settings.channel_rates(&self.target)
     }
 
-    fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
-        (**self).transmit(now_s, line);
+    pub(super) fn stop(&mut self) {
+        self.target = TrackSpeeds::default();
+        self.is_pending = true;
     }
 
-    fn is_waiting(&self) -> bool {
-        (**self).is_waiting()
+    pub(super) fn release(&mut self) {
+        self.stop();
+        self.encoder_speed.clear_fault();
     }
 
-    fn latest(&self) -> Option<&TimedFeedback> {
-        (**self).latest()
+    pub(super) fn report(&mut self, feedback: Feedback, received_s: f64) {
+        self.latest = Some(TimedFeedback {
+            received_s,
+            feedback,
+        });
     }
 
-    fn counters(&self) -> SessionCounters {
-        (**self).counters()
-    }
-
-    fn engage_stop(&mut self) {
-        (**self).engage_stop();
-    }
-
-    fn release(&mut self) {
-        (**self).release();
+    pub(super) const fn counters(&self) -> SessionCounters {
+        SessionCounters {
+            rejected_readings: self.encoder_speed.rejected(),
+            ..self.counters
+        }
     }
 }

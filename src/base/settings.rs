@@ -189,6 +189,11 @@ pub(super) const fn above_zero(name: &'static str, value: f64) -> Result<(), Bas
     require(valid, name, value, "finite and above zero")
 }
 
+/// Rejects a count of zero.
+pub(super) fn at_least_one(name: &'static str, value: u32) -> Result<(), BaseError> {
+    require(value > 0, name, value.into(), "at least 1")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

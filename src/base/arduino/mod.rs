@@ -28,7 +28,7 @@ pub use session::ArduinoSession;
 use serde::{Deserialize, Serialize};
 
 use super::BaseError;
-use super::settings::{above_zero, require};
+use super::settings::{above_zero, at_least_one};
 use crate::documented::documented;
 
 /// Time after the last motor command at which the firmware stops, seconds.
@@ -39,7 +39,7 @@ documented! {
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct ArduinoSettings {
-        /// Speed of the serial line, baud, above zero. Default 57,600, the firmware's.
+        /// Speed of the serial line, baud, at least 1. Default 57,600, the firmware's.
         pub baud: u32,
         /// Cycle time of the firmware's speed control, seconds, above zero. Default 0.033 s.
         pub pid_interval_s: f64,
@@ -71,20 +71,10 @@ impl ArduinoSettings {
     /// # Errors
     /// [`BaseError::BadSetting`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
-        require(
-            self.baud > 0,
-            "arduino.baud",
-            self.baud.into(),
-            "above zero",
-        )?;
+        at_least_one("arduino.baud", self.baud)?;
         above_zero("arduino.pid_interval_s", self.pid_interval_s)?;
         above_zero("arduino.answer_timeout_s", self.answer_timeout_s)?;
-        require(
-            self.max_attempts > 0,
-            "arduino.max_attempts",
-            self.max_attempts.into(),
-            "at least 1",
-        )?;
+        at_least_one("arduino.max_attempts", self.max_attempts)?;
         above_zero("arduino.poll_period_s", self.poll_period_s)
     }
 }

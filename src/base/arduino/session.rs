@@ -1,11 +1,10 @@
 //! The host's side: one line, one answer.
 
 use super::lines::{Answer, MAX_LINE, parse_answer};
-use crate::base::encoder_speed::EncoderSpeed;
 use crate::base::request::{RequestState, RequestTracker, RetryPolicy};
+use crate::base::session::TrackSession;
 use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;
-use crate::robot::TrackSpeeds;
 
 /// The kinds of request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,18 +18,13 @@ enum Request {
 /// Host session of a `ROSArduinoBridge`. It reports encoder counts only.
 #[derive(Clone, Debug)]
 pub struct ArduinoSession {
-    settings: BaseSettings,
-    target: TrackSpeeds,
-    is_pending: bool,
+    core: TrackSession,
     requests: RequestTracker<Request>,
     /// Whether the firmware may hold a partial line: at the start and after each lost answer.
     needs_flush: bool,
     /// Bytes since the last line feed, at most [`MAX_LINE`].
     line: Vec<u8>,
     next_poll_s: f64,
-    encoder_speed: EncoderSpeed,
-    latest: Option<TimedFeedback>,
-    counters: SessionCounters,
 }
 
 impl ArduinoSession {
@@ -39,22 +33,17 @@ impl ArduinoSession {
     /// # Errors
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
-        settings.validate()?;
+        let core = TrackSession::new(settings)?;
         let policy = RetryPolicy {
             answer_timeout_s: settings.arduino.answer_timeout_s,
             max_attempts: settings.arduino.max_attempts,
         };
         Ok(Self {
-            settings,
-            target: TrackSpeeds::default(),
-            is_pending: false,
+            core,
             requests: RequestTracker::new(policy),
             needs_flush: true,
             line: Vec::new(),
             next_poll_s: f64::NEG_INFINITY,
-            encoder_speed: EncoderSpeed::new(&settings),
-            latest: None,
-            counters: SessionCounters::default(),
         })
     }
 
@@ -65,9 +54,8 @@ impl ArduinoSession {
         }
         match request {
             Request::SetSpeeds => {
-                self.is_pending = false;
-                let interval_s = self.settings.arduino.pid_interval_s;
-                let rates = self.settings.channel_rates(&self.target);
+                let interval_s = self.core.settings.arduino.pid_interval_s;
+                let rates = self.core.take_rates();
                 // Integers have 16 bits on the smaller boards.
                 let [first, second] = rates.map(|rate| (rate * interval_s).round() as i16);
                 line.extend(format!("m {first} {second}\r").into_bytes());
@@ -86,38 +74,32 @@ impl ArduinoSession {
                 self.take_counts(counts, now_s);
             }
             // This includes the answer to the carriage return that flushes a partial line.
-            _ => self.counters.dropped_bytes += line.len() as u64,
+            _ => self.core.counters.dropped_bytes += line.len() as u64,
         }
     }
 
     fn take_counts(&mut self, counts: [u32; 2], now_s: f64) {
-        let counts = self.settings.track_counts(counts);
-        let Some(speeds) = self.encoder_speed.update(counts, now_s) else {
+        let counts = self.core.settings.track_counts(counts);
+        let Some(speeds) = self.core.encoder_speed.update(counts, now_s) else {
             return;
         };
         let feedback = Feedback {
-            twist: self.settings.drive().twist(&speeds),
+            twist: self.core.settings.drive().twist(&speeds),
             encoder_counts: Some(counts),
-            faults: self.encoder_speed.faults(),
+            faults: self.core.encoder_speed.faults(),
             ..Feedback::default()
         };
-        self.latest = Some(TimedFeedback {
-            received_s: now_s,
-            feedback,
-        });
+        self.core.report(feedback, now_s);
     }
 }
 
 impl Session for ArduinoSession {
     fn baud(&self) -> u32 {
-        self.settings.arduino.baud
+        self.core.settings.arduino.baud
     }
 
     fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
-        let limited = self.settings.limit(twist)?;
-        self.target = self.settings.drive().tracks(&limited);
-        self.is_pending = true;
-        Ok(())
+        self.core.command(twist)
     }
 
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
@@ -125,7 +107,7 @@ impl Session for ArduinoSession {
             if self.line.len() < MAX_LINE {
                 self.line.push(*byte);
             } else {
-                self.counters.dropped_bytes += 1;
+                self.core.counters.dropped_bytes += 1;
             }
             if *byte == b'\n' {
                 self.take_line(now_s);
@@ -139,22 +121,22 @@ impl Session for ArduinoSession {
         match state {
             RequestState::Waiting => return,
             // A command does not wait for the retry of a query.
-            RequestState::Retry(Request::ReadEncoders) if self.is_pending => {
+            RequestState::Retry(Request::ReadEncoders) if self.core.is_pending => {
                 self.requests.finish();
-                self.counters.unanswered += 1;
+                self.core.counters.unanswered += 1;
             }
             RequestState::Retry(request) => {
-                self.counters.retries += 1;
+                self.core.counters.retries += 1;
                 self.send(request, line);
                 return;
             }
-            RequestState::GivenUp(_) => self.counters.unanswered += 1,
+            RequestState::GivenUp(_) => self.core.counters.unanswered += 1,
             RequestState::Idle => {}
         }
-        let request = if self.is_pending {
+        let request = if self.core.is_pending {
             Request::SetSpeeds
         } else if now_s >= self.next_poll_s {
-            self.next_poll_s = now_s + self.settings.arduino.poll_period_s;
+            self.next_poll_s = now_s + self.core.settings.arduino.poll_period_s;
             Request::ReadEncoders
         } else {
             return;
@@ -168,23 +150,18 @@ impl Session for ArduinoSession {
     }
 
     fn latest(&self) -> Option<&TimedFeedback> {
-        self.latest.as_ref()
+        self.core.latest.as_ref()
     }
 
     fn counters(&self) -> SessionCounters {
-        SessionCounters {
-            rejected_readings: self.encoder_speed.rejected(),
-            ..self.counters
-        }
+        self.core.counters()
     }
 
     fn engage_stop(&mut self) {
-        self.target = TrackSpeeds::default();
-        self.is_pending = true;
+        self.core.stop();
     }
 
     fn release(&mut self) {
-        self.engage_stop();
-        self.encoder_speed.clear_fault();
+        self.core.release();
     }
 }

@@ -1,8 +1,8 @@
 //! Encoding and decoding of packets.
 
-use std::collections::VecDeque;
-
 use crc::{Algorithm, Crc};
+
+use crate::base::frame_decoder::Frame;
 
 const HEAD: u8 = 0x54;
 const KIND: u8 = 0x2C;
@@ -86,11 +86,15 @@ impl Packet {
         bytes[PACKET_LENGTH - 1] = CRC.checksum(&bytes[..PACKET_LENGTH - 1]);
         bytes
     }
+}
 
-    /// Decodes a packet, if header, CRC and angles are valid.
-    fn decode(bytes: &[u8; PACKET_LENGTH]) -> Option<Self> {
+impl Frame for Packet {
+    const LENGTH: usize = PACKET_LENGTH;
+    const HEADER: &'static [u8] = &[HEAD, KIND];
+
+    fn decode(bytes: &[u8]) -> Option<Self> {
         let (content, check) = bytes.split_at(PACKET_LENGTH - 1);
-        if content[..2] != [HEAD, KIND] || CRC.checksum(content) != check[0] {
+        if CRC.checksum(content) != check[0] {
             return None;
         }
         let number = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
@@ -106,57 +110,5 @@ impl Packet {
         };
         let is_angle = packet.first < REVOLUTION && packet.last < REVOLUTION;
         (is_angle && packet.span() <= MAX_SPAN).then_some(packet)
-    }
-}
-
-/// Extracts packets from a stream that arrives in pieces and may be damaged.
-///
-/// The iterator ends when bytes are missing and continues after the next [`Decoder::push`].
-#[derive(Clone, Debug, Default)]
-pub struct Decoder {
-    pending: VecDeque<u8>,
-    dropped: u64,
-}
-
-impl Decoder {
-    /// Appends received bytes. They are kept until [`Iterator::next`] consumes them.
-    pub fn push(&mut self, bytes: &[u8]) {
-        self.pending.extend(bytes);
-    }
-
-    /// Bytes dropped so far because they are no part of a valid packet: zero on a clean line.
-    #[must_use]
-    pub const fn dropped_bytes(&self) -> u64 {
-        self.dropped
-    }
-
-    /// Decodes the packet at the front; enough bytes are pending.
-    fn front(&self) -> Option<Packet> {
-        let mut bytes = [0; PACKET_LENGTH];
-        for (byte, held) in bytes.iter_mut().zip(&self.pending) {
-            *byte = *held;
-        }
-        Packet::decode(&bytes)
-    }
-}
-
-impl Iterator for Decoder {
-    type Item = Packet;
-
-    fn next(&mut self) -> Option<Packet> {
-        loop {
-            let is_head = |(index, byte): (usize, &u8)| *byte == [HEAD, KIND][index];
-            let may_be_packet = self.pending.iter().take(2).enumerate().all(is_head);
-            if may_be_packet && self.pending.len() < PACKET_LENGTH {
-                return None;
-            }
-            if may_be_packet && let Some(packet) = self.front() {
-                self.pending.drain(..PACKET_LENGTH);
-                return Some(packet);
-            }
-            // A real header may follow within the bytes of a false one.
-            self.pending.pop_front()?;
-            self.dropped += 1;
-        }
     }
 }

@@ -24,11 +24,15 @@ mod revolutions;
 mod settings;
 
 #[doc(hidden)]
-pub use frames::{Decoder, PACKET_LENGTH, POINTS, Packet, Point};
+pub use frames::{PACKET_LENGTH, POINTS, Packet, Point};
 pub use reader::{LidarFault, LidarReader, LidarStatus, OpenLidar};
 #[doc(hidden)]
 pub use revolutions::RevolutionAssembler;
 pub use settings::LidarSettings;
+
+/// Extracts packets from a byte stream.
+#[doc(hidden)]
+pub type Decoder = super::frame_decoder::FrameDecoder<Packet>;
 
 /// Speed of the serial line, baud.
 pub const BAUD: u32 = 230_400;

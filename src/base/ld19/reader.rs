@@ -1,7 +1,7 @@
 //! A thread that reads a lidar, and its latest revolution.
 
 use core::fmt;
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::{Decoder, LidarSettings, RevolutionAssembler};
 use crate::base::BaseError;
+use crate::base::error::is_timeout;
 use crate::base::supervisor::backoff::Backoff;
 use crate::map::TimedScan;
 
@@ -256,13 +257,6 @@ impl ReadLoop {
             Err(error) => self.disconnect(error.to_string()),
         }
     }
-}
-
-fn is_timeout(kind: ErrorKind) -> bool {
-    matches!(
-        kind,
-        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-    )
 }
 
 fn lock(shared: &Mutex<SharedState>) -> MutexGuard<'_, SharedState> {

@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 
 use super::BAUD;
 use super::frames::{Command, Decoder, Report};
-use crate::base::encoder_speed::EncoderSpeed;
+use crate::base::session::TrackSession;
 use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;
-use crate::robot::TrackSpeeds;
 
 /// Most unacknowledged commands that are remembered: several seconds at the usual rate.
 const MAX_UNACKNOWLEDGED: usize = 256;
@@ -15,17 +14,12 @@ const MAX_UNACKNOWLEDGED: usize = 256;
 /// Host session of the native protocol.
 #[derive(Clone, Debug)]
 pub struct NativeSession {
-    settings: BaseSettings,
-    target: TrackSpeeds,
-    /// Whether a command is to be sent.
-    is_pending: bool,
+    core: TrackSession,
     stop: bool,
     release: bool,
     sequence: u16,
     decoder: Decoder<Report>,
-    encoder_speed: EncoderSpeed,
     clock: DeviceClock,
-    latest: Option<TimedFeedback>,
     /// Sequence of the last report.
     reported: Option<u16>,
     /// Sequence and sending time of each command that the base has not acknowledged, the oldest first.
@@ -54,18 +48,13 @@ impl NativeSession {
     /// # Errors
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
-        settings.validate()?;
         Ok(Self {
-            settings,
-            target: TrackSpeeds::default(),
-            is_pending: false,
+            core: TrackSession::new(settings)?,
             stop: false,
             release: false,
             sequence: 0,
             decoder: Decoder::default(),
-            encoder_speed: EncoderSpeed::new(&settings),
             clock: DeviceClock::default(),
-            latest: None,
             reported: None,
             unacknowledged: VecDeque::new(),
         })
@@ -90,18 +79,18 @@ impl NativeSession {
     }
 
     fn feedback(&mut self, report: &Report, command_delay_s: Option<f64>) -> Option<Feedback> {
-        let counts = self.settings.track_counts(report.counts);
+        let counts = self.core.settings.track_counts(report.counts);
         let time_s = self.clock.unwrap_ms(report.time_ms);
-        let speeds = self.encoder_speed.update(counts, time_s)?;
+        let speeds = self.core.encoder_speed.update(counts, time_s)?;
         Some(Feedback {
-            twist: self.settings.drive().twist(&speeds),
+            twist: self.core.settings.drive().twist(&speeds),
             emergency_stop: report.stopped || report.button_pressed,
             battery_v: report
                 .battery_mv
                 .map(|millivolts| f64::from(millivolts) / 1000.0),
             encoder_counts: Some(counts),
             yaw_rate: report.yaw_rate_mrad_s.map(|rate| f64::from(rate) / 1000.0),
-            faults: report.faults.union(self.encoder_speed.faults()),
+            faults: report.faults.union(self.core.encoder_speed.faults()),
             command_delay_s,
         })
     }
@@ -113,10 +102,7 @@ impl Session for NativeSession {
     }
 
     fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
-        let limited = self.settings.limit(twist)?;
-        self.target = self.settings.drive().tracks(&limited);
-        self.is_pending = true;
-        Ok(())
+        self.core.command(twist)
     }
 
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
@@ -128,27 +114,25 @@ impl Session for NativeSession {
             }
             let command_delay_s = self.acknowledge(&report, now_s);
             if let Some(feedback) = self.feedback(&report, command_delay_s) {
-                self.latest = Some(TimedFeedback {
-                    received_s: now_s,
-                    feedback,
-                });
+                self.core.report(feedback, now_s);
             }
         }
     }
 
     fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
-        if !self.is_pending {
+        if !self.core.is_pending {
             return;
         }
-        self.is_pending = false;
+        self.core.is_pending = false;
         self.sequence = self.sequence.wrapping_add(1);
         let stands = self.stop || self.release;
         let speeds = if stands {
             [0, 0]
         } else {
             // The cast saturates.
-            self.settings
-                .channel_rates(&self.target)
+            self.core
+                .settings
+                .channel_rates(&self.core.target)
                 .map(|rate| rate.round() as i32)
         };
         let command = Command {
@@ -170,29 +154,25 @@ impl Session for NativeSession {
     }
 
     fn latest(&self) -> Option<&TimedFeedback> {
-        self.latest.as_ref()
+        self.core.latest.as_ref()
     }
 
     fn counters(&self) -> SessionCounters {
         SessionCounters {
             dropped_bytes: self.decoder.dropped_bytes(),
-            rejected_readings: self.encoder_speed.rejected(),
-            ..SessionCounters::default()
+            ..self.core.counters()
         }
     }
 
     fn engage_stop(&mut self) {
-        self.target = TrackSpeeds::default();
+        self.core.stop();
         self.stop = true;
         self.release = false;
-        self.is_pending = true;
     }
 
     fn release(&mut self) {
-        self.target = TrackSpeeds::default();
+        self.core.release();
         self.stop = false;
         self.release = true;
-        self.is_pending = true;
-        self.encoder_speed.clear_fault();
     }
 }

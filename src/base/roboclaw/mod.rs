@@ -23,7 +23,7 @@ pub use session::RoboClawSession;
 use serde::{Deserialize, Serialize};
 
 use super::BaseError;
-use super::settings::{above_zero, require};
+use super::settings::{above_zero, at_least_one, require};
 use crate::documented::documented;
 
 /// Pause inside a packet after which a controller discards it, seconds.
@@ -36,7 +36,7 @@ documented! {
     pub struct RoboClawSettings {
         /// Address, 128 to 135 (80h to 87h). Default 128.
         pub address: u8,
-        /// Speed of the serial line, baud, above zero. Default 38,400, the controller's.
+        /// Speed of the serial line, baud, at least 1. Default 38,400, the controller's.
         pub baud: u32,
         /// Watchdog timeout to set in the controller, 0.1 to 25.5 s in steps of 0.1 s. Default 0.5 s.
         pub watchdog_s: f64,
@@ -78,12 +78,7 @@ impl RoboClawSettings {
             self.address.into(),
             "from 128 to 135",
         )?;
-        require(
-            self.baud > 0,
-            "roboclaw.baud",
-            self.baud.into(),
-            "above zero",
-        )?;
+        at_least_one("roboclaw.baud", self.baud)?;
         require(
             (0.1..=25.5).contains(&self.watchdog_s),
             "roboclaw.watchdog_s",
@@ -102,12 +97,7 @@ impl RoboClawSettings {
             self.answer_timeout_s,
             "finite and above 0.01",
         )?;
-        require(
-            self.max_attempts > 0,
-            "roboclaw.max_attempts",
-            self.max_attempts.into(),
-            "at least 1",
-        )?;
+        at_least_one("roboclaw.max_attempts", self.max_attempts)?;
         above_zero("roboclaw.poll_period_s", self.poll_period_s)
     }
 

@@ -2,8 +2,8 @@
 
 use super::frames::{Reply, Request};
 use super::status;
-use crate::base::encoder_speed::EncoderSpeed;
 use crate::base::request::{RequestState, RequestTracker, RetryPolicy};
+use crate::base::session::TrackSession;
 use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;
 use crate::robot::TrackSpeeds;
@@ -29,9 +29,7 @@ const ENCODER_QUERIES: usize = 2;
 /// watchdog from acting.
 #[derive(Clone, Debug)]
 pub struct RoboClawSession {
-    settings: BaseSettings,
-    target: TrackSpeeds,
-    is_pending: bool,
+    core: TrackSession,
     requests: RequestTracker<Request>,
     received: Vec<u8>,
     watchdog: Watchdog,
@@ -39,9 +37,6 @@ pub struct RoboClawSession {
     next_query: usize,
     answers: Answers,
     next_poll_s: f64,
-    encoder_speed: EncoderSpeed,
-    latest: Option<TimedFeedback>,
-    counters: SessionCounters,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,24 +60,19 @@ impl RoboClawSession {
     /// # Errors
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
-        settings.validate()?;
+        let core = TrackSession::new(settings)?;
         let policy = RetryPolicy {
             answer_timeout_s: settings.roboclaw.answer_timeout_s,
             max_attempts: settings.roboclaw.max_attempts,
         };
         Ok(Self {
-            settings,
-            target: TrackSpeeds::default(),
-            is_pending: false,
+            core,
             requests: RequestTracker::new(policy),
             received: Vec::new(),
             watchdog: Watchdog::Unconfirmed,
             next_query: POLL_CYCLE.len(),
             answers: Answers::default(),
             next_poll_s: f64::NEG_INFINITY,
-            encoder_speed: EncoderSpeed::new(&settings),
-            latest: None,
-            counters: SessionCounters::default(),
         })
     }
 
@@ -94,17 +84,17 @@ impl RoboClawSession {
 
     /// Whether the pending command may be sent.
     fn may_drive(&self) -> bool {
-        self.is_ready() || self.target == TrackSpeeds::default()
+        self.is_ready() || self.core.target == TrackSpeeds::default()
     }
 
     /// The next request, if one is due.
     fn next_request(&mut self, now_s: f64) -> Option<Request> {
-        if self.is_pending && self.may_drive() {
+        if self.core.is_pending && self.may_drive() {
             return Some(self.drive());
         }
         match self.watchdog {
             Watchdog::Unconfirmed => {
-                let tenths = self.settings.roboclaw.watchdog_tenths();
+                let tenths = self.core.settings.roboclaw.watchdog_tenths();
                 return Some(Request::SetTimeout(tenths));
             }
             Watchdog::Set => return Some(Request::GetTimeout),
@@ -112,26 +102,25 @@ impl RoboClawSession {
         }
         if self.next_query == POLL_CYCLE.len() && now_s >= self.next_poll_s {
             self.next_query = 0;
-            self.next_poll_s = now_s + self.settings.roboclaw.poll_period_s;
+            self.next_poll_s = now_s + self.core.settings.roboclaw.poll_period_s;
         }
         POLL_CYCLE.get(self.next_query).copied()
     }
 
     /// Takes the latest command.
     fn drive(&mut self) -> Request {
-        self.is_pending = false;
         // The cast saturates.
-        let rates = self.settings.channel_rates(&self.target);
+        let rates = self.core.take_rates();
         Request::Drive(rates.map(|rate| rate.round() as i32))
     }
 
     fn send(&mut self, request: Request, line: &mut Vec<u8>) {
         self.drop_received();
-        line.extend(request.encode(self.settings.roboclaw.address));
+        line.extend(request.encode(self.core.settings.roboclaw.address));
     }
 
     fn drop_received(&mut self) {
-        self.counters.dropped_bytes += self.received.len() as u64;
+        self.core.counters.dropped_bytes += self.received.len() as u64;
         self.received.clear();
     }
 
@@ -139,7 +128,7 @@ impl RoboClawSession {
         match (request, reply) {
             (Request::SetTimeout(_), _) => self.watchdog = Watchdog::Set,
             (_, Reply::Timeout(tenths)) => {
-                let confirmed = tenths == self.settings.roboclaw.watchdog_tenths();
+                let confirmed = tenths == self.core.settings.roboclaw.watchdog_tenths();
                 self.watchdog = if confirmed {
                     Watchdog::Confirmed
                 } else {
@@ -165,26 +154,23 @@ impl RoboClawSession {
     }
 
     fn finish_cycle(&mut self, now_s: f64) {
-        let counts = self.settings.track_counts(self.answers.counts);
+        let counts = self.core.settings.track_counts(self.answers.counts);
         // The controller's speeds are more accurate, but implausible counts invalidate the whole answer.
-        if self.encoder_speed.update(counts, now_s).is_none() {
+        if self.core.encoder_speed.update(counts, now_s).is_none() {
             return;
         }
         let speeds = self.answers.speeds.map(f64::from);
-        let speeds = self.settings.track_speeds(speeds);
-        let (emergency_stop, faults) = status::read(&self.settings, self.answers.status);
+        let speeds = self.core.settings.track_speeds(speeds);
+        let (emergency_stop, faults) = status::read(&self.core.settings, self.answers.status);
         let feedback = Feedback {
-            twist: self.settings.drive().twist(&speeds),
+            twist: self.core.settings.drive().twist(&speeds),
             emergency_stop,
             battery_v: Some(f64::from(self.answers.battery) / 10.0),
             encoder_counts: Some(counts),
-            faults: faults.union(self.encoder_speed.faults()),
+            faults: faults.union(self.core.encoder_speed.faults()),
             ..Feedback::default()
         };
-        self.latest = Some(TimedFeedback {
-            received_s: now_s,
-            feedback,
-        });
+        self.core.report(feedback, now_s);
     }
 }
 
@@ -194,14 +180,11 @@ const fn is_drive(request: Request) -> bool {
 
 impl Session for RoboClawSession {
     fn baud(&self) -> u32 {
-        self.settings.roboclaw.baud
+        self.core.settings.roboclaw.baud
     }
 
     fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
-        let limited = self.settings.limit(twist)?;
-        self.target = self.settings.drive().tracks(&limited);
-        self.is_pending = true;
-        Ok(())
+        self.core.command(twist)
     }
 
     /// An answer is taken as a whole or not at all. If its check fails, all received bytes are dropped and the request is repeated
@@ -212,11 +195,11 @@ impl Session for RoboClawSession {
             self.drop_received();
             return;
         };
-        let length = request.reply_length(self.settings.roboclaw.status_bytes);
+        let length = request.reply_length(self.core.settings.roboclaw.status_bytes);
         if self.received.len() < length {
             return;
         }
-        let reply = request.reply(self.settings.roboclaw.address, &self.received);
+        let reply = request.reply(self.core.settings.roboclaw.address, &self.received);
         let Some(reply) = reply else {
             self.drop_received();
             return;
@@ -231,10 +214,10 @@ impl Session for RoboClawSession {
             RequestState::Waiting => return,
             // A command does not wait for the retry of a query.
             RequestState::Retry(request)
-                if self.is_pending && self.is_ready() && !is_drive(request) =>
+                if self.core.is_pending && self.is_ready() && !is_drive(request) =>
             {
                 self.requests.finish();
-                self.counters.unanswered += 1;
+                self.core.counters.unanswered += 1;
                 // The cycle continues where it was, or a slow line would never complete one; but both encoders are read together.
                 if self.next_query < ENCODER_QUERIES {
                     self.next_query = 0;
@@ -243,10 +226,10 @@ impl Session for RoboClawSession {
             // A zero command sent before the watchdog was confirmed, which the latest command would turn into motion.
             RequestState::Retry(request) if is_drive(request) && !self.may_drive() => {
                 self.requests.finish();
-                self.counters.unanswered += 1;
+                self.core.counters.unanswered += 1;
             }
             RequestState::Retry(request) => {
-                self.counters.retries += 1;
+                self.core.counters.retries += 1;
                 // A repeated command carries the latest target.
                 let request = if is_drive(request) {
                     self.drive()
@@ -257,7 +240,7 @@ impl Session for RoboClawSession {
                 return;
             }
             RequestState::GivenUp(_) => {
-                self.counters.unanswered += 1;
+                self.core.counters.unanswered += 1;
                 self.next_query = POLL_CYCLE.len();
                 // A controller that was restarted has lost its watchdog setting.
                 self.watchdog = Watchdog::Unconfirmed;
@@ -275,23 +258,18 @@ impl Session for RoboClawSession {
     }
 
     fn latest(&self) -> Option<&TimedFeedback> {
-        self.latest.as_ref()
+        self.core.latest.as_ref()
     }
 
     fn counters(&self) -> SessionCounters {
-        SessionCounters {
-            rejected_readings: self.encoder_speed.rejected(),
-            ..self.counters
-        }
+        self.core.counters()
     }
 
     fn engage_stop(&mut self) {
-        self.target = TrackSpeeds::default();
-        self.is_pending = true;
+        self.core.stop();
     }
 
     fn release(&mut self) {
-        self.engage_stop();
-        self.encoder_speed.clear_fault();
+        self.core.release();
     }
 }

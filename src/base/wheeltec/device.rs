@@ -1,7 +1,8 @@
 //! The base's side: behaviour of the published firmware.
 
+use super::Decoder;
 use super::REPORT_PERIOD_S;
-use super::frames::{Command, Decoder, Report};
+use super::frames::{Command, Report};
 use crate::base::device::{CommandCounter, CommandStats};
 use crate::base::{BaseError, BaseSettings, DeviceProtocol, MachineState};
 use crate::geometry::Twist;

@@ -1,8 +1,6 @@
 //! Encoding and decoding of the command and report frames.
 
-use std::collections::VecDeque;
-use std::marker::PhantomData;
-
+use crate::base::frame_decoder::Frame;
 use crate::base::{BaseError, Feedback, require_finite};
 use crate::geometry::Twist;
 
@@ -20,15 +18,6 @@ const COUNTS_PER_M_S2: f64 = 1671.84;
 
 /// Turn rate of one raw gyro count, rad/s (range of +-500 degrees per second).
 const RAD_S_PER_COUNT: f64 = 0.000_266_44;
-
-/// One kind of frame, for [`Decoder`].
-pub trait Frame: Sized {
-    /// Bytes from head to tail.
-    const LENGTH: usize;
-
-    /// Decodes [`Self::LENGTH`] bytes whose marks and check byte are valid.
-    fn from_checked(bytes: &[u8]) -> Self;
-}
 
 /// A velocity command.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,11 +60,12 @@ impl Command {
 
 impl Frame for Command {
     const LENGTH: usize = COMMAND_LENGTH;
+    const HEADER: &'static [u8] = &[HEAD];
 
-    fn from_checked(bytes: &[u8]) -> Self {
-        Self {
+    fn decode(bytes: &[u8]) -> Option<Self> {
+        is_sealed(bytes).then(|| Self {
             twist: Twist::new(read_i16(bytes, 3) / 1000.0, read_i16(bytes, 7) / 1000.0),
-        }
+        })
     }
 }
 
@@ -105,18 +95,19 @@ impl Report {
 
 impl Frame for Report {
     const LENGTH: usize = FEEDBACK_LENGTH;
+    const HEADER: &'static [u8] = &[HEAD];
 
-    fn from_checked(bytes: &[u8]) -> Self {
+    fn decode(bytes: &[u8]) -> Option<Self> {
         let acceleration = |axis: usize| read_i16(bytes, 8 + 2 * axis) / COUNTS_PER_M_S2;
         let gyro = |axis: usize| read_i16(bytes, 14 + 2 * axis) * RAD_S_PER_COUNT;
-        Self {
+        is_sealed(bytes).then(|| Self {
             motors_disabled: bytes[1] != 0,
             twist: Twist::new(read_i16(bytes, 2) / 1000.0, read_i16(bytes, 6) / 1000.0),
             lateral: read_i16(bytes, 4) / 1000.0,
             acceleration: [0, 1, 2].map(acceleration),
             gyro: [0, 1, 2].map(gyro),
             battery_v: f64::from(u16::from_be_bytes([bytes[20], bytes[21]])) / 1000.0,
-        }
+        })
     }
 }
 
@@ -129,63 +120,6 @@ impl From<Report> for Feedback {
             yaw_rate: Some(report.gyro[2]),
             ..Self::default()
         }
-    }
-}
-
-/// Extracts frames of one kind from a stream that arrives in pieces and may be damaged.
-///
-/// The iterator ends when bytes are missing and continues after the next [`Decoder::push`]. If no frame fits, it drops one byte and
-/// tries the next position, so that a damaged frame never costs the frame after it.
-#[derive(Clone, Debug)]
-pub struct Decoder<F> {
-    pending: VecDeque<u8>,
-    dropped: u64,
-    frame: PhantomData<F>,
-}
-
-impl<F> Default for Decoder<F> {
-    fn default() -> Self {
-        Self {
-            pending: VecDeque::new(),
-            dropped: 0,
-            frame: PhantomData,
-        }
-    }
-}
-
-impl<F: Frame> Decoder<F> {
-    /// Appends received bytes. They are kept until [`Iterator::next`] consumes them.
-    pub fn push(&mut self, bytes: &[u8]) {
-        self.pending.extend(bytes);
-    }
-
-    /// Bytes dropped so far because no frame fitted: zero on a clean line.
-    #[must_use]
-    pub const fn dropped_bytes(&self) -> u64 {
-        self.dropped
-    }
-}
-
-impl<F: Frame> Iterator for Decoder<F> {
-    type Item = F;
-
-    fn next(&mut self) -> Option<F> {
-        while let Some(&first) = self.pending.front() {
-            if first == HEAD {
-                if self.pending.len() < F::LENGTH {
-                    return None;
-                }
-                let candidate = &self.pending.make_contiguous()[..F::LENGTH];
-                if is_sealed(candidate) {
-                    let frame = F::from_checked(candidate);
-                    self.pending.drain(..F::LENGTH);
-                    return Some(frame);
-                }
-            }
-            self.pending.pop_front();
-            self.dropped += 1;
-        }
-        None
     }
 }
 

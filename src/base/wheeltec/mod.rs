@@ -9,9 +9,11 @@ mod frames;
 mod session;
 
 #[doc(hidden)]
+pub use super::frame_decoder::FrameDecoder as Decoder;
+#[doc(hidden)]
 pub use device::WheeltecDevice;
 #[doc(hidden)]
-pub use frames::{COMMAND_LENGTH, Command, Decoder, FEEDBACK_LENGTH, Frame, Report};
+pub use frames::{COMMAND_LENGTH, Command, FEEDBACK_LENGTH, Report};
 #[doc(hidden)]
 pub use session::WheeltecSession;
 

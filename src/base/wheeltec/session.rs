@@ -1,7 +1,8 @@
 //! The host's side: sends command frames, keeps the latest report.
 
 use super::BAUD;
-use super::frames::{Command, Decoder, Report};
+use super::Decoder;
+use super::frames::{Command, Report};
 use crate::base::encoder_speed::max_plausible_speed;
 use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
 use crate::geometry::Twist;

@@ -204,10 +204,10 @@ mod serial {
         feedback_timeout: Duration::from_secs(60),
     };
 
-    type Wheeltec = SerialBase<WheeltecSession>;
+    type Wheeltec = SerialBase;
 
-    fn session() -> WheeltecSession {
-        WheeltecSession::new(BaseSettings::default()).expect("valid settings")
+    fn session() -> Box<WheeltecSession> {
+        Box::new(WheeltecSession::new(BaseSettings::default()).expect("valid settings"))
     }
 
     fn connect(settings: SerialSettings) -> (TTYPort, Wheeltec) {
