@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let field = ClearanceField::new(&grid.obstacles(UnknownPolicy::Blocked))?;
     let (pose, twist) = (Pose::new(3.0, 1.2, 0.2), Twist::new(0.5, 0.0));
     let target = Point::new(9.0, 1.8);
-    let problem = Problem::new(field, Footprint::round(0.3)?, pose, twist, target);
+    let problem = Problem::new(field, &Footprint::round(0.3)?, pose, twist, target);
 
     let mut selected = open_engine(&EngineChoice::Auto, 1)?;
     let decision = selected.engine.decide(&problem)?;

@@ -158,7 +158,7 @@ impl Problem {
     #[must_use]
     pub fn new(
         field: impl Into<Arc<ClearanceField>>,
-        footprint: Footprint,
+        footprint: &Footprint,
         pose: Pose,
         twist: Twist,
         target: Point,
@@ -171,7 +171,7 @@ impl Problem {
             target,
             key_node: target,
             limits: Limits::default(),
-            footprint: &footprint,
+            footprint,
             weights: Weights::default(),
         }
         .problem(&LocalSettings::default())

@@ -181,7 +181,7 @@ impl CpuEngine {
             .as_mut()
             .filter(|_| problem.len() >= PARALLEL_ARGMAX_SAMPLES);
         for_each_shard(pool, shards, |_, shard| {
-            shard.select_best(&argmax, candidate)
+            shard.select_best(&argmax, candidate);
         });
         let best = self.shards.iter_mut().map(|shard| unlocked(shard).best());
         (stats, best.fold(NO_CANDIDATE, better))

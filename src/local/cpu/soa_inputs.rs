@@ -1,4 +1,4 @@
-//! The inputs that all rows of a decision share, as structure of arrays (SoA) for vector loads.
+//! The inputs that all rows of a decision share, as a structure of arrays for vector loads.
 
 use core::ops::Range;
 
