@@ -1,11 +1,11 @@
-// The sliders and choices of a problem's settings.
+// Sliders and selections for the settings of a problem.
 
 const COUNTS = [1, 2, 3, 4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64, 96, 128, 192, 256, 384, 512];
 
 const whole = (value) => value.toLocaleString("en");
 const of = (unit, digits) => (value) => value.toFixed(digits) + unit;
 
-// Name, how to read and write it, its values or its range, and its words.
+// Id, label, location in the problem, values or range, and text of a value.
 const SLIDERS = [
   ["vx_samples", "forward speeds", (problem) => [problem, "vx_samples"], { values: COUNTS }, whole],
   ["vtheta_samples", "turn rates", (problem) => [problem, "vtheta_samples"], { values: [...COUNTS, 768, 1024] }, whole],
@@ -29,19 +29,20 @@ function element(name, parts = {}, ...children) {
   return made;
 }
 
-// Fills the box with controls that change the problem which `problem` gives, and tells `changed`. Returns what shows it anew.
+// Adds controls to the box. They change the problem that `problem` returns, and call `changed`. Returns a function that shows the
+// current values.
 export function makeControls(box, problem, changed) {
   const shows = [...SLIDERS.map((slider) => makeSlider(box, problem, changed, slider)), ...CHOICES.map((choice) => makeChoice(box, problem, changed, choice))];
-  const product = element("p", { className: "bound" });
+  const product = element("p", { className: "limits" });
   box.append(product);
   return (limits) => {
     for (const show of shows) show();
     const { vx_samples, vtheta_samples, sim_time_s, sim_step_s, robot, obstacles } = problem();
     const samples = vx_samples * vtheta_samples, steps = Math.round(sim_time_s / sim_step_s);
-    const meetings = samples * steps * robot.footprint.length * (1 + obstacles.length);
+    const discChecks = samples * steps * robot.footprint.length * (1 + obstacles.length);
     product.textContent = `${whole(vx_samples)} × ${whole(vtheta_samples)} = ${whole(samples)} samples of ${steps} steps, ` +
       `${obstacles.length} obstacles: at most ${whole(limits.samples)} samples, ${limits.obstacles} obstacles. ` +
-      `Samples × steps × discs × (1 + obstacles) = ${whole(meetings)}: at most ${whole(limits.disc_checks)}.`;
+      `Samples × steps × discs × (1 + obstacles) = ${whole(discChecks)}: at most ${whole(limits.disc_checks)}.`;
   };
 }
 
@@ -57,7 +58,7 @@ function makeSlider(box, problem, changed, [id, name, place, range, words]) {
   return () => {
     const { values, min, max, step } = rangeNow(), [of, key] = place(problem()), value = of[key];
     Object.assign(input, values ? { min: 0, max: values.length - 1, step: 1 } : { min, max, step });
-    // A number between two that can be chosen stays what it is until the slider is moved.
+    // A value between two steps of the slider stays until the slider is moved.
     input.value = values ? values.findLastIndex((one) => one <= value) : value;
     output.textContent = words(value);
     input.setAttribute("aria-valuetext", words(value));

@@ -1,10 +1,10 @@
-// What the shaders wrote, read; its digest; where two answers differ; and a sample in SI units.
+// Reads the shaders' results, computes their digest, compares evaluations, and converts samples to SI units.
 
-// Words of a sample in the digest.
+// Number of words of a sample in the digest.
 export const SAMPLE = 5;
 const NAMES = ["status", "heading", "clearance", "velocity", "path"];
 
-// The evaluation that the words of an answer and of all records stand for.
+// The evaluation from the words of an answer and of all records.
 export function evaluation(answer, records, shader, decision) {
   const at = shader.answer;
   const four = (from) => Array.from(answer.subarray(from, from + 4));
@@ -21,7 +21,7 @@ export function evaluation(answer, records, shader, decision) {
   };
 }
 
-// Five words for each sample. The velocity term is its speed's, where it is admissible.
+// Five words for each sample. The velocity term of an admissible sample is that of its speed.
 function samples(records, { record, record_words }, { velocity_terms }) {
   const count = records.length / record_words;
   const words = new Uint32Array(SAMPLE * count);
@@ -43,7 +43,7 @@ export function ofServer({ cpu }) {
   return { ...cpu, sums: cpu.sums.map(BigInt), winner };
 }
 
-// SHA-256 over every bit, in the order of the server's.
+// SHA-256 over all bits, in the same order as the server's digest.
 export async function digest({ counts, sums, min, max, winner, samples }) {
   const halves = (wide) => [Number(BigInt.asUintN(32, wide)), Number(BigInt.asUintN(32, wide >> 32n))];
   const best = winner ? [winner.index, ...halves(winner.score), ...winner.terms] : [];
@@ -57,7 +57,7 @@ export async function digest({ counts, sums, min, max, winner, samples }) {
 
 const hex = (value) => "0x" + value.toString(16).padStart(8, "0");
 
-// The first difference between the browser's evaluation and the server's, in words.
+// Describes the first difference between the browser's evaluation and the server's.
 export function difference(own, theirs, theirSamples) {
   for (let at = 0; at < theirSamples.length; at++) {
     if (own.samples[at] === theirSamples[at]) continue;
@@ -80,7 +80,7 @@ export function velocity({ window: { v, omega, v_count, omega_count } }, index) 
   return { v: value(v, index % v_count, v_count), omega: value(omega, Math.floor(index / v_count), omega_count) };
 }
 
-// A sample in SI units, with the score that its shares of the totals make (eq. 35).
+// A sample in SI units, with its score (eq. 35).
 export function inSi(decision, problem, totals, index, words) {
   const [status, ...terms] = words, { unit, window } = decision, { weights } = problem;
   const signed = [weights.heading, weights.clearance, weights.velocity, -weights.path];

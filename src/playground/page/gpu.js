@@ -1,15 +1,15 @@
-// The GPU engine's five dispatches in the browser's WebGPU. Knows the shaders' buffers by what /setup says of them.
+// The five dispatches of the GPU engine in the browser's WebGPU. /setup describes the buffers of the shaders.
 
 const FILTERS = ["validation", "out-of-memory", "internal"];
 
-// The name of an adapter, as far as the browser tells.
+// The name of an adapter, if the browser reveals it.
 function nameOf({ info }) {
   const words = [info?.description, info?.vendor, info?.architecture, info?.device].filter((word) => word);
   return words.slice(0, 2).join(" ") || "an adapter without a name";
 }
 
 export class Gpu {
-  // Opens the browser's adapter with the limits that every one has, and makes the pipelines.
+  // Opens the browser's adapter with the default limits and creates the pipelines.
   static async open(shader) {
     if (!navigator.gpu) throw new Error("this browser has no WebGPU (navigator.gpu is absent)");
     const adapter = await navigator.gpu.requestAdapter();
@@ -21,17 +21,17 @@ export class Gpu {
   }
 
   constructor(shader, device, name) {
-    Object.assign(this, { shader, device, name, buffers: {}, sizes: {}, held: null });
+    Object.assign(this, { shader, device, name, buffers: {}, sizes: {}, uploadedScene: null });
     this.isLost = device.lost.then(({ message }) => new Error("the device was lost: " + message));
   }
 
-  // What WebGPU would only have written to the console becomes an error.
+  // Converts WebGPU's errors, which otherwise appear only on the console, to exceptions.
   async checked(work) {
     for (const filter of FILTERS) this.device.pushErrorScope(filter);
     const outcome = await work().then((result) => ({ result }), (error) => ({ error }));
     for (const _ of FILTERS) {
-      const complaint = await this.device.popErrorScope();
-      if (complaint) throw new Error(complaint.message);
+      const scopeError = await this.device.popErrorScope();
+      if (scopeError) throw new Error(scopeError.message);
     }
     if (outcome.error) throw outcome.error;
     return outcome.result;
@@ -48,17 +48,17 @@ export class Gpu {
       this.device.createComputePipelineAsync({ layout, compute: { module, entryPoint } })));
   }
 
-  // Makes buffers that hold so many bytes each, unless those at hand do. True when some were made.
-  makeRoom(bytes) {
-    const grown = Object.keys(bytes).filter((name) => !(this.sizes[name] >= bytes[name]));
-    if (grown.length === 0) return false;
+  // Creates buffers of at least these sizes, unless the present ones are large enough. Returns whether it created any.
+  allocate(bytes) {
+    const missing = Object.keys(bytes).filter((name) => !(this.sizes[name] >= bytes[name]));
+    if (missing.length === 0) return false;
     const { COPY_SRC, COPY_DST, MAP_READ, STORAGE, UNIFORM } = GPUBufferUsage;
-    for (const name of grown) {
-      // Somewhat larger, so that problems that differ little share them.
+    for (const name of missing) {
+      // The next power of two, so that similar problems share the buffers.
       const size = 2 ** Math.ceil(Math.log2(Math.max(bytes[name], 4096)));
       const usage = STORAGE | COPY_SRC | COPY_DST | (name === "input" ? UNIFORM : 0);
       this.replace(name, { size, usage });
-      if (name === "field") this.held = null;
+      if (name === "field") this.uploadedScene = null;
       if (name === "answers" || name === "records") this.replace("read " + name, { size, usage: MAP_READ | COPY_DST });
       this.sizes[name] = size;
     }
@@ -75,16 +75,17 @@ export class Gpu {
     this.buffers[name] = this.device.createBuffer({ label: name, ...descriptor });
   }
 
-  // Takes a decision: the words of its answer, the milliseconds from upload to read-back, and whether memory had to be made.
+  // Takes a decision. Returns the words of its answer, the milliseconds from upload to read-back, and whether it allocated or
+  // uploaded the field.
   async decide(decision, scene, field) {
     const input = fromBase64(decision.input);
     return this.checked(async () => {
       const begun = performance.now();
-      const isCold = this.makeRoom(decision.bytes);
+      const isCold = this.allocate(decision.bytes);
       const { queue } = this.device;
-      const uploads = this.held !== scene;
+      const uploads = this.uploadedScene !== scene;
       if (uploads) queue.writeBuffer(this.buffers.field, 0, field);
-      this.held = scene;
+      this.uploadedScene = scene;
       queue.writeBuffer(this.buffers.input, 0, input);
       const encoder = this.device.createCommandEncoder();
       const pass = encoder.beginComputePass();
@@ -99,7 +100,7 @@ export class Gpu {
     });
   }
 
-  // The words of all records of the last decision.
+  // Returns the words of all records of the last decision.
   records(decision) {
     return this.checked(() => this.readBack(this.device.createCommandEncoder(), "records", decision.bytes.records));
   }

@@ -1,8 +1,8 @@
-// Takes a decision at each change: the latest wins, and nothing that is drawn waits for it.
+// Takes a decision at each change. The latest decision wins, and drawing never waits for one.
 import { Gpu } from "./gpu.js";
-import * as answer from "./evaluation.js";
+import * as evaluation from "./evaluation.js";
 import { View } from "./view.js";
-import { after, arcOf, draw, groundOf, readColours } from "./drawing.js";
+import { after, arcOf, draw, mapImage, readColours } from "./drawing.js";
 import { Handles } from "./handles.js";
 import { makeControls } from "./controls.js";
 import * as results from "./results.js";
@@ -12,26 +12,26 @@ const [stage, canvas, busy] = [find("stage"), find("canvas"), find("results")];
 
 const setup = await (await fetch("/setup")).json();
 const view = new View();
-const state = { scene: setup.scenes[0], problem: null, ground: null, shown: null, looked: null };
-const grounds = new Map();
+const state = { scene: setup.scenes[0], problem: null, map: null, shown: null, selected: null };
+const scenes = new Map();
 let colours = readColours(), gpu = null, withoutGpu = "", version = 0, isRunning = false, isDrawn = true, decisions = 0;
 
 const handles = new Handles(stage, view, () => state.problem, changed, removeObstacle);
 const showControls = makeControls(find("sliders"), () => state.problem, changed);
 
-// Cells and field of a scene, asked for once.
-async function groundFor(scene) {
-  if (!grounds.has(scene.name)) {
+// Fetches cells and field of a scene once.
+async function sceneData(scene) {
+  if (!scenes.has(scene.name)) {
     const bytes = async (part) => new Uint8Array(await (await fetch(`/scenes/${scene.name}/${part}`)).arrayBuffer());
     const [cells, field] = await Promise.all([bytes("cells"), bytes("field")]);
-    grounds.set(scene.name, { cells, field });
+    scenes.set(scene.name, { cells, field });
   }
-  return grounds.get(scene.name);
+  return scenes.get(scene.name);
 }
 
-function trouble(text) {
-  find("trouble").hidden = !text;
-  if (find("trouble").textContent !== text) find("trouble").textContent = text;
+function showError(text) {
+  find("error").hidden = !text;
+  if (find("error").textContent !== text) find("error").textContent = text;
 }
 
 function changed() {
@@ -50,15 +50,15 @@ async function run() {
     busy.dataset.decisions = ++decisions;
     try {
       const problem = structuredClone(state.problem), shown = await decide(problem);
-      trouble("");
-      // Of a scene that was left meanwhile nothing is shown.
+      showError("");
+      // The user has selected another scene meanwhile.
       if (problem.map.file !== state.scene.name) continue;
       state.shown = shown;
       showDecision();
     } catch (error) {
       const isGone = error instanceof TypeError;
       results.showStale();
-      trouble(isGone ? "The server does not answer: is the program still running?" : error.message);
+      showError(isGone ? "The server does not answer: check that the program is running." : error.message);
     }
   }
   isRunning = false;
@@ -72,18 +72,18 @@ async function ask(path, problem) {
 }
 
 async function decide(problem) {
-  const asked = performance.now();
+  const requested = performance.now();
   const decision = await (await ask("/decision", problem)).json();
-  const shown = { problem, decision, server_ms: performance.now() - asked, verdict: "server" };
-  let evaluated = answer.ofServer(decision);
-  let samplesAt = (place) => decision.fan.records.slice(place * answer.SAMPLE, (place + 1) * answer.SAMPLE);
-  const own = gpu && await onGpu(problem, decision).catch(withoutGpuSince);
+  const shown = { problem, decision, server_ms: performance.now() - requested, agreement: "server" };
+  let evaluated = evaluation.ofServer(decision);
+  let samplesAt = (place) => decision.fan.records.slice(place * evaluation.SAMPLE, (place + 1) * evaluation.SAMPLE);
+  const own = gpu && await onGpu(problem, decision).catch(disableGpu);
   if (own) {
     Object.assign(shown, own);
     evaluated = own.evaluated;
-    samplesAt = (place) => Array.from(evaluated.samples.subarray(decision.fan.indices[place] * answer.SAMPLE, (decision.fan.indices[place] + 1) * answer.SAMPLE));
+    samplesAt = (place) => Array.from(evaluated.samples.subarray(decision.fan.indices[place] * evaluation.SAMPLE, (decision.fan.indices[place] + 1) * evaluation.SAMPLE));
   }
-  const inSi = (index, words) => answer.inSi(decision, problem, evaluated, index, words);
+  const inSi = (index, words) => evaluation.inSi(decision, problem, evaluated, index, words);
   const { winner, counts } = evaluated;
   return {
     ...shown, counts,
@@ -92,67 +92,67 @@ async function decide(problem) {
   };
 }
 
-// The browser's own decision, held against the server's.
+// Takes the decision in the browser and compares it with the server's.
 async function onGpu(problem, decision) {
   const scene = setup.scenes.find(({ name }) => name === problem.map.file);
-  const { field } = await groundFor(scene);
+  const { field } = await sceneData(scene);
   const { words, took, isCold } = await gpu.decide(decision, scene.name, field);
   const begun = performance.now();
   const records = await gpu.records(decision);
   const reading = performance.now() - begun;
-  const evaluated = answer.evaluation(words, records, setup.shader, decision);
-  // The lowest bit of the path term of the sample in the middle.
-  if (find("flip").checked) evaluated.samples[Math.floor(evaluated.samples.length / answer.SAMPLE / 2) * answer.SAMPLE + 4] ^= 1;
-  const digest = await answer.digest(evaluated);
-  const own = { own: { digest, name: gpu.name }, evaluated, took, isCold, reading, verdict: "agree" };
+  const evaluated = evaluation.evaluation(words, records, setup.shader, decision);
+  // Flips the lowest bit of the path term of the middle sample.
+  if (find("flip").checked) evaluated.samples[Math.floor(evaluated.samples.length / evaluation.SAMPLE / 2) * evaluation.SAMPLE + 4] ^= 1;
+  const digest = await evaluation.digest(evaluated);
+  const own = { own: { digest, name: gpu.name }, evaluated, took, isCold, reading, agreement: "agree" };
   if (digest === decision.cpu.digest) return own;
   const theirs = new Uint32Array(await (await ask("/records", problem)).arrayBuffer());
-  return { ...own, verdict: "differ", difference: answer.difference(evaluated, answer.ofServer(decision), theirs) };
+  return { ...own, agreement: "differ", difference: evaluation.difference(evaluated, evaluation.ofServer(decision), theirs) };
 }
 
-// The page goes on with the server's answers.
-function withoutGpuSince(error) {
-  withoutGpu = `Nothing is evaluated in this browser: ${error.message}. What you see is the answer of the server's CPU engine.`;
+// The page continues with the server's decisions.
+function disableGpu(error) {
+  withoutGpu = `This browser evaluates nothing: ${error.message}. The page shows the decision of the server's CPU engine.`;
   gpu = null;
   return null;
 }
 
-// A device that is lost is opened anew.
+// Opens the device, and opens it again after a loss.
 async function open() {
   const begun = performance.now();
-  gpu = await Gpu.open(setup.shader).catch(withoutGpuSince);
+  gpu = await Gpu.open(setup.shader).catch(disableGpu);
   if (!gpu) return;
   results.setCold(performance.now() - begun);
   gpu.isLost.then((error) => {
-    withoutGpuSince(error);
+    disableGpu(error);
     return open().then(changed);
   });
 }
 
 function showDecision() {
   const { shown } = state;
-  state.looked = state.looked && (shown.fan.find(({ index }) => index === state.looked.index) ?? null);
-  find("looked").max = shown.fan.length - 1;
+  state.selected = state.selected && (shown.fan.find(({ index }) => index === state.selected.index) ?? null);
+  find("selected").max = shown.fan.length - 1;
   results.show(shown, withoutGpu);
-  results.showTerms(shown, state.looked, setup.statuses);
+  results.showTerms(shown, state.selected, setup.statuses);
   drawSoon();
 }
 
-function look(place) {
-  state.looked = state.shown?.fan[place] ?? null;
-  find("looked").value = place;
-  results.showTerms(state.shown, state.looked, setup.statuses);
+function selectSample(place) {
+  state.selected = state.shown?.fan[place] ?? null;
+  find("selected").value = place;
+  results.showTerms(state.shown, state.selected, setup.statuses);
   drawSoon();
 }
 
-// The sample whose arc passes nearest to a place on the stage.
+// The sample with the arc nearest to a point of the stage.
 function nearestTo(screen) {
-  const away = (sample) => Math.min(...arcOf(state.shown.decision, sample).slice(1).map((point) => {
+  const distance = (sample) => Math.min(...arcOf(state.shown.decision, sample).slice(1).map((point) => {
     const [left, top] = view.toScreen(point);
     return Math.hypot(left - screen[0], top - screen[1]);
   }));
-  const ways = state.shown.fan.map(away);
-  return ways.indexOf(Math.min(...ways));
+  const distances = state.shown.fan.map(distance);
+  return distances.indexOf(Math.min(...distances));
 }
 
 function drawSoon() {
@@ -172,7 +172,7 @@ function resize() {
   if (width === view.width && height === view.height) return;
   Object.assign(view, { width, height });
   canvas.style.height = height + "px";
-  // What was fitted stays so, on a phone that is turned too.
+  // A fitted view stays fitted, also after a rotation of the screen.
   if (state.problem && view.isFitted) fit();
   drawSoon();
 }
@@ -186,9 +186,9 @@ function fit() {
 async function enter(scene) {
   state.scene = scene;
   state.problem = structuredClone(scene.problem);
-  state.shown = state.looked = state.ground = null;
-  const { cells } = await groundFor(scene);
-  state.ground = groundOf(scene, cells, colours);
+  state.shown = state.selected = state.map = null;
+  const { cells } = await sceneData(scene);
+  state.map = mapImage(scene, cells, colours);
   fit();
   changed();
 }
@@ -200,8 +200,8 @@ function removeObstacle(index) {
 
 function addObstacle() {
   const { obstacles, robot: { pose } } = state.problem;
-  if (obstacles.length >= setup.limits.obstacles) return trouble(`There are ${obstacles.length} obstacles already.`);
-  // Rows of five ahead of the robot, on their way to it.
+  if (obstacles.length >= setup.limits.obstacles) return showError(`The maximum is ${obstacles.length} obstacles.`);
+  // Rows of five ahead of the robot, which move towards it.
   const [x, y, yaw] = after(pose, 2 + 0.8 * Math.floor(obstacles.length / 5), 0, 1), side = 0.7 * (obstacles.length % 5 - 2);
   const round = (value) => Math.round(value * 1e4) / 1e4;
   const place = { x: round(x - side * Math.sin(yaw)), y: round(y + side * Math.cos(yaw)) };
@@ -209,13 +209,13 @@ function addObstacle() {
   changed();
 }
 
-// The winner is driven for a tick, and all that moves goes on.
+// Simulates one tick with the winner's velocity.
 function step() {
   const winner = state.shown?.winner, { robot, obstacles } = state.problem, time = 0.1;
   const [v, omega] = winner ? [winner.v, winner.omega] : [0, 0];
   robot.pose = after(robot.pose, v, omega, time);
   robot.velocity = [v, omega];
-  for (const body of obstacles) Object.assign(body, { x: body.x + body.vx * time, y: body.y + body.vy * time });
+  for (const obstacle of obstacles) Object.assign(obstacle, { x: obstacle.x + obstacle.vx * time, y: obstacle.y + obstacle.vy * time });
   view.keep(robot.pose);
   changed();
 }
@@ -232,21 +232,21 @@ function listen() {
   on("remove", "click", () => { if (state.problem.obstacles.pop()) changed(); });
   on("step", "click", step);
   on("reset", "click", () => enter(state.scene));
-  on("closer", "click", () => zoom(1.4));
-  on("farther", "click", () => zoom(1 / 1.4));
+  on("zoom-in", "click", () => zoom(1.4));
+  on("zoom-out", "click", () => zoom(1 / 1.4));
   on("fit", "click", fit);
   on("flip", "change", changed);
-  on("looked", "input", (event) => look(Number(event.target.value)));
+  on("selected", "input", (event) => selectSample(Number(event.target.value)));
   const place = (event) => {
     const box = canvas.getBoundingClientRect();
-    if (state.shown) look(nearestTo([event.clientX - box.left, event.clientY - box.top]));
+    if (state.shown) selectSample(nearestTo([event.clientX - box.left, event.clientY - box.top]));
   };
   canvas.addEventListener("pointermove", place);
   canvas.addEventListener("pointerdown", place);
   new ResizeObserver(resize).observe(stage);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () => {
     colours = readColours();
-    state.ground = groundOf(state.scene, (await groundFor(state.scene)).cells, colours);
+    state.map = mapImage(state.scene, (await sceneData(state.scene)).cells, colours);
     drawSoon();
   });
 }

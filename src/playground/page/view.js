@@ -1,7 +1,7 @@
-// Which part of the map is shown: from metres to the page's pixels and back.
+// The visible part of the map: converts between metres and pixels.
 
-// Nearest and farthest, pixels a metre.
-const [FARTHEST, NEAREST] = [0.5, 400];
+// Limits of the scale, pixels per metre.
+const [MIN_SCALE, MAX_SCALE] = [0.5, 400];
 
 export class View {
   constructor() {
@@ -16,7 +16,7 @@ export class View {
     return [this.x + (left - this.width / 2) / this.scale, this.y - (top - this.height / 2) / this.scale];
   }
 
-  // Shows all of these points with so many metres around them.
+  // Shows all points with a margin, metres.
   fit(points, margin) {
     const range = (axis) => {
       const values = points.map((point) => point[axis]);
@@ -29,11 +29,11 @@ export class View {
   }
 
   setScale(scale) {
-    this.scale = Math.min(NEAREST, Math.max(FARTHEST, scale));
+    this.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, scale));
     this.isFitted = false;
   }
 
-  // Moves so that a point is not at or beyond the edge.
+  // Moves the view so that a point is inside its edge.
   keep(point) {
     const edge = 24, [left, top] = this.toScreen(point);
     const beyond = (place, size) => place < edge ? place - edge : place > size - edge ? place - size + edge : 0;

@@ -1,9 +1,9 @@
-//! `inbye playground`: its page in headless Chromium, used with mouse and keys, and its server among clients of all kinds.
+//! `inbye playground`: its page in headless Chromium, used with mouse and keys, and its server with valid and invalid clients.
 //! See `support/browser/program.rs` for what happens where there is no Chromium.
 
 mod browser;
 mod devtools;
-mod refusals;
+mod errors;
 mod served;
 mod server;
 
@@ -11,7 +11,7 @@ use libtest_mimic::Trial;
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = browser::trials();
-    trials.extend(refusals::trials());
+    trials.extend(errors::trials());
     trials.extend(server::trials());
     trials
 }

@@ -1,4 +1,4 @@
-//! The page as somebody finds it who uses it.
+//! The page in a browser, used with mouse, keys and touch.
 
 use libtest_mimic::{Failed, Trial};
 use serde_json::{Value, json};
@@ -8,30 +8,39 @@ use super::served::Served;
 use crate::support::browser::program::{self, BrowserTest, Program};
 
 const TRIALS: [(&str, BrowserTest); 10] = [
-    ("dragging changes the winner, and the bits agree", drags),
-    ("65536 samples have one digest in browser and server", dense),
-    ("one wrong bit is shown as a difference", wrong_bit),
     (
-        "a slip in a shader is shown as a difference",
-        slip_in_a_shader,
+        "dragging_changes_winner_and_bits_agree",
+        dragging_changes_winner,
     ),
     (
-        "without WebGPU the page says so and shows the server's answer",
-        without_webgpu,
+        "browser_and_server_agree_on_65536_samples",
+        dense_sampling_agrees,
+    ),
+    ("page_shows_wrong_bit", page_shows_wrong_bit),
+    ("page_shows_changed_shader", page_shows_changed_shader),
+    (
+        "page_without_webgpu_shows_server_decision",
+        page_without_webgpu_shows_server_decision,
     ),
     (
-        "a GPU process that crashes is survived, and so is a server that is gone",
-        losses,
+        "page_recovers_from_lost_gpu_and_reports_lost_server",
+        page_recovers_from_losses,
     ),
     (
-        "what is dragged follows the pointer while a decision is awaited, and the latest wins",
-        follows,
+        "drag_never_waits_for_decision_and_latest_wins",
+        drag_never_waits_for_decision,
     ),
-    ("keys alone do all of it", keys),
-    ("it fits a phone and the dark", fits),
     (
-        "a map of one's own is played on, and what is too much is told",
-        own_map,
+        "page_is_usable_with_keys_alone",
+        page_is_usable_with_keys_alone,
+    ),
+    (
+        "page_fits_phone_and_dark_mode",
+        page_fits_phone_and_dark_mode,
+    ),
+    (
+        "page_shows_own_map_and_limits",
+        page_shows_own_map_and_limits,
     ),
 ];
 
@@ -39,10 +48,10 @@ pub fn trials() -> Vec<Trial> {
     program::trials(&TRIALS)
 }
 
-/// Nothing is under way, and something is shown.
+/// No decision is in progress, and one is shown.
 const SETTLED: &str = "document.querySelector('#results')?.getAttribute('aria-busy') === 'false' && \
-    document.querySelector('#told').textContent !== '' && \
-    document.querySelector('#told').textContent === document.querySelector('#winner').textContent";
+    document.querySelector('#announcement').textContent !== '' && \
+    document.querySelector('#announcement').textContent === document.querySelector('#winner').textContent";
 
 fn open(program: &Program, served: &Served, flags: &[&str], look: Look) -> Result<Page, Failed> {
     let mut page = Page::open(program, flags, look, &served.url)?;
@@ -58,37 +67,37 @@ fn text(page: &mut Page, selector: &str) -> Result<String, Failed> {
     Ok(found.as_str().unwrap_or_default().to_owned())
 }
 
-/// How many decisions were begun.
+/// Number of started decisions.
 const DECISIONS: &str = "Number(document.querySelector('#results').dataset.decisions)";
 
-/// Does something, and waits until a decision has come of it.
+/// Performs an action and waits for its decision.
 fn decide(
     page: &mut Page,
-    does: impl FnOnce(&mut Page) -> Result<(), Failed>,
+    action: impl FnOnce(&mut Page) -> Result<(), Failed>,
 ) -> Result<(), Failed> {
     let before = page.evaluate(DECISIONS)?;
-    does(page)?;
+    action(page)?;
     page.wait_for(&format!("{DECISIONS} > {before}"))?;
     page.wait_for(SETTLED)
 }
 
-/// Waits for a few frames: one in which the page learns of its size, one in which it draws.
+/// Waits for four frames: the page needs one to resize and one to draw.
 const FRAMES: &str = "new Promise((resolve) => { let left = 4; \
     const next = () => left-- > 0 ? requestAnimationFrame(next) : resolve(); next(); })";
 
-/// The middle of a thing in the window, which is scrolled to it.
+/// The middle of an element in the window, which is scrolled to it.
 fn place(page: &mut Page, selector: &str) -> Result<(f64, f64), Failed> {
     let expression = format!(
-        "(() => {{ const one = document.querySelector({}); one.scrollIntoView({{ block: 'center' }}); \
-         const box = one.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; }})()",
+        "(() => {{ const element = document.querySelector({}); element.scrollIntoView({{ block: 'center' }}); \
+         const box = element.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; }})()",
         json!(selector)
     );
     let found = page.evaluate(&expression)?;
-    let number = |index: usize| found[index].as_f64().ok_or("no place");
+    let number = |index: usize| found[index].as_f64().ok_or("no position");
     Ok((number(0)?, number(1)?))
 }
 
-/// The middle of a thing on the page, wherever that is scrolled to.
+/// The middle of an element on the page, independent of scrolling.
 fn on_page(page: &mut Page, selector: &str) -> Result<(f64, f64), Failed> {
     let (x, y) = place(page, selector)?;
     let scrolled = page.evaluate("[window.scrollX, window.scrollY]")?;
@@ -106,9 +115,9 @@ fn focus(page: &mut Page, selector: &str) -> Result<(), Failed> {
 
 #[track_caller]
 fn assert_agrees(page: &mut Page) -> Result<(), Failed> {
-    let verdict = text(page, "#verdict")?;
-    let why = text(page, "#why")?;
-    assert_eq!(verdict, "agree, bit for bit", "{why}");
+    let agreement = text(page, "#agreement")?;
+    let explanation = text(page, "#explanation")?;
+    assert_eq!(agreement, "agree, bit for bit", "{explanation}");
     let own = text(page, "#digest-own")?;
     assert_eq!(own.len(), 64, "{own}");
     assert_eq!(own, text(page, "#digest-cpu")?);
@@ -117,16 +126,16 @@ fn assert_agrees(page: &mut Page) -> Result<(), Failed> {
 
 #[track_caller]
 fn assert_quiet(page: &Page) {
-    assert_eq!(page.console, [""; 0], "words on the console");
+    assert_eq!(page.console, [""; 0], "messages on the console");
 }
 
-fn drags(program: &Program) -> Result<(), Failed> {
+fn dragging_changes_winner(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     assert_agrees(&mut page)?;
     page.photograph("first")?;
     let digest = text(&mut page, "#digest-own")?;
-    let told = text(&mut page, "#told")?;
+    let announcement = text(&mut page, "#announcement")?;
     let robot = place(&mut page, "[data-handle=robot]")?;
     let before = on_page(&mut page, "[data-handle=robot]")?;
     let label = "document.querySelector('[data-handle=robot]').getAttribute('aria-label')";
@@ -137,17 +146,17 @@ fn drags(program: &Program) -> Result<(), Failed> {
     assert_agrees(&mut page)?;
     assert_ne!(text(&mut page, "#digest-own")?, digest);
     page.wait_for(&format!(
-        "document.querySelector('#told').textContent !== {}",
-        json!(told)
+        "document.querySelector('#announcement').textContent !== {}",
+        json!(announcement)
     ))?;
-    // The handle has gone along, and so has what it says of itself.
+    // The handle and its label have followed the pointer.
     let now = on_page(&mut page, "[data-handle=robot]")?;
     assert!(
         (now.0 - before.0 - 60.0).abs() < 2.0 && (now.1 - before.1 + 30.0).abs() < 2.0,
         "{before:?} to {now:?}"
     );
     assert_ne!(page.evaluate(label)?, label_before);
-    for handle in ["goal", "nose", "'obstacle 0'", "'tip 0'"] {
+    for handle in ["goal", "heading", "'obstacle 0'", "'velocity 0'"] {
         let before = text(&mut page, "#digest-own")?;
         let at = place(&mut page, &format!("[data-handle={handle}]"))?;
         decide(&mut page, |page| page.drag(at, (at.0 - 25.0, at.1 - 40.0)))?;
@@ -163,15 +172,15 @@ fn drags(program: &Program) -> Result<(), Failed> {
     // Under the pointer.
     let canvas = place(&mut page, "#canvas")?;
     page.mouse("mouseMoved", (canvas.0 + 40.0, canvas.1 + 20.0), 0)?;
-    page.wait_for("document.querySelector('#looked-words').textContent.startsWith('sample ')")?;
-    let looked = "document.querySelector('[data-term=v] td:last-child').textContent";
-    assert_ne!(page.evaluate(looked)?, json!("–"));
+    page.wait_for("document.querySelector('#selected-text').textContent.startsWith('sample ')")?;
+    let selected = "document.querySelector('[data-term=v] td:last-child').textContent";
+    assert_ne!(page.evaluate(selected)?, json!("–"));
     page.photograph("dragged")?;
     assert_quiet(&page);
     Ok(())
 }
 
-fn dense(program: &Program) -> Result<(), Failed> {
+fn dense_sampling_agrees(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     for (slider, count) in [("#vx_samples", "128"), ("#vtheta_samples", "512")] {
@@ -191,7 +200,7 @@ fn dense(program: &Program) -> Result<(), Failed> {
     )?;
     page.wait_for(SETTLED)?;
     assert_agrees(&mut page)?;
-    // The server alone, asked by somebody else for the same.
+    // The same problem from another client.
     let problem = served.dense_problem(128, 512)?;
     let answer = served
         .request("POST", "/decision", &problem.to_string())?
@@ -207,29 +216,32 @@ fn dense(program: &Program) -> Result<(), Failed> {
     Ok(())
 }
 
-fn wrong_bit(program: &Program) -> Result<(), Failed> {
+fn page_shows_wrong_bit(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     assert_agrees(&mut page)?;
     page.evaluate("document.querySelector('details').open = true")?;
     let flip = place(&mut page, "#flip")?;
     decide(&mut page, |page| page.click(flip))?;
-    assert_eq!(text(&mut page, "#verdict")?, "differ");
-    let why = text(&mut page, "#why")?;
-    // The middle of 20 x 40 samples; both values, one bit apart.
-    assert!(why.starts_with("sample 400, path: browser 0x"), "{why}");
-    let values: Vec<u32> = why
+    assert_eq!(text(&mut page, "#agreement")?, "differ");
+    let explanation = text(&mut page, "#explanation")?;
+    // The middle of 20 x 40 samples; its values differ by one bit.
+    assert!(
+        explanation.starts_with("sample 400, path: browser 0x"),
+        "{explanation}"
+    );
+    let values: Vec<u32> = explanation
         .split("0x")
         .skip(1)
         .map(|part| u32::from_str_radix(&part[..8], 16).unwrap_or_default())
         .collect();
-    assert_eq!(values[0] ^ values[1], 1, "{why}");
+    assert_eq!(values[0] ^ values[1], 1, "{explanation}");
     assert_ne!(
         text(&mut page, "#digest-own")?,
         text(&mut page, "#digest-cpu")?
     );
     page.wait_for(
-        "document.querySelector('#told').textContent.endsWith('Browser and CPU differ.')",
+        "document.querySelector('#announcement').textContent.endsWith('Browser and CPU differ.')",
     )?;
     page.photograph("differs")?;
     let flip = place(&mut page, "#flip")?;
@@ -239,8 +251,8 @@ fn wrong_bit(program: &Program) -> Result<(), Failed> {
     Ok(())
 }
 
-/// What the browser shows is its own: another shader gives another answer.
-fn slip_in_a_shader(program: &Program) -> Result<(), Failed> {
+/// The page shows the evaluation of the browser: a changed shader changes it.
+fn page_shows_changed_shader(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     assert_agrees(&mut page)?;
@@ -255,28 +267,31 @@ fn slip_in_a_shader(program: &Program) -> Result<(), Failed> {
         };",
     )?;
     page.wait_for(SETTLED)?;
-    assert_eq!(text(&mut page, "#verdict")?, "differ");
-    let why = text(&mut page, "#why")?;
+    assert_eq!(text(&mut page, "#agreement")?, "differ");
+    let explanation = text(&mut page, "#explanation")?;
     assert!(
-        why.starts_with("sample ") && why.contains(": browser 0x"),
-        "{why}"
+        explanation.starts_with("sample ") && explanation.contains(": browser 0x"),
+        "{explanation}"
     );
     assert_quiet(&page);
     Ok(())
 }
 
-fn without_webgpu(program: &Program) -> Result<(), Failed> {
+fn page_without_webgpu_shows_server_decision(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &[], DESKTOP)?;
-    assert_eq!(text(&mut page, "#verdict")?, "server only");
-    let why = text(&mut page, "#why")?;
-    let expected = "Nothing is evaluated in this browser: this browser has WebGPU but no adapter";
-    assert!(why.contains(expected), "{why}");
+    assert_eq!(text(&mut page, "#agreement")?, "server only");
+    let explanation = text(&mut page, "#explanation")?;
+    let expected = "This browser evaluates nothing: this browser has WebGPU but no adapter";
+    assert!(explanation.contains(expected), "{explanation}");
     page.reload_with("delete Navigator.prototype.gpu")?;
     page.wait_for(SETTLED)?;
-    assert_eq!(text(&mut page, "#verdict")?, "server only");
-    let why = text(&mut page, "#why")?;
-    assert!(why.contains("navigator.gpu is absent"), "{why}");
+    assert_eq!(text(&mut page, "#agreement")?, "server only");
+    let explanation = text(&mut page, "#explanation")?;
+    assert!(
+        explanation.contains("navigator.gpu is absent"),
+        "{explanation}"
+    );
     assert_eq!(text(&mut page, "#digest-own")?, "–");
     let answer = served
         .request("POST", "/decision", &served.problem()?.to_string())?
@@ -286,10 +301,10 @@ fn without_webgpu(program: &Program) -> Result<(), Failed> {
         json!(text(&mut page, "#digest-cpu")?)
     );
     let winner = answer["cpu"]["winner"]["index"].to_string();
-    let told = text(&mut page, "#told")?;
+    let announcement = text(&mut page, "#announcement")?;
     assert!(
-        told.starts_with(&format!("Winner: sample {winner},")),
-        "{told}"
+        announcement.starts_with(&format!("Winner: sample {winner},")),
+        "{announcement}"
     );
     let robot = place(&mut page, "[data-handle=robot]")?;
     decide(&mut page, |page| {
@@ -304,27 +319,27 @@ fn without_webgpu(program: &Program) -> Result<(), Failed> {
     Ok(())
 }
 
-fn losses(program: &Program) -> Result<(), Failed> {
+fn page_recovers_from_losses(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     assert_agrees(&mut page)?;
     page.crash_gpu()?;
     let step = place(&mut page, "#step")?;
     decide(&mut page, |page| page.click(step))?;
-    page.wait_for("document.querySelector('#verdict').textContent === 'agree, bit for bit'")?;
+    page.wait_for("document.querySelector('#agreement').textContent === 'agree, bit for bit'")?;
     page.wait_for(SETTLED)?;
     assert_agrees(&mut page)?;
     drop(served);
     page.click(step)?;
-    let told =
-        "document.querySelector('#trouble').textContent.startsWith('The server does not answer')";
-    page.wait_for(told)?;
-    assert_eq!(text(&mut page, "#verdict")?, "not decided");
+    let announcement =
+        "document.querySelector('#error').textContent.startsWith('The server does not answer')";
+    page.wait_for(announcement)?;
+    assert_eq!(text(&mut page, "#agreement")?, "not decided");
     page.photograph("gone")?;
     Ok(())
 }
 
-fn follows(program: &Program) -> Result<(), Failed> {
+fn drag_never_waits_for_decision(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     let goal = place(&mut page, "[data-handle=goal]")?;
@@ -351,11 +366,11 @@ fn follows(program: &Program) -> Result<(), Failed> {
     served.signal("CONT")?;
     page.mouse("mouseReleased", (goal.0 - 60.0, goal.1 + 40.0), 0)?;
     page.wait_for(SETTLED)?;
-    // The one that was under way, and the last.
+    // The decision in progress and the last one.
     let decisions = page.evaluate(DECISIONS)?.as_u64().ok_or("a number")?;
     assert_eq!(decisions - before, 2);
     assert_agrees(&mut page)?;
-    // What it decided on is what the handle says.
+    // The decision is about the position in the label.
     let label = "document.querySelector('[data-handle=goal]').getAttribute('aria-label')";
     let label = page.evaluate(label)?;
     let numbers: Vec<f64> = label
@@ -371,21 +386,21 @@ fn follows(program: &Program) -> Result<(), Failed> {
     let answer = served
         .request("POST", "/decision", &problem.to_string())?
         .json()?;
-    // To a centimetre, as the label is rounded: the same winner.
-    let told = text(&mut page, "#told")?;
+    // The label is rounded to a centimetre, which gives the same winner.
+    let announcement = text(&mut page, "#announcement")?;
     let winner = answer["cpu"]["winner"]["index"].to_string();
     assert!(
-        told.starts_with(&format!("Winner: sample {winner},")),
-        "{winner}: {told}"
+        announcement.starts_with(&format!("Winner: sample {winner},")),
+        "{winner}: {announcement}"
     );
     assert_quiet(&page);
     Ok(())
 }
 
-/// What has the focus.
+/// The focused element.
 const FOCUSED: &str = "document.activeElement.dataset.handle ?? document.activeElement.id";
 
-fn keys(program: &Program) -> Result<(), Failed> {
+fn page_is_usable_with_keys_alone(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     let mut visited = Vec::new();
@@ -417,27 +432,27 @@ fn keys(program: &Program) -> Result<(), Failed> {
         }
     }
     assert_agrees(&mut page)?;
-    for wanted in [
+    for expected in [
         "scene",
         "add",
         "robot",
         "goal",
         "obstacle 0",
-        "closer",
-        "looked",
+        "zoom-in",
+        "selected",
         "vx_samples",
         "path",
         "stopping",
     ] {
         assert!(
-            visited.iter().any(|one| one == wanted),
-            "{wanted}: {visited:?}"
+            visited.iter().any(|focused| focused == expected),
+            "{expected}: {visited:?}"
         );
     }
-    // The sample looked at, an obstacle that goes, and the focus that does not get lost.
-    focus(&mut page, "#looked")?;
+    // The selected sample, a removed obstacle, and the focus after it.
+    focus(&mut page, "#selected")?;
     page.press("ArrowRight", 0, 3)?;
-    assert!(text(&mut page, "#looked-words")?.starts_with("sample "));
+    assert!(text(&mut page, "#selected-text")?.starts_with("sample "));
     focus(&mut page, "[data-handle='obstacle 0']")?;
     decide(&mut page, |page| page.press("Delete", 0, 1))?;
     assert_eq!(
@@ -452,7 +467,7 @@ fn keys(program: &Program) -> Result<(), Failed> {
     Ok(())
 }
 
-fn fits(program: &Program) -> Result<(), Failed> {
+fn page_fits_phone_and_dark_mode(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     focus(&mut page, "#scene")?;
@@ -464,7 +479,7 @@ fn fits(program: &Program) -> Result<(), Failed> {
         page.photograph(name)?;
     }
     let width = "[document.documentElement.scrollWidth, document.documentElement.clientWidth]";
-    // With a finger, which moves the goal and not the page.
+    // A swipe on the handle moves the goal and not the page.
     page.look(PHONE)?;
     page.evaluate(FRAMES)?;
     let goal = place(&mut page, "[data-handle=goal]")?;
@@ -526,7 +541,7 @@ fn fits(program: &Program) -> Result<(), Failed> {
     Ok(())
 }
 
-fn own_map(program: &Program) -> Result<(), Failed> {
+fn page_shows_own_map_and_limits(program: &Program) -> Result<(), Failed> {
     let folder = tempfile::tempdir()?;
     let map = folder.path().join("room.map");
     let wall = "@".repeat(80);
@@ -546,7 +561,7 @@ fn own_map(program: &Program) -> Result<(), Failed> {
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;
     assert_agrees(&mut page)?;
     page.photograph("own-map")?;
-    // More at once than the server takes: it says so, and the page does.
+    // A problem beyond the limits of the server: the page shows its error.
     let add = place(&mut page, "#add")?;
     for _ in 0..8 {
         page.click(add)?;
@@ -555,15 +570,15 @@ fn own_map(program: &Program) -> Result<(), Failed> {
         focus(&mut page, slider)?;
         page.press("End", 0, 1)?;
     }
-    let trouble = "document.querySelector('#trouble').textContent";
-    page.wait_for(&format!("{trouble}.includes('at most 268435456 here')"))?;
+    let error = "document.querySelector('#error').textContent";
+    page.wait_for(&format!("{error}.includes('at most 268435456 here')"))?;
     page.photograph("too-much")?;
     for slider in ["#vx_samples", "#vtheta_samples"] {
         focus(&mut page, slider)?;
         page.press("Home", 0, 1)?;
         page.press("ArrowRight", 0, 5)?;
     }
-    page.wait_for("document.querySelector('#trouble').hidden")?;
+    page.wait_for("document.querySelector('#error').hidden")?;
     page.wait_for(SETTLED)?;
     assert_agrees(&mut page)
 }

@@ -27,7 +27,7 @@ pub const WEBGPU: [&str; 2] = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=s
 /// The shift key among the modifiers of an event.
 pub const SHIFT: u32 = 8;
 
-/// How the page is looked at.
+/// Size and colour scheme of the window.
 #[derive(Clone, Copy)]
 pub struct Look {
     /// Size of the window, pixels.
@@ -114,7 +114,7 @@ impl Page {
     pub fn reload_with(&mut self, script: &str) -> Result<(), Failed> {
         let source = json!({ "source": script });
         self.call("Page.addScriptToEvaluateOnNewDocument", &source)?;
-        self.evaluate("document.querySelector('#told').textContent = ''")?;
+        self.evaluate("document.querySelector('#announcement').textContent = ''")?;
         self.call("Page.reload", &json!({}))?;
         Ok(())
     }
@@ -229,7 +229,7 @@ impl Page {
         Ok(())
     }
 
-    /// Takes a picture of the whole page into a file that stays, to be looked at.
+    /// Saves an image of the whole page.
     pub fn photograph(&mut self, name: &str) -> Result<PathBuf, Failed> {
         let shot = json!({ "format": "png", "captureBeyondViewport": true });
         let shot = self.call("Page.captureScreenshot", &shot)?;

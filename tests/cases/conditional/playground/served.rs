@@ -1,4 +1,4 @@
-//! The program, serving, and a client that says what it wants byte by byte.
+//! Starts the server, and sends requests byte by byte.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -8,22 +8,22 @@ use std::time::{Duration, Instant};
 use libtest_mimic::Failed;
 use serde_json::{Value, json};
 
-/// A server that has not answered after this long never will.
+/// Time limit of a response.
 pub const DEADLINE: Duration = Duration::from_secs(120);
 
 /// A test of the server.
 pub type ServerTest = fn() -> Result<(), Failed>;
 
-/// `inbye playground` at a port of its own. It ends when this is dropped.
+/// `inbye playground` at a free port. It ends when this is dropped.
 pub struct Served {
     child: Child,
     pub url: String,
     pub port: u16,
-    /// What stood in its first line.
+    /// The first line of its output.
     pub first_line: Value,
 }
 
-/// What came back.
+/// A response.
 #[derive(Debug)]
 pub struct Answer {
     pub status: u16,
@@ -69,14 +69,14 @@ impl Served {
         Ok(stream)
     }
 
-    /// Sends these bytes and reads all that comes back.
+    /// Sends bytes and reads the whole response.
     pub fn exchange(&self, bytes: &[u8]) -> Result<Answer, Failed> {
         let mut stream = self.connect()?;
         stream.write_all(bytes)?;
         read_answer(stream)
     }
 
-    /// A request of our own page.
+    /// A request as the page sends it.
     pub fn request(&self, method: &str, path: &str, body: &str) -> Result<Answer, Failed> {
         let host = format!("127.0.0.1:{}", self.port);
         let origin = format!("http://{host}");
@@ -99,13 +99,13 @@ impl Served {
         self.exchange(head.as_bytes())
     }
 
-    /// The problem that the first scene begins with.
+    /// The initial problem of the first scene.
     pub fn problem(&self) -> Result<Value, Failed> {
         let mut setup = self.request("GET", "/setup", "")?.json()?;
         Ok(setup["scenes"][0]["problem"].take())
     }
 
-    /// The same with a denser sampling.
+    /// The initial problem with another number of samples.
     pub fn dense_problem(&self, vx_samples: u32, vtheta_samples: u32) -> Result<Value, Failed> {
         let mut problem = self.problem()?;
         problem["vx_samples"] = json!(vx_samples);
@@ -113,7 +113,7 @@ impl Served {
         Ok(problem)
     }
 
-    /// Sends it a signal.
+    /// Sends a signal to the server.
     pub fn signal(&self, name: &str) -> Result<(), Failed> {
         let (name, id) = (format!("-{name}"), self.id().to_string());
         let sent = Command::new("kill").args([name, id]).status()?;
@@ -121,7 +121,7 @@ impl Served {
         Ok(())
     }
 
-    /// Ends it as Ctrl-C does, and returns the exit status.
+    /// Ends the server as Ctrl-C does, and returns its exit status.
     #[cfg(unix)]
     pub fn interrupt(mut self) -> Result<Option<i32>, Failed> {
         self.signal("INT")?;
@@ -132,14 +132,14 @@ impl Served {
             }
             std::thread::sleep(Duration::from_millis(10));
         }
-        Err("it does not end".into())
+        Err("the server does not end".into())
     }
 }
 
-/// What comes first to a client that asked whether to send its body.
+/// The interim response to a client with `Expect: 100-continue`.
 const CONTINUE: &[u8] = b"HTTP/1.1 100 Continue\r\n\r\n";
 
-/// Reads an answer to its end.
+/// Reads a response to its end.
 pub fn read_answer(mut stream: TcpStream) -> Result<Answer, Failed> {
     let mut bytes = Vec::new();
     stream.read_to_end(&mut bytes)?;

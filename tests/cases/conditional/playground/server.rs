@@ -1,4 +1,4 @@
-//! The server among clients of all kinds.
+//! The server with many clients.
 
 use std::fs;
 use std::net::TcpStream;
@@ -11,24 +11,36 @@ use serde_json::{Value, json};
 
 use super::served::{Served, ServerTest};
 
-/// Requests of the load, all of them at a time.
+/// Number of simultaneous requests.
 const LOAD: usize = 1000;
-/// Most memory that the server may have held under that load, kB: it takes far less.
-const MOST_KB: u64 = 400_000;
+/// Maximum memory of the server under load, kB: it needs far less.
+const MAX_KB: u64 = 400_000;
 
 pub fn trials() -> Vec<Trial> {
     let tests: [(&str, ServerTest); 5] = [
-        ("every answer forbids what the page does not need", headers),
-        ("the answer is that of evaluate", same_as_evaluate),
-        ("a thousand requests at a time lose none", load),
-        ("it listens on the loopback only", loopback_only),
-        ("Ctrl-C ends it, and a taken port is told", endings),
+        (
+            "responses_have_security_headers",
+            responses_have_security_headers,
+        ),
+        ("decision_equals_evaluate", decision_equals_evaluate),
+        (
+            "thousand_simultaneous_requests_are_answered",
+            thousand_requests_are_answered,
+        ),
+        (
+            "server_listens_on_loopback_only",
+            server_listens_on_loopback_only,
+        ),
+        (
+            "ctrl_c_ends_server_and_used_port_is_reported",
+            ctrl_c_ends_server,
+        ),
     ];
     let trial = |(name, test): (&'static str, ServerTest)| Trial::test(name, test);
     tests.map(trial).into()
 }
 
-fn headers() -> Result<(), Failed> {
+fn responses_have_security_headers() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     assert_eq!(
         served.first_line["scenes"],
@@ -77,11 +89,11 @@ fn headers() -> Result<(), Failed> {
         let text = String::from_utf8_lossy(&answer.body).into_owned();
         assert!(
             !text.contains("http://") && !text.contains("https://"),
-            "{path} names another place"
+            "{path} names another server"
         );
         scripts += text.matches("<script").count();
     }
-    assert_eq!(scripts, 1, "one script, of its own");
+    assert_eq!(scripts, 1, "one script");
     assert_eq!(
         served.request("GET", "/shader.wgsl", "")?.body,
         inbye::local::internals::gpu::source().into_bytes()
@@ -93,7 +105,7 @@ fn headers() -> Result<(), Failed> {
 const ROOM: &str = "####################\n#..................#\n#..................#\n#........##........#\n#........##........#\n\
     #..................#\n#..................#\n####################\n";
 
-fn same_as_evaluate() -> Result<(), Failed> {
+fn decision_equals_evaluate() -> Result<(), Failed> {
     let folder = tempfile::tempdir()?;
     let map = folder.path().join("room.txt");
     fs::write(&map, ROOM)?;
@@ -141,8 +153,8 @@ footprint = [{ x = 0.1, y = 0.0, radius = 0.2 }]
     Ok(())
 }
 
-#[expect(clippy::print_stdout, reason = "figures for who runs it alone")]
-fn load() -> Result<(), Failed> {
+#[expect(clippy::print_stdout, reason = "prints measured figures")]
+fn thousand_requests_are_answered() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let problem = served.dense_problem(64, 64)?.to_string();
     let expected = served.request("POST", "/decision", &problem)?.json()?["cpu"]["digest"].take();
@@ -162,9 +174,7 @@ fn load() -> Result<(), Failed> {
                 .spawn_scoped(scope, ask)
         };
         let asking: Vec<_> = (0..LOAD).map(start).collect::<Result<_, _>>()?;
-        let answers = asking
-            .into_iter()
-            .map(|one| one.join().expect("it asks without a panic"));
+        let answers = asking.into_iter().map(|one| one.join().expect("no panic"));
         Ok::<_, Failed>(answers.collect::<Vec<_>>())
     })?;
     let seconds = began.elapsed().as_secs_f64();
@@ -180,21 +190,18 @@ fn load() -> Result<(), Failed> {
             .trim_end_matches(" kB")
             .parse::<u64>()?;
         println!("{LOAD} requests in {seconds:.2} s, at most {peak} kB");
-        assert!(peak < MOST_KB, "{peak} kB");
+        assert!(peak < MAX_KB, "{peak} kB");
     }
     Ok(())
 }
 
-fn loopback_only() -> Result<(), Failed> {
+fn server_listens_on_loopback_only() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     assert_eq!(served.url, format!("http://127.0.0.1:{}/", served.port));
     if cfg!(target_os = "linux") {
-        // All of 127/8 is this machine; it listens at one address of it.
+        // All of 127/8 is this machine; the server listens at one of its addresses.
         let elsewhere = TcpStream::connect(("127.0.0.2", served.port));
-        assert!(
-            elsewhere.is_err(),
-            "it listens on more than its own address"
-        );
+        assert!(elsewhere.is_err(), "the server listens on another address");
         let table = fs::read_to_string("/proc/net/tcp")?;
         let own = format!(":{:04X}", served.port);
         let listening: Vec<&str> = table
@@ -210,19 +217,19 @@ fn loopback_only() -> Result<(), Failed> {
     Ok(())
 }
 
-fn endings() -> Result<(), Failed> {
+fn ctrl_c_ends_server() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let port = served.port.to_string();
     let second = Command::new(env!("CARGO_BIN_EXE_inbye"))
         .args(["playground", "--port", &port])
         .output()?;
-    let said = String::from_utf8(second.stderr)?;
-    assert_eq!(second.status.code(), Some(2), "{said}");
+    let error = String::from_utf8(second.stderr)?;
+    assert_eq!(second.status.code(), Some(2), "{error}");
     assert!(
-        said.starts_with(&format!("error: --port {port}: ")) && said.lines().count() == 1,
-        "{said}"
+        error.starts_with(&format!("error: --port {port}: ")) && error.lines().count() == 1,
+        "{error}"
     );
-    let refused = |arguments: &[&str]| -> Result<String, Failed> {
+    let rejected = |arguments: &[&str]| -> Result<String, Failed> {
         let run = Command::new(env!("CARGO_BIN_EXE_inbye"))
             .arg("playground")
             .args(arguments)
@@ -230,14 +237,14 @@ fn endings() -> Result<(), Failed> {
         assert_eq!((run.status.code(), run.stdout.len()), (Some(2), 0));
         Ok(String::from_utf8(run.stderr)?)
     };
-    assert!(refused(&["--port", "65536"])?.contains("0 to 65535"));
-    assert!(refused(&["--map", "/nothing.yaml"])?.contains("/nothing.yaml"));
+    assert!(rejected(&["--port", "65536"])?.contains("0 to 65535"));
+    assert!(rejected(&["--map", "/nothing.yaml"])?.contains("/nothing.yaml"));
     #[cfg(unix)]
     {
-        // While somebody is still thinking about what to ask.
-        let thinking = served.connect()?;
+        // With an open connection without a request.
+        let idle = served.connect()?;
         assert_eq!(served.interrupt()?, Some(0));
-        drop(thinking);
+        drop(idle);
         let answered = Served::start(&[])?;
         assert_eq!(answered.request("GET", "/", "")?.status, 200);
         assert_eq!(answered.interrupt()?, Some(0));

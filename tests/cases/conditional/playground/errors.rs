@@ -1,4 +1,4 @@
-//! Requests that are refused, each with a status and one line that says what is wrong and how to mend it.
+//! Rejected requests: each gets a status and one line with the cause and the cure.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -13,34 +13,37 @@ use super::served::{Answer, Served, ServerTest, read_answer};
 pub fn trials() -> Vec<Trial> {
     let tests: [(&str, ServerTest); 5] = [
         (
-            "a body that is no problem, or too much of one, is refused",
-            bodies,
+            "invalid_and_too_large_bodies_are_rejected",
+            invalid_bodies_are_rejected,
         ),
         (
-            "what is not there, and methods it does not take, are refused",
-            paths,
+            "unknown_paths_and_methods_are_rejected",
+            unknown_paths_and_methods_are_rejected,
         ),
-        ("a head that is not what it should be is refused", heads),
-        ("a strange host or origin is refused", strangers),
+        ("invalid_heads_are_rejected", invalid_heads_are_rejected),
         (
-            "a body that is slow is given up, and nobody waits for it",
-            slow_bodies,
+            "foreign_hosts_and_origins_are_rejected",
+            foreign_hosts_and_origins_are_rejected,
+        ),
+        (
+            "slow_body_times_out_without_delaying_others",
+            slow_body_times_out,
         ),
     ];
     let trial = |(name, test): (&'static str, ServerTest)| Trial::test(name, test);
     tests.map(trial).into()
 }
 
-/// It was refused with this status and one line that contains these words.
+/// The response has this status and one line that contains this text.
 #[track_caller]
-fn assert_refused(answer: &Answer, status: u16, words: &str) {
+fn assert_rejected(answer: &Answer, status: u16, words: &str) {
     let body = String::from_utf8_lossy(&answer.body).into_owned();
     assert_eq!(answer.status, status, "{words}: {body}");
-    let object: Value = serde_json::from_str(&body).expect("a refusal is JSON");
-    let said = object["error"].as_str().expect("it says why");
+    let object: Value = serde_json::from_str(&body).expect("JSON");
+    let error = object["error"].as_str().expect("a message");
     assert!(
-        said.contains(words) && said.lines().count() == 1,
-        "{words}: {said}"
+        error.contains(words) && error.lines().count() == 1,
+        "{words}: {error}"
     );
     assert!(
         answer.head.contains("Content-Type: application/json"),
@@ -49,7 +52,7 @@ fn assert_refused(answer: &Answer, status: u16, words: &str) {
     );
 }
 
-fn bodies() -> Result<(), Failed> {
+fn invalid_bodies_are_rejected() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let problem = served.problem()?;
     let with = |change: fn(&mut Value)| {
@@ -106,13 +109,13 @@ fn bodies() -> Result<(), Failed> {
         ),
     ];
     for (body, status, words) in bodies {
-        assert_refused(&served.request("POST", "/decision", body)?, status, words);
-        assert_refused(&served.request("POST", "/records", body)?, status, words);
+        assert_rejected(&served.request("POST", "/decision", body)?, status, words);
+        assert_rejected(&served.request("POST", "/records", body)?, status, words);
     }
     Ok(())
 }
 
-fn paths() -> Result<(), Failed> {
+fn unknown_paths_and_methods_are_rejected() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let methods = [
         ("GET", "/decision", "POST"),
@@ -122,7 +125,7 @@ fn paths() -> Result<(), Failed> {
     ];
     for (method, path, allowed) in methods {
         let answer = served.request(method, path, "")?;
-        assert_refused(&answer, 405, allowed);
+        assert_rejected(&answer, 405, allowed);
         assert!(
             answer.head.contains(&format!("Allow: {allowed}")),
             "{}",
@@ -138,7 +141,7 @@ fn paths() -> Result<(), Failed> {
         "/scenes/roadway/problem",
         "//",
     ] {
-        assert_refused(
+        assert_rejected(
             &served.request("GET", path, "")?,
             404,
             "there is nothing at",
@@ -147,20 +150,20 @@ fn paths() -> Result<(), Failed> {
     Ok(())
 }
 
-fn heads() -> Result<(), Failed> {
+fn invalid_heads_are_rejected() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let problem = served.problem()?;
     let host = format!("Host: 127.0.0.1:{}\r\n", served.port);
     let long = format!("X: {}\r\n", "a".repeat(20_000));
     let many = "X: a\r\n".repeat(70);
     let head = format!("HEAD / HTTP/1.1\r\n{host}\r\n");
-    let mut told = String::new();
+    let mut response = String::new();
     let mut stream = served.connect()?;
     stream.write_all(head.as_bytes())?;
-    stream.read_to_string(&mut told)?;
+    stream.read_to_string(&mut response)?;
     assert!(
-        told.starts_with("HTTP/1.1 200 ") && told.ends_with("\r\n\r\n"),
-        "{told}"
+        response.starts_with("HTTP/1.1 200 ") && response.ends_with("\r\n\r\n"),
+        "{response}"
     );
     let post = "POST /decision HTTP/1.1\r\n";
     let raw: [(String, u16, &str); 12] = [
@@ -202,7 +205,7 @@ fn heads() -> Result<(), Failed> {
             413,
             "at most 65536",
         ),
-        // More than 64 bits are no length to hyper.
+        // hyper rejects lengths of more than 64 bits.
         (
             format!("{post}{host}Content-Length: 99999999999999999999999\r\n\r\n"),
             400,
@@ -215,14 +218,14 @@ fn heads() -> Result<(), Failed> {
         ),
     ];
     for (bytes, status, words) in raw {
-        assert_refused(&served.exchange(bytes.as_bytes())?, status, words);
+        assert_rejected(&served.exchange(bytes.as_bytes())?, status, words);
     }
     let mut no_text =
         format!("{post}{host}Content-Type: application/json\r\nContent-Length: 2\r\n\r\n")
             .into_bytes();
     no_text.extend([0xff, 0xfe]);
-    assert_refused(&served.exchange(&no_text)?, 400, "UTF-8");
-    // A client that leaves early, and one that says nothing, cost nothing.
+    assert_rejected(&served.exchange(&no_text)?, 400, "UTF-8");
+    // A client that disconnects early, or sends no whole request, costs nothing.
     drop(served.connect()?);
     served.connect()?.write_all(b"GET / HT")?;
     assert_eq!(
@@ -234,7 +237,7 @@ fn heads() -> Result<(), Failed> {
     Ok(())
 }
 
-fn strangers() -> Result<(), Failed> {
+fn foreign_hosts_and_origins_are_rejected() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let (port, problem) = (served.port, served.problem()?.to_string());
     let own = format!("127.0.0.1:{port}");
@@ -249,13 +252,13 @@ fn strangers() -> Result<(), Failed> {
         "",
     ] {
         let origin = format!("http://{host}");
-        assert_refused(
+        assert_rejected(
             &ask(host, &origin, "application/json")?,
             403,
             "this server is not",
         );
         let page = served.request_from("GET", "/", host, &origin, "", "")?;
-        assert_refused(&page, 403, "this server is not");
+        assert_rejected(&page, 403, "this server is not");
     }
     for origin in [
         "http://elsewhere.example",
@@ -264,9 +267,9 @@ fn strangers() -> Result<(), Failed> {
         &format!("https://{own}"),
         "http://127.0.0.1:1",
     ] {
-        assert_refused(&ask(&own, origin, "application/json")?, 403, "are rejected");
+        assert_rejected(&ask(&own, origin, "application/json")?, 403, "are rejected");
     }
-    // What a foreign page may send without asking first.
+    // Content types that a foreign page can send without a preflight request.
     for content_type in [
         "text/plain",
         "application/x-www-form-urlencoded",
@@ -274,7 +277,7 @@ fn strangers() -> Result<(), Failed> {
         "",
     ] {
         let origin = format!("http://{own}");
-        assert_refused(&ask(&own, &origin, content_type)?, 415, "application/json");
+        assert_rejected(&ask(&own, &origin, content_type)?, 415, "application/json");
     }
     let localhost = format!("localhost:{port}");
     let answer = ask(
@@ -283,24 +286,24 @@ fn strangers() -> Result<(), Failed> {
         "application/json; charset=utf-8",
     )?;
     assert_eq!(answer.status, 200);
-    // A program is no page, and says no origin.
+    // A program sends no origin.
     let length = problem.len();
     let head = format!(
         "POST /decision HTTP/1.1\r\nHost: {own}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nExpect: 100-continue\r\n\r\n"
     );
     let mut stream = served.connect()?;
     stream.write_all(head.as_bytes())?;
-    // It waits to be told to go on.
-    let mut told = [0; 12];
-    stream.peek(&mut told)?;
-    assert_eq!(&told, b"HTTP/1.1 100");
+    // The client waits for the interim response.
+    let mut interim = [0; 12];
+    stream.peek(&mut interim)?;
+    assert_eq!(&interim, b"HTTP/1.1 100");
     stream.write_all(problem.as_bytes())?;
     let answer = read_answer(stream)?;
     assert_eq!(answer.status, 200);
     Ok(())
 }
 
-fn slow_bodies() -> Result<(), Failed> {
+fn slow_body_times_out() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let problem = served.problem()?.to_string();
     let began = Instant::now();
@@ -317,7 +320,7 @@ fn slow_bodies() -> Result<(), Failed> {
     for _ in 0..20 {
         assert_eq!(served.request("POST", "/decision", &problem)?.status, 200);
     }
-    // One that sends a byte now and then is as slow.
+    // A client that sends a line now and then also times out.
     let mut dripping = served.connect()?;
     dripping.write_all(b"GET / HTTP/1.1\r\n")?;
     let mut dripped = dripping.try_clone()?;
@@ -327,11 +330,11 @@ fn slow_bodies() -> Result<(), Failed> {
         }
     });
     for stream in slow {
-        assert_refused(&read_answer(stream)?, 408, "longer than 5 s");
+        assert_rejected(&read_answer(stream)?, 408, "longer than 5 s");
     }
     assert!(began.elapsed() >= Duration::from_secs(5));
-    assert_refused(&read_answer(dripping)?, 408, "longer than 5 s");
-    drip.join().expect("it has stopped dripping");
+    assert_rejected(&read_answer(dripping)?, 408, "longer than 5 s");
+    drip.join().expect("no panic");
     assert_eq!(served.request("GET", "/", "")?.status, 200);
     Ok(())
 }
