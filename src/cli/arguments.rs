@@ -235,19 +235,19 @@ pub enum BenchCommand {
     Ablation(super::ablation::AblationArguments),
     /// Closed loop over the worlds of the BARN benchmark, by its rules.
     Barn(super::barn::BarnArguments),
-    /// Sampling density against latency and quality, on every engine here.
+    /// Sampling density against latency and quality, on every engine of this machine.
     Density(DensityArguments),
-    /// Draw records again without measuring: a picture, a page.
+    /// Draw records as a chart or a page, without measuring again.
     Draw(super::draw::DrawArguments),
     /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and ignore the robot.
     Dynabarn(super::dynabarn::DynaBarnArguments),
-    /// The pose from slipping odometry and scans matched to the map, against the truth: tours, and robots that are lost.
+    /// Localization by slipping odometry and scan matching, against the true pose: tours, and relocalization.
     Localization(super::localization::LocalizationArguments),
     /// Grid search against the published optimal lengths of the MovingAI benchmark.
     Movingai(MovingAiArguments),
     /// The paper's tables and figures, paths and drives, repeated and compared with its values.
     Paper(super::paper::PaperArguments),
-    /// Random missions on many maps among moving obstacles: contacts, reasons, and the same traces on every engine.
+    /// Random missions on many maps among moving obstacles: contacts, causes, and equal traces on every engine.
     Soak(super::soak::SoakArguments),
 }
 
@@ -255,46 +255,47 @@ pub enum BenchCommand {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --missions 0 --chart density.svg\n\n\
-    Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine too slow for a density is left out there, and that is said.\n\
-    Then the commands: regret is what is lost against the densest sampling (1,048,576 samples, or --max-samples where \
-    that is more), as a share of what the best sample gains there over the mean admissible one. It is taken in \
-    windows of 0.1 s and 1 s, with as many forward speeds as turn rates and with a quarter as many.\n\
-    Last, closed_loop: the same random missions of at most 30 m on built-in maps with 64, 256... samples, at most 16,384 and \
-    --max-samples. The time of a tick there is that of the whole navigator, scan, local field and decision, on one core; \
-    the 99th percentile includes waiting for new paths."
+    Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine that is too slow \
+    for a density is skipped there, and listed.\n\
+    Quality: the regret is the loss of score against the densest sampling (1,048,576 samples, or --max-samples if larger), as a \
+    share of the best sample's gain over the mean admissible one. It is measured with windows of 0.1 s and 1 s, with as many \
+    forward speeds as turn rates and with a quarter as many.\n\
+    Closed loop: the same random missions of at most 30 m on built-in maps with 64, 256... samples, up to 16,384 or \
+    --max-samples. The tick time is that of the whole navigator (scan, local field and decision) on one core; the 99th \
+    percentile includes waiting for new paths."
 )]
 pub struct DensityArguments {
     /// Steps of the horizon.
     #[arg(long, default_value_t = 40, allow_negative_numbers = true, value_parser = whole::<u32>(1, 1023))]
     pub steps: u32,
-    /// Smallest number of samples; the others are 4, 16, 64... times as many.
+    /// Smallest number of samples; the others are 4, 16, 64... times this number.
     #[arg(long, default_value_t = 256, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
     pub min_samples: usize,
     /// Largest number of samples.
     #[arg(long, default_value_t = 1_048_576, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
     pub max_samples: usize,
-    /// Seconds to measure each engine at each density; slow ones take up to 20 times as long.
+    /// Measuring time per engine and density, seconds; slow engines take up to 20 times as long.
     #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = duration)]
     pub seconds: f64,
-    /// Decisions in which commands are compared with those of the densest sampling; 0 leaves that out.
+    /// Decisions whose commands are compared with those of the densest sampling; 0 skips the comparison.
     #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100))]
     pub ticks: usize,
-    /// Random missions driven with each of several samplings, one after the other on one core; 0 leaves that out.
+    /// Random missions driven with each sampling, one after the other on one core; 0 skips them.
     #[arg(long, default_value_t = 12, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100_000))]
     pub missions: usize,
-    /// Write the rows of latencies into this file, CSV or JSON by its ending.
+    /// Write the latency rows into this file, CSV or JSON by its extension.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// Write the rows of regrets into this file, CSV or JSON by its ending.
+    /// Write the regret rows into this file, CSV or JSON by its extension.
     #[arg(long, value_name = "FILE")]
     pub record_quality: Option<PathBuf>,
     /// Write a row for each mission and sampling into this file, CSV or JSON by its ending.
     #[arg(long, value_name = "FILE")]
     pub record_missions: Option<PathBuf>,
-    /// Draw latency, regret, and success and time in closed loop over the number of samples into this file.
+    /// Draw latency, regret, and closed-loop success and time over the number of samples into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub chart: Option<PathBuf>,
-    /// Write `index.html` into this folder, and beside it each chart as SVG and its rows as CSV and JSON.
+    /// Write `index.html` into this folder, with each chart as SVG and its rows as CSV and JSON.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
@@ -304,9 +305,8 @@ pub struct DensityArguments {
 #[command(
     after_help = "Example:\n  inbye bench movingai --map mine.map --scen mine.map.scen --longest 100\n  \
     inbye bench movingai --folder maps --all --passes 3 --json\n\n\
-    Every path is judged from the map alone: moves to the eight neighbours, no corner cut, its length beside the one listed. \
-    Exit status 1: an exact algorithm has a path that is not the shortest, or any has none, or one that may not be \
-    walked or is shorter than listed."
+    Every path is checked on the map alone: moves to the eight neighbours, no corner cutting, and its length against the listed one. \
+    Exit status 1: a path of an exact algorithm is not the shortest, or a path is missing, illegal or shorter than listed."
 )]
 pub struct MovingAiArguments {
     /// The map, MovingAI .map.
@@ -317,22 +317,22 @@ pub struct MovingAiArguments {
         required_unless_present = "folder"
     )]
     pub map: Option<PathBuf>,
-    /// Its scenarios.
+    /// The map's scenarios.
     #[arg(long, value_name = "M.map.scen", requires = "map")]
     pub scen: Option<PathBuf>,
-    /// In place of a map: all maps in this folder and below that have scenarios beside them, as X.map.scen or X.scen.
+    /// Instead of a map: all maps in this folder and its subfolders that have scenarios, as X.map.scen or X.scen.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["map", "scen"])]
     pub folder: Option<PathBuf>,
-    /// Run every algorithm, also the slow and the greedy ones.
+    /// Run every algorithm, including the slow and the greedy ones.
     #[arg(long)]
     pub all: bool,
-    /// Only so many scenarios of each map, those of the greatest listed length [default: all].
+    /// Number of scenarios of each map, those of the greatest listed length [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>(1, 1_000_000_000))]
     pub longest: Option<usize>,
-    /// Passes over the scenarios: the time of a query is its least.
+    /// Passes over the scenarios; the time of a query is its shortest.
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1000))]
     pub passes: usize,
-    /// Write a row for each map and algorithm into this file, CSV or JSON by its ending.
+    /// Write a row for each map and algorithm into this file, CSV or JSON by its extension.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
 }

@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let crossovers = crossovers(&rows);
     let machine = engines::machine();
     let page = html(&Report {
-        title: "inbye: the main job",
+        title: "inbye: the demo",
         intro: INTRO,
         machine: &machine,
         missions: drives
