@@ -66,6 +66,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(feature = "sim")]
 pub mod digest;
 pub mod documented;
 pub mod geometry;
@@ -83,21 +84,28 @@ pub mod local;
 
 pub mod navigator;
 
+#[cfg(feature = "sim")]
 pub mod base;
 
+#[cfg(feature = "sim")]
 pub mod runtime;
 
+#[cfg(feature = "sim")]
 pub mod sim;
 
+#[cfg(feature = "ros")]
 pub mod ros;
 
 #[cfg(feature = "mcap")]
 pub mod recording;
 
+#[cfg(feature = "experiment")]
 pub mod bench;
 
+#[cfg(feature = "experiment")]
 pub mod experiment;
 
+#[cfg(feature = "report")]
 pub mod report;
 
 #[cfg(feature = "playground")]
