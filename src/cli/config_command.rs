@@ -59,8 +59,9 @@ pub enum ConfigCommand {
     local_costmap (the robot's shape), in any namespace and with wildcards. The TOML goes to standard output or into \
     the file, each key with the parameter that it comes from. Standard error lists every parameter of these nodes that is not \
     imported, with the reason. If controller and smoother limit the same quantity, the tighter limit counts.\n\
-    JSON fields: `config` and `base_config` (TOML), `mapped` [{`key`,`to` [{`key`,`value`,`how`}]}], `not_mapped` \
-    [{`key`,`why`,`reason`}], `ignored` (nodes not read); `why` is no_such_thing, other_meaning, not_yet, not_in_force or unknown."
+    JSON fields: `config` and `base_config` (TOML), `mapped` [{`parameter`,`settings` [{`setting`,`value`,`note`}]}], `unmapped` \
+    [{`parameter`,`reason`,`explanation`}], `ignored_nodes`; `reason` is no_equivalent, different_meaning, not_supported, \
+    not_in_effect or unknown."
 )]
 pub struct ImportArguments {
     /// A Nav2 parameter file, YAML.

@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::RecordingError;
-use super::error::FORMAT;
+use super::error::{FORMAT, RecordingError};
 use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, OccupancyGrid};
 use crate::navigator::{Goal, Waypoints};

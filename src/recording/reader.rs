@@ -4,11 +4,12 @@ use std::io::Read;
 
 use mcap::McapError;
 
+use super::error::RecordingError;
 use super::mcap_events::{McapEvent, McapReader};
-use super::metadata::{CONFIG, DRIVE};
+use super::metadata::{CONFIG, DRIVE, DriveMetadata, DriveSummary};
+use super::tick::RecordedTick;
 use super::topic::Topic;
 use super::writer::{SUMMARY, TICKS, TRACE_DIGEST};
-use super::{DriveMetadata, DriveSummary, RecordedTick, RecordingError};
 use crate::ros::msg::{Message, OccupancyGrid};
 
 /// Reads a recording.

@@ -6,12 +6,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
+use super::error::RecordingError;
 use super::messages::{self, BASE_FRAME, MAP_FRAME, header};
+use super::metadata::{DriveMetadata, DriveSummary};
+use super::tick::RecordedTick;
 use super::topic::Topic;
 use super::writer::{Entry, RecordingWriter};
-use super::{DriveMetadata, DriveSummary, RecordedTick, RecordingError};
+use crate::ros::convert::{self, nanoseconds};
+use crate::ros::markers::{SAMPLING, markers};
 use crate::ros::msg::{Duration, Message, Time};
-use crate::ros::{self, nanoseconds};
 use crate::runtime::TickEvent;
 
 /// Maximum number of ticks that wait for the disk: 6.4 s at 10 Hz. It limits the memory.
@@ -173,7 +176,7 @@ impl Recorder {
         let map_header = header(time_s, MAP_FRAME);
         let plans = navigator.plans();
         let new_plan = plans.get(self.plans..).and_then(<[_]>::last);
-        let plan = new_plan.map(|plan| ros::path(plan.smoothed.points(), &map_header).to_cdr());
+        let plan = new_plan.map(|plan| convert::path(plan.smoothed.points(), &map_header).to_cdr());
         let mut entries: Vec<Entry> = plan
             .into_iter()
             .map(|plan| entry(Topic::Plan, plan))
@@ -185,11 +188,11 @@ impl Recorder {
             bytes: scan.to_cdr(),
         });
         let transforms = messages::transforms(time_s, &observation.pose, &odometry.pose);
-        let fan = event.fan(ros::SAMPLING);
+        let fan = event.fan(SAMPLING);
         let moving = navigator.obstacle_model().moving();
-        let markers = ros::markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);
+        let markers = markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);
         let stamp = Time::from_seconds(time_s);
-        let command = ros::twist_stamped(&decision.command, stamp, BASE_FRAME);
+        let command = convert::twist_stamped(&decision.command, stamp, BASE_FRAME);
         let diagnostics = messages::diagnostics(time_s, decision, took_s, navigator, &self.engine);
         let tick = RecordedTick {
             tick: self.ticks,

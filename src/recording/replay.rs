@@ -2,7 +2,10 @@
 
 use std::io::Read;
 
-use super::{DriveMetadata, Reader, RecordedTick, RecordingError};
+use super::error::RecordingError;
+use super::metadata::DriveMetadata;
+use super::reader::Reader;
+use super::tick::RecordedTick;
 use crate::local::{Engine, LocalPlanner};
 use crate::navigator::{Decision, Navigator};
 

@@ -48,7 +48,8 @@ const LOST_REASONS: [LostReason; 5] = [
 ];
 
 mod message {
-    use crate::ros::msg::{Time, messages};
+    use crate::ros::msg::Time;
+    use crate::ros::msg::declaration::messages;
 
     messages! {
         /// A tick of inbye to the bit: observation and decision. Metres, seconds, radians; the map frame.

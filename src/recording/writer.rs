@@ -7,8 +7,10 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError, WriteOptions};
 
+use super::error::RecordingError;
+use super::messages;
+use super::metadata::{DriveMetadata, DriveSummary};
 use super::topic::Topic;
-use super::{DriveMetadata, DriveSummary, RecordingError, messages};
 use crate::ros::msg::Message;
 
 /// Name and keys of the metadata record with the summary of the drive.

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Display, Formatter};
 
-use super::{Cdr, Decoder, Encoder, FieldType, messages};
+use super::declaration::{Cdr, Decoder, Encoder, FieldType, messages};
 
 /// The field type `byte`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

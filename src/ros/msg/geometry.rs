@@ -1,6 +1,7 @@
 //! `geometry_msgs` and `tf2_msgs`.
 
-use super::{Header, messages};
+use super::common::Header;
+use super::declaration::messages;
 
 messages! {
     /// A vector.

@@ -1,6 +1,8 @@
 //! `nav_msgs` and `sensor_msgs/LaserScan`.
 
-use super::{Header, Pose, PoseStamped, PoseWithCovariance, Time, TwistWithCovariance, messages};
+use super::common::{Header, Time};
+use super::declaration::messages;
+use super::geometry::{Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance};
 
 messages! {
     /// Size and position of a map.

@@ -1,6 +1,8 @@
 //! `visualization_msgs`, and the types that it takes from `std_msgs` and `sensor_msgs`.
 
-use super::{Duration, Header, Point, Pose, Vector3, messages};
+use super::common::{Duration, Header};
+use super::declaration::messages;
+use super::geometry::{Point, Pose, Vector3};
 
 messages! {
     /// A colour with opacity, each 0 to 1.

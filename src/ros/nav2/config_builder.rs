@@ -4,12 +4,23 @@ use std::collections::BTreeMap;
 
 use toml::Value;
 
+use super::error::Nav2Error;
+use super::import_report::{Import, Mapped, MappedSetting, Unmapped, UnmappedReason};
 use super::parameters::Parameter;
-use super::rules::Merge;
-use super::{Import, Mapped, MappedSetting, Nav2Error, Unmapped, UnmappedReason};
 use crate::base::BaseConfig;
 use crate::documented::Described;
 use crate::runtime::Config;
+
+/// How several parameters of one setting are combined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Merge {
+    /// The last value.
+    Replace,
+    /// The lowest value.
+    Min,
+    /// The highest value.
+    Max,
+}
 
 /// The settings and the unmapped parameters so far.
 #[derive(Debug, Default)]

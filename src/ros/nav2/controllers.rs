@@ -1,9 +1,11 @@
 //! The plugins of the controller server: the first checker of each kind and the first supported controller are imported.
 
 use super::config_builder::ConfigBuilder;
+use super::error::Nav2Error;
+use super::import_report::UnmappedReason;
 use super::parameters::Parameters;
 use super::rules::{Rule, apply};
-use super::{Nav2Error, UnmappedReason, tables};
+use super::tables;
 
 const DWB: &str = "dwb_core::DWBLocalPlanner";
 const MPPI: &str = "nav2_mppi_controller::MPPIController";

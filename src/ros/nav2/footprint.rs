@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::Nav2Error;
 use super::config_builder::ConfigBuilder;
+use super::error::Nav2Error;
 use super::parameters::{Parameter, Parameters};
 use crate::map::yaml;
 use crate::robot::Disc;

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value};
 
-use super::Nav2Error;
+use super::error::Nav2Error;
 use super::parameters::{Parameter, Parameters};
 use crate::map::yaml::{self, BadYaml};
 

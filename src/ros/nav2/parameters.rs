@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 
-use super::Nav2Error;
+use super::error::Nav2Error;
 
 /// A parameter with its path in the file, such as `controller_server.FollowPath.max_vel_x`.
 #[derive(Clone, Debug, PartialEq)]

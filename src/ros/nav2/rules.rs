@@ -2,10 +2,11 @@
 
 use core::f64::consts::PI;
 
-use super::config_builder::ConfigBuilder;
+use super::config_builder::{ConfigBuilder, Merge};
+use super::error::Nav2Error;
+use super::import_report::UnmappedReason;
 use super::parameters::{Parameter, Parameters};
 use super::tables::COMMON;
-use super::{Nav2Error, UnmappedReason};
 use crate::suggest::closest_name;
 
 /// Computes settings from several parameters.
@@ -31,17 +32,6 @@ pub(super) struct Mapping {
     conversion: Conversion,
     note: &'static str,
     condition: fn(&Parameters) -> bool,
-}
-
-/// How several parameters of one setting are combined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Merge {
-    /// The last value.
-    Replace,
-    /// The lowest value.
-    Min,
-    /// The highest value.
-    Max,
 }
 
 /// How a value is converted.

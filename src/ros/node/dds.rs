@@ -11,8 +11,10 @@ use ros2_client::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{IncomingMessage, NodeError, Outgoing, Topic};
-use crate::ros;
+use super::error::NodeError;
+use super::incoming::{IncomingMessage, Topic};
+use super::node_core::Outgoing;
+use crate::ros::convert;
 use crate::ros::msg::{self, Message, Time};
 
 /// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
@@ -137,7 +139,7 @@ impl DdsNode {
                     publisher.publish(msg::Twist::from(command)).is_ok()
                 }
                 CommandPublisher::Stamped(publisher) => publisher
-                    .publish(ros::twist_stamped(command, stamp, base_frame))
+                    .publish(convert::twist_stamped(command, stamp, base_frame))
                     .is_ok(),
             };
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::MessageError;
+use super::error::MessageError;
 use super::incoming::planar_pose;
 use crate::geometry::Pose;
 use crate::ros::msg::{self, Point, TFMessage};

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::MessageError;
+use super::error::MessageError;
 use super::frames::frame_name;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};

@@ -1,9 +1,9 @@
 //! The newest map, odometry, scan and frames.
 
+use super::error::{MessageError, MissingInput};
 use super::frames::Frames;
 use super::incoming::{MapInput, OdometryInput};
 use super::scan::{deskew, laser_scan, timed_scan, to_robot_frame};
-use super::{MessageError, MissingInput};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::PoseHistory;
 use crate::map::{Scan, TimedScan};

@@ -3,15 +3,16 @@
 use std::fmt::Display;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::incoming::{self, MapInput};
+use super::error::MessageError;
+use super::incoming::{self, IncomingMessage, MapInput};
 use super::latest_inputs::LatestInputs;
-use super::notices::Notices;
-use super::{IncomingMessage, MessageError, NodeStats};
+use super::notices::{NodeStats, Notices};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Detail, Engine, EngineError, Evaluation, LocalPlanner, QuantizedProblem};
 use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Waypoints};
+use crate::ros::convert;
+use crate::ros::markers::{SAMPLING, markers};
 use crate::ros::msg::{self, Duration, Header, Time};
-use crate::ros::{self, SAMPLING};
 use crate::runtime::Config;
 
 /// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
@@ -319,14 +320,14 @@ impl NodeCore {
         };
         let plans = navigator.plans();
         let new_plan = plans.get(self.published_plans..).and_then(<[_]>::last);
-        outgoing.path = new_plan.map(|plan| ros::path(plan.smoothed.points(), &header));
+        outgoing.path = new_plan.map(|plan| convert::path(plan.smoothed.points(), &header));
         self.published_plans = plans.len();
         if now_s - self.markers_s >= MARKER_INTERVAL_S {
             self.markers_s = now_s;
             let counts = decision.counts.as_ref();
             let fan = counts.and_then(|_| navigator.planner().trajectory_fan(SAMPLING));
             let moving = navigator.obstacle_model().moving();
-            let markers = ros::markers(fan.as_ref(), moving, &header, MARKER_LIFETIME);
+            let markers = markers(fan.as_ref(), moving, &header, MARKER_LIFETIME);
             outgoing.markers = Some(markers);
         }
     }

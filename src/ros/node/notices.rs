@@ -5,7 +5,8 @@ use std::mem::{Discriminant, discriminant, take};
 
 use serde::Serialize;
 
-use super::{MessageError, MissingInput, Topic};
+use super::error::{MessageError, MissingInput};
+use super::incoming::Topic;
 use crate::navigator::{Mode, Navigator};
 
 /// Counters since the start of the node.

@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use super::MessageError;
+use super::error::MessageError;
 use crate::geometry::Pose;
 use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::{Beam, Scan, TimedScan};
