@@ -1,4 +1,4 @@
-//! From how many samples on a GPU is faster than the CPU.
+//! Number of samples from which a GPU is faster than the CPU.
 
 use std::collections::BTreeMap;
 
@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use super::DensityRow;
 
-/// Where a GPU's median falls below the best CPU engine's.
+/// The density at which a GPU's median falls below the best CPU engine's.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Crossover {
     /// The GPU engine's name.
     pub name: String,
-    /// The least number of samples measured from which on the GPU's median is below that of every CPU engine, at every
-    /// density that both were measured at. None: the CPU is faster at the densest of them, or they share none.
+    /// Smallest measured number of samples from which the GPU's median is below that of every CPU engine at all common
+    /// densities. None: the CPU is faster at the densest of them, or there is no common density.
     pub samples: Option<usize>,
-    /// The CPU engine that is the fastest at that number, or, without one, at the densest that both were measured at.
+    /// The fastest CPU engine at that number, or without one at the densest common density.
     pub fastest_cpu: Option<String>,
-    /// The most samples that both were measured at; zero where there are none.
+    /// Largest common number of samples; zero without one.
     pub up_to: usize,
 }
 
@@ -85,7 +85,7 @@ mod tests {
         let mut rows: Vec<DensityRow> = cpu
             .iter()
             .flat_map(|&(samples, ms)| {
-                // Threads cost something at first and pay later.
+                // Threads have a fixed cost.
                 let many = row("cpu", "many threads", samples, ms / 2.0 + 1.0);
                 [row("cpu", "one thread", samples, ms), many]
             })
@@ -98,30 +98,30 @@ mod tests {
     }
 
     #[test]
-    fn the_gpu_must_beat_the_fastest_cpu_engine() {
+    fn crossover_needs_the_fastest_cpu_engine_beaten() {
         let found = crossover(&[(64, 4.0), (256, 4.0), (1024, 4.5), (4096, 5.0)]);
         assert_eq!((found.samples, found.up_to), (Some(1024), 4096));
         assert_eq!(found.fastest_cpu.as_deref(), Some("many threads"));
     }
 
     #[test]
-    fn a_gpu_that_is_never_faster_has_no_crossover() {
+    fn crossover_is_none_for_a_slower_gpu() {
         let found = crossover(&[(64, 4.0), (256, 9.0), (1024, 30.0)]);
         assert_eq!((found.samples, found.up_to), (None, 1024));
         assert_eq!(found.fastest_cpu.as_deref(), Some("many threads"));
-        // As fast is not faster.
+        // Equal is not faster.
         assert_eq!(crossover(&[(64, 1.0)]).samples, None);
     }
 
     #[test]
-    fn one_lucky_density_is_no_crossover() {
+    fn crossover_ignores_a_single_faster_density() {
         let lucky = crossover(&[(64, 0.5), (256, 9.0), (1024, 2.0), (4096, 3.0)]);
         assert_eq!(lucky.samples, Some(1024));
         assert_eq!(crossover(&[(64, 0.5), (256, 9.0)]).samples, None);
     }
 
     #[test]
-    fn without_a_density_in_common_nothing_is_claimed() {
+    fn crossover_is_none_without_common_densities() {
         let found = crossover(&[(100, 0.1)]);
         assert_eq!(
             (found.samples, found.fastest_cpu, found.up_to),

@@ -1,14 +1,14 @@
-//! Decisions that come too late for a control loop.
+//! Decisions that miss the period of a control loop.
 
 /// Rates of common control loops, Hz.
 pub const RATES_HZ: [f64; 3] = [20.0, 50.0, 100.0];
 
-/// How many decisions were late for each of [`RATES_HZ`], counted from the times themselves and not from percentiles.
+/// Number of late decisions for each of [`RATES_HZ`], counted from the times themselves, not from percentiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Misses([usize; RATES_HZ.len()]);
 
 impl Misses {
-    /// Adds a decision that took so many seconds. One that takes the whole period is still in time.
+    /// Adds a decision with its time in seconds. A decision that takes the whole period is in time.
     pub fn record(&mut self, seconds: f64) {
         for (count, rate) in self.0.iter_mut().zip(RATES_HZ) {
             *count += usize::from(seconds > 1.0 / rate);
@@ -27,7 +27,7 @@ mod tests {
     use super::Misses;
 
     #[test]
-    fn a_decision_is_late_when_it_takes_longer_than_the_period() {
+    fn decision_is_late_when_longer_than_the_period() {
         let mut misses = Misses::default();
         for seconds in [0.0, 0.009, 0.010, 0.011, 0.02, 0.021, 0.05, 0.051, 3.0] {
             misses.record(seconds);

@@ -8,7 +8,7 @@ use super::roadway::{Roadway, roadway_field};
 use super::{BenchError, DensityRow, EvaluationDigest, Latencies, SkippedCell};
 use crate::local::{ClearanceField, Detail, Engine, Evaluation, QuantizedProblem};
 
-/// What to measure.
+/// Densities to measure, and for how long.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityPlan {
     /// Steps of the horizon.
@@ -17,17 +17,17 @@ pub struct DensityPlan {
     pub samples: Vec<usize>,
     /// Time to measure each engine at each density, seconds. A slow engine gets more, for 20 decisions.
     pub seconds: f64,
-    /// Most time for that, seconds: a very slow engine is timed for fewer decisions, at least 3; one that would need
-    /// longer even for these is not measured any denser.
-    pub most_seconds: f64,
+    /// Longest time for that, seconds: a very slow engine is timed for fewer decisions, at least 3; an engine that needs
+    /// longer even for these is not measured at higher densities.
+    pub max_seconds: f64,
 }
 
-/// Most time for a cell in terms of the usual one, and at least, seconds.
-const PATIENCE: f64 = 20.0;
-const LEAST_PATIENCE_S: f64 = 1.0;
+/// Longest time of a cell relative to the usual one, and its minimum, seconds.
+const MAX_TIME_FACTOR: f64 = 20.0;
+const MIN_MAX_TIME_S: f64 = 1.0;
 
 impl DensityPlan {
-    /// Powers of four from least to most samples. The most time is 20 times the usual one, and at least 1 s.
+    /// Powers of four from least to most samples. The longest time is 20 times the usual one, and at least 1 s.
     #[must_use]
     pub fn powers_of_four(steps: u32, least: usize, most: usize, seconds: f64) -> Self {
         let samples = std::iter::successors(Some(least.max(1)), |samples| samples.checked_mul(4));
@@ -35,21 +35,21 @@ impl DensityPlan {
             steps,
             samples: samples.take_while(|&samples| samples <= most).collect(),
             seconds,
-            most_seconds: (PATIENCE * seconds).max(LEAST_PATIENCE_S),
+            max_seconds: (MAX_TIME_FACTOR * seconds).max(MIN_MAX_TIME_S),
         }
     }
 }
 
 /// Decisions taken before timing starts.
 const WARM_UP: usize = 3;
-/// Most decisions timed in one cell.
-const MOST_DECISIONS: usize = 5000;
-/// Fewest decisions timed in one cell.
-const FEWEST_DECISIONS: usize = 20;
-/// Fewest decisions timed in one cell of an engine so slow that [`FEWEST_DECISIONS`] would take too long.
-const FEWEST_SLOW_DECISIONS: usize = 3;
+/// Largest number of decisions timed in one cell.
+const MAX_DECISIONS: usize = 5000;
+/// Smallest number of decisions timed in one cell.
+const MIN_DECISIONS: usize = 20;
+/// The same for an engine so slow that [`MIN_DECISIONS`] take too long.
+const MIN_SLOW_DECISIONS: usize = 3;
 
-/// What was measured, and what was not.
+/// The measured and the skipped cells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Density {
     /// A row for each cell measured: by density, then in the order of the engines.
@@ -71,13 +71,16 @@ pub fn measure_density(
 ) -> Result<Density, BenchError> {
     let field = roadway_field();
     let mut density = Density::default();
-    // The last row of each engine, to tell beforehand what the next one takes.
+    // The last row of each engine, to predict the time of the next one.
     let mut last: Vec<Option<DensityRow>> = vec![None; engines.len()];
     for &samples in &plan.samples {
         let scene = Scene::new(&field, plan.steps, samples);
         let mut expected: Option<(String, String)> = None;
         for (engine, last) in engines.iter_mut().zip(&mut last) {
-            if let Some(skipped) = last.as_ref().and_then(|last| foresee(last, &scene, plan)) {
+            if let Some(skipped) = last
+                .as_ref()
+                .and_then(|last| predict_skip(last, &scene, plan))
+            {
                 done(Err(&skipped));
                 density.skipped.push(skipped);
                 continue;
@@ -106,12 +109,12 @@ pub fn measure_density(
     Ok(density)
 }
 
-/// Why an engine is not measured at a density, by what it took at a lower one; none where it is.
-fn foresee(last: &DensityRow, scene: &Scene, plan: &DensityPlan) -> Option<SkippedCell> {
+/// Why an engine is not measured at a density, predicted from a lower one; none where it is.
+fn predict_skip(last: &DensityRow, scene: &Scene, plan: &DensityPlan) -> Option<SkippedCell> {
     let samples = scene.len();
     let decision_s = last.p50_ms / 1e3 * samples as f64 / last.samples as f64;
-    let fewest = WARM_UP + FEWEST_SLOW_DECISIONS;
-    (decision_s * fewest as f64 > plan.most_seconds).then(|| SkippedCell {
+    let fewest = WARM_UP + MIN_SLOW_DECISIONS;
+    (decision_s * fewest as f64 > plan.max_seconds).then(|| SkippedCell {
         name: last.name.clone(),
         samples,
         reason: format!(
@@ -119,7 +122,7 @@ fn foresee(last: &DensityRow, scene: &Scene, plan: &DensityPlan) -> Option<Skipp
              more than the {} s that a cell may take",
             last.p50_ms / 1e3,
             last.samples,
-            plan.most_seconds
+            plan.max_seconds
         ),
     })
 }
@@ -164,7 +167,7 @@ impl<'a> Scene<'a> {
             })
     }
 
-    /// Warms an engine up and names its answers.
+    /// Warms an engine up and returns the digest of its answers.
     fn digest(&self, engine: &mut dyn Engine) -> Result<String, BenchError> {
         let mut digest = EvaluationDigest::default();
         for tick in 0..WARM_UP {
@@ -182,15 +185,15 @@ impl<'a> Scene<'a> {
         let mut latencies = Latencies::default();
         let mut misses = Misses::default();
         let began = clock();
-        for tick in 0..MOST_DECISIONS {
+        for tick in 0..MAX_DECISIONS {
             let before = clock();
             self.decide(engine, tick)?;
             let after = clock();
             latencies.record(after - before)?;
             misses.record(after - before);
             let (decisions, passed_s) = (tick + 1, after - began);
-            let enough = decisions >= FEWEST_DECISIONS && passed_s > plan.seconds;
-            let too_slow = decisions >= FEWEST_SLOW_DECISIONS && passed_s > plan.most_seconds;
+            let enough = decisions >= MIN_DECISIONS && passed_s > plan.seconds;
+            let too_slow = decisions >= MIN_SLOW_DECISIONS && passed_s > plan.max_seconds;
             if enough || too_slow {
                 break;
             }
@@ -228,7 +231,7 @@ mod tests {
     use super::*;
     use crate::local::{CpuEngine, EngineError};
 
-    /// Answers like the CPU; by the clock that it turns on, each sample takes so many nanoseconds.
+    /// Answers like the CPU and advances a clock by a number of nanoseconds for each sample.
     struct Slow {
         engine: CpuEngine,
         nanoseconds_per_sample: u64,
@@ -272,36 +275,36 @@ mod tests {
         let mut engines: Vec<_> = nanoseconds_per_sample.iter().map(engine).collect();
         let plan = DensityPlan::powers_of_four(2, 4, 64, 0.5);
         let mut now = || clock.load(Ordering::Relaxed) as f64 / 1e9;
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let density = measure_density(&mut engines, &plan, &mut now, |cell| {
-            told.push(match cell {
+            reported.push(match cell {
                 Ok(row) => format!("{} at {}", row.name, row.samples),
                 Err(skipped) => format!("no {} at {}", skipped.name, skipped.samples),
             });
         });
-        (density.expect("the engines answer"), told)
+        (density.expect("the engines answer"), reported)
     }
 
     #[test]
-    fn the_plan_counts_by_powers_of_four() {
+    fn density_plan_counts_by_powers_of_four() {
         let plan = DensityPlan::powers_of_four(40, 256, 1_048_576, 0.5);
         assert_eq!(
             plan.samples,
             [256, 1024, 4096, 16_384, 65_536, 262_144, 1_048_576]
         );
-        assert_eq!(plan.most_seconds, 10.0);
+        assert_eq!(plan.max_seconds, 10.0);
         assert_eq!(
-            DensityPlan::powers_of_four(40, 3, 11, 0.01).most_seconds,
+            DensityPlan::powers_of_four(40, 3, 11, 0.01).max_seconds,
             1.0
         );
     }
 
     #[test]
-    fn rows_tell_what_the_clock_said() {
+    fn density_rows_report_the_clock() {
         // 4, 16 and 64 ms for a decision.
-        let (density, told) = measure(&[1_000_000]);
+        let (density, reported) = measure(&[1_000_000]);
         assert_eq!(
-            told,
+            reported,
             ["1000000 ns at 4", "1000000 ns at 16", "1000000 ns at 64"]
         );
         let found: Vec<_> = density
@@ -327,9 +330,9 @@ mod tests {
     }
 
     #[test]
-    fn very_slow_engines_are_timed_less_and_then_not_at_all() {
+    fn very_slow_engines_are_timed_less_and_then_skipped() {
         // 0.4, 1.6 and 6.4 s for a decision: 20 of them are 8 s and 32 s, 6 of the last 38 s.
-        let (density, told) = measure(&[100, 100_000_000]);
+        let (density, reported) = measure(&[100, 100_000_000]);
         let slow: Vec<_> = density
             .rows
             .iter()
@@ -349,8 +352,8 @@ mod tests {
             "{}",
             skipped.reason
         );
-        assert_eq!(told.len(), 6);
-        assert_eq!(told[5], "no 100000000 ns at 64");
+        assert_eq!(reported.len(), 6);
+        assert_eq!(reported[5], "no 100000000 ns at 64");
         // The other engine is measured at every density.
         assert_eq!(density.rows.len(), 5);
     }

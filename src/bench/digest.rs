@@ -1,4 +1,4 @@
-//! One short name for many evaluations.
+//! A digest of evaluations.
 
 use crate::digest::BitDigest;
 use crate::local::Evaluation;

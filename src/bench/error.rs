@@ -1,4 +1,4 @@
-//! What can be wrong with a measurement.
+//! Errors of measurements.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use crate::map::MapError;
 /// A measurement that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum BenchError {
-    /// A time that no clock can have measured.
+    /// A time that no clock measures.
     #[error(
         "a measured time is {seconds} s: it must be finite and not below zero; take both readings from one monotonic clock"
     )]
@@ -18,7 +18,7 @@ pub enum BenchError {
         /// As given.
         seconds: f64,
     },
-    /// A problem that the engines do not take.
+    /// A problem that the engines reject.
     #[error("{which}: {error}")]
     Problem {
         /// Which problem.
@@ -26,7 +26,7 @@ pub enum BenchError {
         /// Why.
         error: ProblemError,
     },
-    /// An engine that gave no answer.
+    /// An engine without an answer.
     #[error("{which}: {error}")]
     Engine {
         /// Which problem.
@@ -34,7 +34,7 @@ pub enum BenchError {
         /// Why.
         error: EngineError,
     },
-    /// An engine whose answer differs from the first engine's: its times would be worth nothing.
+    /// An engine whose answer differs from the first engine's; its times would be meaningless.
     #[error("{which}: {engine} gave other bits than {first}: run `inbye verify`")]
     Differs {
         /// Which problem.
@@ -47,24 +47,24 @@ pub enum BenchError {
     /// A map or a file of scenarios that cannot be used.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// A folder that the system does not list.
+    /// A folder that cannot be listed.
     #[error("{}: the folder cannot be read ({reason}): check the path and its permissions", folder.display())]
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// The system's words.
+        /// The system's message.
         reason: String,
     },
     /// A folder without anything to measure.
     #[error(
-        "{}: no .map file in it or below has its .map.scen or .scen beside it: name a folder that has both",
+        "{}: no .map file in it or below has its .map.scen or .scen next to it: name a folder that has both",
         folder.display()
     )]
     NoMaps {
         /// The folder.
         folder: PathBuf,
     },
-    /// A file of scenarios without one.
+    /// A file without a scenario.
     #[error("{}: holds no scenario: check that it is the right file", scen.display())]
     NoScenario {
         /// The file.
@@ -72,7 +72,7 @@ pub enum BenchError {
     },
     /// Scenarios of another map.
     #[error(
-        "{}: line {line}: is for a map of {} x {} cells, and {} has {} x {}: name the scenarios of this very map",
+        "{}: line {line}: is for a map of {} x {} cells, and {} has {} x {}: name the scenarios of this map",
         scen.display(), listed.0, listed.1, map.display(), size.0, size.1
     )]
     OtherMap {

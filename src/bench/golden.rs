@@ -1,4 +1,4 @@
-//! The digest that is the same on every machine.
+//! The golden digest, the same on every machine.
 
 use super::{BenchError, Verification, verify};
 use crate::local::Engine;
@@ -7,11 +7,11 @@ use crate::local::Engine;
 pub const GOLDEN_SEED: u64 = 2026;
 /// Number of those problems.
 pub const GOLDEN_CASES: u64 = 64;
-/// Every bit of their evaluations, on any engine and machine. It changes only with the contract or with
-/// [`super::random_problem`], and then on purpose: say so where it is renewed.
+/// Digest over every bit of their evaluations, on any engine and machine. It changes only with the engines' specification
+/// or with [`super::random_problem`]; document every such change.
 pub const GOLDEN_DIGEST: &str = "3015f2d5433f8a8f24842201aa2a2422026759ef9d43cc3c5b991d13b409f6da";
 
-/// Puts the problems of the pinned digest to every engine.
+/// Evaluates the problems of the golden digest on every engine.
 ///
 /// # Errors
 /// When an engine gives no answer.

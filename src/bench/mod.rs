@@ -1,4 +1,4 @@
-//! Measure: verify the answer first, then time it; medians and tails, never a mean alone.
+//! Measurements: answers are verified before they are timed; times are medians and tails.
 
 pub(crate) mod columns;
 mod crossover;
@@ -28,7 +28,7 @@ pub use golden::{GOLDEN_CASES, GOLDEN_DIGEST, GOLDEN_SEED, verify_golden};
 pub use problems::random_problem;
 pub use quality::{QualityPlan, grid_counts, measure_quality};
 pub use record::{DensityRow, QualityRow, SkippedCell};
-pub use regret::Yardstick;
+pub use regret::RegretBaseline;
 pub use roadway::{Roadway, roadway_field, roadway_obstacles};
 pub use timing::{Latencies, LatencySummary};
 pub use verify::{Difference, Verification, compare, verify};

@@ -1,4 +1,4 @@
-//! Random problems, the same for a seed on every machine.
+//! Random problems; a seed gives the same problems on every machine.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::robot::{Disc, Footprint};
 /// rules, both readings of the outside.
 ///
 /// # Panics
-/// Never: every number drawn is within the ranges that a problem may have.
+/// Never: every random number is within the ranges of a problem.
 #[must_use]
 pub fn random_problem(seed: u64, case: u64) -> Problem {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ case.wrapping_mul(0x9E37_79B9_7F4A_7C15));
@@ -35,7 +35,7 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
     let start = within(rng, 0.02);
     let step_s = *pick(rng, &[0.05, 0.1, 0.25]);
     let steps = rng.random_range(1..=80);
-    // Slow enough that most trajectories end near the grid, and within the promised ranges.
+    // Slow enough that most trajectories end near the grid and within the specified ranges.
     let fastest = (side / (f64::from(steps) * step_s)).min(2.0);
     let low = rng.random_range(-0.3..0.5) * fastest;
     let turn = rng.random_range(-1.0..0.8);

@@ -1,35 +1,35 @@
-//! How good the chosen command is: few samples against the densest sampling, over many decisions of one drive.
+//! Quality of the chosen command: few samples compared with the densest sampling, over many decisions of one drive.
 
 use std::sync::Arc;
 
-use super::regret::Yardstick;
+use super::regret::RegretBaseline;
 use super::roadway::{Roadway, roadway_field};
 use super::{BenchError, QualityRow};
 use crate::geometry::Twist;
 use crate::local::internals::Header;
 use crate::local::{ClearanceField, Detail, Engine, Evaluation, QuantizedProblem, Terms};
 
-/// Ticks after which [`Roadway::problem`] begins anew.
+/// Number of ticks after which [`Roadway::problem`] repeats.
 const TICKS: usize = 100;
 
-/// What to compare.
+/// Samplings and decisions to compare.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QualityPlan {
     /// Steps of the horizon.
     pub steps: u32,
-    /// Samples of the sampling that the others are judged by.
+    /// Number of samples of the reference sampling.
     pub densest: usize,
-    /// Numbers of samples to judge.
+    /// Numbers of samples to compare with it.
     pub samples: Vec<usize>,
-    /// Forward speeds for each turn rate: 1 for a square.
+    /// Ratios of forward speeds to turn rates: 1 for a square.
     pub shapes: Vec<f64>,
     /// Time that the dynamic window looks ahead, seconds.
     pub windows_s: Vec<f64>,
-    /// Decisions, evenly along the drive: 1 to 100, all different.
+    /// Number of decisions, evenly along the drive: 1 to 100, all different.
     pub ticks: usize,
 }
 
-/// Forward speeds and turn rates of about so many samples, with so many forward speeds for each turn rate.
+/// Returns numbers of forward speeds and turn rates for about this many samples, with this ratio of speeds to rates.
 #[must_use]
 pub fn grid_counts(samples: usize, shape: f64) -> (u32, u32) {
     let speeds = (samples as f64 * shape).sqrt().round().max(1.0) as usize;
@@ -37,8 +37,8 @@ pub fn grid_counts(samples: usize, shape: f64) -> (u32, u32) {
     (speeds as u32, samples.max(1).div_ceil(speeds) as u32)
 }
 
-/// Takes the decisions of a drive with each number of samples, and compares the commands with those of the densest
-/// sampling: a robot of two discs in the drift, three people about. Any engine will do, for all choose the same.
+/// Takes the decisions of a drive with each number of samples, and compares the commands with those of the densest sampling:
+/// a robot of two discs in the roadway among three people. All engines choose the same commands, so any engine serves.
 /// `done` is called after each tick.
 ///
 /// # Errors
@@ -66,15 +66,15 @@ pub fn measure_quality(
         });
         let mut cells: Vec<(Grid, Losses)> = grids.map(|grid| (grid, Losses::default())).collect();
         for number in 0..plan.ticks {
-            // Evenly along the way of the drive, however many.
+            // Evenly along the drive, whatever their number.
             let tick = number * TICKS / plan.ticks;
             let best = decide(densest, tick)?;
-            let yardstick = Yardstick::new(&best.header, &best.answer);
+            let baseline = RegretBaseline::new(&best.header, &best.answer);
             for (counts, losses) in &mut cells {
                 let found = decide(*counts, tick)?;
-                // Where even the densest sampling finds no command there is nothing to be lost.
-                if let (Some(yardstick), Some(best)) = (yardstick, best.command) {
-                    losses.add(&yardstick, &best.0, found.command.as_ref());
+                // Without a command of the densest sampling there is no regret.
+                if let (Some(baseline), Some(best)) = (baseline, best.command) {
+                    losses.add(&baseline, &best.0, found.command.as_ref());
                 }
             }
             done();
@@ -92,7 +92,7 @@ pub fn measure_quality(
 /// Forward speeds and turn rates of a sampling.
 type Grid = (u32, u32);
 
-/// What came of one decision.
+/// The result of one decision.
 struct Decision {
     header: Header,
     answer: Evaluation,
@@ -133,7 +133,7 @@ fn decide(
     })
 }
 
-/// What one sampling loses against the densest one, a number for each decision in which it found a command.
+/// Losses of one sampling against the densest one, a number for each decision in which it found a command.
 #[derive(Clone, Debug, Default)]
 struct Losses {
     regret: Vec<f64>,
@@ -143,12 +143,12 @@ struct Losses {
 }
 
 impl Losses {
-    fn add(&mut self, yardstick: &Yardstick, best: &Twist, found: Option<&(Twist, Terms)>) {
+    fn add(&mut self, baseline: &RegretBaseline, best: &Twist, found: Option<&(Twist, Terms)>) {
         let Some((twist, terms)) = found else {
             self.without_command += 1;
             return;
         };
-        self.regret.push(yardstick.regret(terms));
+        self.regret.push(baseline.regret(terms));
         self.linear.push((twist.linear - best.linear).abs());
         self.angular.push((twist.angular - best.angular).abs());
     }
@@ -175,7 +175,7 @@ impl Losses {
     }
 }
 
-/// The least value that at least half of the values do not exceed, and the greatest; none of an empty list.
+/// The smallest value that at least half of the values do not exceed, and the greatest; none for an empty list.
 fn median_and_worst(values: &[f64]) -> (Option<f64>, Option<f64>) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -189,7 +189,7 @@ mod tests {
     use crate::local::{Counts, CpuEngine, Totals, Winner};
 
     #[test]
-    fn a_grid_has_at_least_so_many_samples_in_the_shape_asked_for() {
+    fn grid_counts_have_the_samples_and_shape() {
         for (samples, shape, counts) in [
             (256, 1.0, (16, 16)),
             (1024, 0.25, (16, 64)),
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_median_is_one_of_the_values() {
+    fn median_is_one_of_the_values() {
         for (values, expected) in [
             (&[][..], (None, None)),
             (&[2.0], (Some(2.0), Some(2.0))),
@@ -242,16 +242,16 @@ mod tests {
             }),
             samples: None,
         };
-        let yardstick = Yardstick::new(&header, &densest).expect("it has a winner");
+        let baseline = RegretBaseline::new(&header, &densest).expect("it has a winner");
         let best = Twist::new(0.5, -0.1);
         let mut losses = Losses::default();
         losses.add(
-            &yardstick,
+            &baseline,
             &best,
             Some(&(Twist::new(0.25, 0.15), terms(250))),
         );
-        losses.add(&yardstick, &best, Some(&(best, terms(300))));
-        losses.add(&yardstick, &best, None);
+        losses.add(&baseline, &best, Some(&(best, terms(300))));
+        losses.add(&baseline, &best, None);
         let row = losses.row(0.1, (4, 8), 1024);
         assert_eq!((row.samples, row.densest), (32, 1024));
         assert_eq!((row.decisions, row.without_command), (3, 1));
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn the_densest_sampling_loses_nothing_against_itself() {
+    fn densest_sampling_has_no_regret() {
         let plan = QualityPlan {
             steps: 10,
             densest: 64,

@@ -1,4 +1,4 @@
-//! What a measurement leaves behind.
+//! Rows of the density measurement.
 
 use serde::{Deserialize, Serialize};
 
@@ -52,13 +52,13 @@ pub struct SkippedCell {
     pub name: String,
     /// Samples of the dynamic window.
     pub samples: usize,
-    /// Why, in words.
+    /// Why.
     pub reason: String,
 }
 
 columns! {
-    /// How good the commands of one sampling are beside those of the densest one, over the decisions of a drive. The
-    /// figures are null where no decision gave any.
+    /// Quality of the commands of one sampling relative to the densest one, over the decisions of a drive. Figures are null
+    /// where no decision has one.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     pub struct QualityRow {
         /// Time that the dynamic window looks ahead, seconds.
@@ -75,7 +75,7 @@ columns! {
         pub decisions: usize,
         /// Decisions in which the densest sampling found a command and this one none; the figures below leave them out.
         pub without_command: usize,
-        /// Regret, the median: 0 is as good as the densest sampling, 1 no better than its mean admissible sample.
+        /// Median regret: 0 equals the densest sampling, 1 its mean admissible sample.
         pub regret_p50: Option<f64> => 4,
         /// Regret, the worst.
         pub regret_max: Option<f64> => 4,
@@ -95,7 +95,7 @@ mod tests {
     use super::DensityRow;
 
     #[test]
-    fn a_row_of_an_older_record_can_be_read() {
+    fn density_row_reads_older_records() {
         let text = r#"{"engine": "cpu", "adapter": null, "threads": 2, "samples": 256, "steps": 40, "p50_ms": 0.05,
             "p95_ms": 0.08, "p99_ms": 0.1, "max_ms": 2.7, "decisions": 5000, "steps_per_s": 2e8}"#;
         let row: DensityRow = serde_json::from_str(text).expect("a row");

@@ -1,4 +1,4 @@
-//! The scene that decisions are timed in: a robot under way along a drift, with side drifts, rubble and people.
+//! The scene of timed decisions: a robot drives along a roadway with side roadways, rubble and people.
 
 use std::sync::Arc;
 
@@ -12,26 +12,26 @@ const SIDE: i32 = 400;
 /// Side of a cell, metres.
 const CELL_M: f64 = 0.05;
 
-/// What is decided in the drift.
+/// The decisions in the roadway.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roadway {
-    /// Forward speeds tried.
+    /// Number of forward speeds.
     pub vx_samples: u32,
-    /// Turn rates tried.
+    /// Number of turn rates.
     pub vtheta_samples: u32,
     /// Steps of the horizon, 0.1 s each.
     pub steps: u32,
     /// Time that the dynamic window looks ahead, seconds: 0.1 s is that of a real control loop, 1 s spreads the samples
     /// over all speeds and most turn rates.
     pub window_s: f64,
-    /// Discs of the footprint, one behind the other: 1 to 8.
+    /// Number of discs of the footprint, in a row: 1 to 8.
     pub discs: usize,
-    /// People walking in the drift.
+    /// Number of people in the roadway.
     pub people: usize,
 }
 
 impl Default for Roadway {
-    /// 80 x 63 samples over 3 s in the widest window: one disc, nobody about.
+    /// 80 x 63 samples over 3 s in the widest window: one disc, no people.
     fn default() -> Self {
         Self {
             vx_samples: 80,
@@ -44,7 +44,7 @@ impl Default for Roadway {
     }
 }
 
-/// The obstacles: a drift 4 m wide with rough walls, two side drifts and rubble, 20 x 20 m at 5 cm.
+/// The obstacles: a roadway 4 m wide with rough walls, two side roadways and rubble, 20 x 20 m at 5 cm.
 ///
 /// # Panics
 /// Never: it has a place for every cell.
@@ -81,8 +81,7 @@ pub fn roadway_field() -> Arc<ClearanceField> {
 }
 
 impl Roadway {
-    /// The problem at a tick: the robot each time a little further along, so that no two decisions of a hundred are the
-    /// same.
+    /// The problem at a tick. The robot advances with each tick, so that a hundred consecutive decisions differ.
     ///
     /// # Panics
     /// When there are no discs, or more than 8.
@@ -115,8 +114,8 @@ impl Roadway {
         }
     }
 
-    /// The cells that the robot's origin visits, by turn rate, speed and step, as positions in the field's list: what a
-    /// decision of one disc looks up. Steps off the field are left out.
+    /// Indices of the cells that the robot's origin visits, by turn rate, speed and step: the look-ups of a decision with one
+    /// disc. Steps outside the field are left out.
     ///
     /// # Panics
     /// As [`Self::problem`].
@@ -140,7 +139,7 @@ impl Roadway {
         cells
     }
 
-    /// One behind the other, 0.25 m apart.
+    /// A disc of the footprint; they are 0.25 m apart.
     fn disc(&self, number: usize) -> Disc {
         let middle = (self.discs as f64 - 1.0) / 2.0;
         Disc {
@@ -151,7 +150,7 @@ impl Roadway {
     }
 }
 
-/// Somebody in the drift ahead, walking either way along it.
+/// A person in the roadway ahead, walking along it.
 fn person(number: usize) -> MovingDisc {
     let walks_away = number.is_multiple_of(2);
     let number = number as f64;

@@ -1,4 +1,4 @@
-//! Times of many decisions, kept in a histogram of fixed size, and their percentiles.
+//! Percentiles of many times, from a histogram of fixed size.
 
 use hdrhistogram::Histogram;
 use serde::Serialize;
@@ -14,14 +14,14 @@ const LONGEST_NANOSECONDS: u64 = 3_600_000_000_000;
 /// Significant decimal digits that the histogram keeps of each time.
 const DIGITS: u8 = 3;
 
-/// Times recorded one after the other. Memory does not grow with their number; each is kept to 0.1 %.
+/// Recorded times. Memory does not grow with their number; each is kept to 0.1 %.
 #[derive(Clone, Debug)]
 pub struct Latencies {
     nanoseconds: Histogram<u64>,
 }
 
-/// Percentiles of recorded times, milliseconds, each within 0.1 %. As JSON the fields are `count`, `p50`, `p95`,
-/// `p99` and `max`: the object they stand in is named for the unit.
+/// Percentiles of recorded times, milliseconds, each within 0.1 %. In JSON the fields are `count`, `p50`, `p95`,
+/// `p99` and `max`; the name of the object has the unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LatencySummary {
     /// Times recorded, at least one.
@@ -50,7 +50,7 @@ impl Default for Latencies {
 }
 
 impl Latencies {
-    /// Adds one time in seconds. It is kept in whole nanoseconds; one above an hour counts as an hour.
+    /// Adds one time in seconds. It is kept in whole nanoseconds; a time above an hour counts as an hour.
     ///
     /// # Errors
     /// When the time is not finite or below zero; it is then not counted.
@@ -77,7 +77,7 @@ impl Latencies {
         self.nanoseconds.len()
     }
 
-    /// The least time that at least this share of the recorded times, 0..=1, does not exceed, in milliseconds;
+    /// The smallest time that at least this share of the recorded times, 0..=1, does not exceed, in milliseconds;
     /// none before the first recording.
     #[must_use]
     pub fn quantile_ms(&self, share: f64) -> Option<f64> {
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn percentiles_of_one_to_a_thousand_microseconds() {
+    fn summary_has_the_percentiles_of_known_times() {
         let mut latencies = Latencies::default();
         // Out of order, each once: 7 and 1000 have no common factor.
         for index in 0..1000 {
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn merged_records_are_one() {
+    fn merge_adds_all_times() {
         let record = |milliseconds: [f64; 2]| {
             let mut latencies = Latencies::default();
             for time in milliseconds {
@@ -144,12 +144,12 @@ mod tests {
     }
 
     #[test]
-    fn nothing_recorded_has_no_summary() {
+    fn summary_is_none_without_times() {
         assert_eq!(Latencies::default().summary(), None);
     }
 
     #[test]
-    fn times_no_clock_can_measure_are_refused_and_not_counted() {
+    fn record_rejects_times_that_no_clock_measures() {
         let mut latencies = Latencies::default();
         for seconds in [f64::NAN, f64::INFINITY, -1e-9] {
             assert!(latencies.record(seconds).is_err(), "{seconds}");
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn the_summary_has_the_field_names_of_the_command_line() {
+    fn summary_has_the_field_names_of_the_command_line() {
         let mut latencies = Latencies::default();
         latencies.record(0.001).expect("finite and in range");
         let json = serde_json::to_value(latencies.summary()).expect("finite and in range");

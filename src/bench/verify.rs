@@ -1,4 +1,4 @@
-//! Random problems through several engines, compared bit for bit.
+//! Evaluates random problems on several engines and compares all bits.
 
 use serde::Serialize;
 
@@ -20,16 +20,16 @@ pub struct Difference {
     pub found: String,
 }
 
-/// What came of verifying.
+/// Result of a comparison of engines.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Verification {
-    /// Problems put to every engine.
+    /// Number of problems.
     pub cases: u64,
-    /// Samples judged by each engine.
+    /// Number of samples evaluated by each engine.
     pub samples: u64,
     /// One digest for each engine, in their order.
     pub digests: Vec<String>,
-    /// Quantities that differed from the first engine's.
+    /// Number of quantities that differed from the first engine's.
     pub difference_count: u64,
     /// The first few of them.
     pub differences: Vec<Difference>,
@@ -43,10 +43,10 @@ impl Verification {
     }
 }
 
-/// How many differences are kept to be shown.
+/// Largest number of differences that are kept.
 const SHOWN: usize = 8;
 
-/// Puts problems 0 to `cases` of a seed to every engine and compares all bits with the first engine's. `progress` is
+/// Evaluates problems 0 to `cases` of a seed on every engine and compares all bits with the first engine's. `progress` is
 /// called after each problem with the number done.
 ///
 /// # Errors

@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         })
         .collect();
     let plan = DensityPlan {
-        most_seconds: MAX_SECONDS,
+        max_seconds: MAX_SECONDS,
         ..DensityPlan::powers_of_four(STEPS, SAMPLES.0, SAMPLES.1, SECONDS)
     };
     let Density { rows, skipped } = bench::measure(&mut all, &plan)?;

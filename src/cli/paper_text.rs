@@ -1,7 +1,7 @@
 //! Text of `inbye bench paper`.
 
 use inbye::bench::paper::{
-    AblationTable, Measure, PathRow, PathTable, PrintedRow, Reduced, Reduction, StepRow, label_of,
+    AblationTable, Measure, PathRow, PathTable, PublishedRow, Reduced, Reduction, StepRow, label_of,
 };
 
 use inbye::experiment::paper_drives::PaperTable as Table;
@@ -67,7 +67,7 @@ fn path_row(row: &PathRow) -> String {
     )
 }
 
-fn printed_row(row: &PrintedRow) -> String {
+fn printed_row(row: &PublishedRow) -> String {
     format!(
         "{:16} {:31} {:>9} {:>6} {:>9} {:>12} {:>9}",
         row.task,

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::figure::Table;
 use super::number::{fixed, significant};
 use crate::bench::paper::{
-    AblationTable, Measure, PathRow, PathTable, PrintedRow, Reduced, StepRow, label_of, targets,
+    AblationTable, Measure, PathRow, PathTable, PublishedRow, Reduced, StepRow, label_of, targets,
 };
 
 const PATH_HEADS: [&str; 12] = [
@@ -64,7 +64,7 @@ fn path_row(row: &PathRow) -> Vec<String> {
     ]
 }
 
-fn printed_row(row: &PrintedRow) -> Vec<String> {
+fn printed_row(row: &PublishedRow) -> Vec<String> {
     let mut cells = vec![String::new(); PATH_HEADS.len()];
     row.task.clone_into(&mut cells[0]);
     cells[1] = format!("the paper's, {}", row.variant);

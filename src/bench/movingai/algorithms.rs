@@ -1,14 +1,14 @@
-//! What is measured: the one list of search algorithms.
+//! The measured search algorithms.
 
 use crate::global::{CellPath, Heuristic, NoPath, Searcher};
 use crate::map::{Cell, FreeSpace};
 
-/// What a search says of a query.
+/// The answer of a search to a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer<'a> {
-    /// Start to goal, both included, each cell beside the one before; none when no path was found.
+    /// Start to goal, both included, each cell a neighbour of the one before; none when no path was found.
     pub cells: Option<&'a [Cell]>,
-    /// Times that a cell was expanded.
+    /// Number of cell expansions.
     pub expanded: u32,
 }
 
@@ -27,23 +27,23 @@ impl<'a> From<Result<CellPath<'a>, NoPath>> for Answer<'a> {
     }
 }
 
-/// Searches from start to goal, in memory that is used again.
+/// A search from start to goal with reused memory.
 pub type Search = for<'a> fn(&'a mut Searcher, &FreeSpace, Cell, Cell) -> Answer<'a>;
 
-/// A way to search.
+/// A search algorithm.
 #[derive(Clone, Copy, Debug)]
 pub struct Algorithm {
     /// Its name, without a comma.
     pub name: &'static str,
     /// Whether each of its paths must be the shortest.
     pub exact: bool,
-    /// Whether it is measured unless others are asked for.
+    /// Whether it is measured by default.
     pub usual: bool,
     /// Searches from start to goal.
     pub search: Search,
 }
 
-/// All algorithms: name, whether it is exact, whether it is measured unless all are asked for, how it searches.
+/// All algorithms: name, exactness, whether it is measured by default, and its search.
 pub const ALGORITHMS: [Algorithm; 11] = [
     row("Dijkstra", true, false, |searcher, space, start, goal| {
         searcher
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_fit_a_table_and_tell_the_algorithms_apart() {
+    fn algorithm_names_are_unique_and_fit_a_table() {
         for (index, algorithm) in ALGORITHMS.iter().enumerate() {
             assert!(!algorithm.name.contains([',', '"']), "{}", algorithm.name);
             let others = &ALGORITHMS[index + 1..];
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn the_default_heuristic_is_measured_unasked() {
+    fn default_heuristic_is_measured_by_default() {
         assert_eq!(Heuristic::default(), Heuristic::Normalized { k: 0.1 });
     }
 }

@@ -1,4 +1,4 @@
-//! Maps with their scenarios, as they lie in folders.
+//! Maps with their scenarios in folders.
 
 use std::ffi::OsString;
 use std::fs;
@@ -10,7 +10,7 @@ use crate::map::{LoadOptions, ObstacleGrid, Scenario, UnknownPolicy, load, read_
 /// A map and its scenarios.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Files {
-    /// What the map is called in results.
+    /// Name of the map in results.
     pub name: String,
     /// The map.
     pub map: PathBuf,
@@ -27,12 +27,12 @@ pub struct Folder {
     pub skipped: Vec<String>,
 }
 
-/// What the files of a map hold.
+/// The content of a map's files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Queries {
-    /// What the map is called in results.
+    /// Name of the map in results.
     pub name: String,
-    /// Its obstacles; unknown ground is one.
+    /// Its obstacles; unknown cells are obstacles.
     pub obstacles: ObstacleGrid,
     /// Its scenarios, at least one, each for a map of this size.
     pub scenarios: Vec<Scenario>,
@@ -72,8 +72,8 @@ impl Files {
     }
 }
 
-/// The `.map` files in a folder and below it, with the scenarios beside them: `X.map.scen`, or `X.scen`. Folders that are
-/// symbolic links are not entered, since they may lead back.
+/// Finds the `.map` files in a folder and below it with scenarios next to them: `X.map.scen` or `X.scen`. Symbolic links to
+/// folders are not followed, since they may lead back.
 ///
 /// # Errors
 /// When a folder cannot be listed, or no map has scenarios.
@@ -118,7 +118,7 @@ fn collect(folder: &Path, maps: &mut Vec<PathBuf>) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// Only so many scenarios, those of the greatest listed length, longest first; of equal ones the first in the file.
+/// Returns this number of scenarios of the greatest listed length, longest first; of equal ones the first in the file.
 #[must_use]
 pub fn longest(mut scenarios: Vec<Scenario>, count: usize) -> Vec<Scenario> {
     // A stable sort.

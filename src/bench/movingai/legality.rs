@@ -1,4 +1,4 @@
-//! Whether a path may be walked, and how long it is: told from the obstacles alone, with nothing of the search.
+//! Validity and length of a path, from the obstacles alone.
 
 use core::f64::consts::SQRT_2;
 
@@ -6,13 +6,13 @@ use thiserror::Error;
 
 use crate::map::{Cell, ObstacleGrid};
 
-/// Why a path may not be walked. Cells are (column, row) from the lower left.
+/// Why a path is invalid. Cells are (column, row) from the lower left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum IllegalPath {
     /// No cell at all.
     #[error("the path has no cell")]
     Empty,
-    /// It begins elsewhere.
+    /// It begins at another cell.
     #[error("the path begins at ({}, {}), not at the start ({}, {})", found.column, found.row, expected.column, expected.row)]
     OtherStart {
         /// Its first cell.
@@ -20,7 +20,7 @@ pub enum IllegalPath {
         /// The start.
         expected: Cell,
     },
-    /// It ends elsewhere.
+    /// It ends at another cell.
     #[error("the path ends at ({}, {}), not at the goal ({}, {})", found.column, found.row, expected.column, expected.row)]
     OtherGoal {
         /// Its last cell.
@@ -28,18 +28,18 @@ pub enum IllegalPath {
         /// The goal.
         expected: Cell,
     },
-    /// A cell of it is an obstacle or lies outside the map.
+    /// One of its cells is an obstacle or outside the map.
     #[error("the path is blocked at ({}, {})", cell.column, cell.row)]
     Blocked {
         /// The cell.
         cell: Cell,
     },
-    /// Two cells in a row that are no neighbours.
+    /// Two consecutive cells that are no neighbours.
     #[error("the path jumps from ({}, {}) to ({}, {})", from.column, from.row, to.column, to.row)]
     Jump {
-        /// The one.
+        /// The first cell.
         from: Cell,
-        /// The next.
+        /// The next cell.
         to: Cell,
     },
     /// A diagonal move past an obstacle.
@@ -47,7 +47,7 @@ pub enum IllegalPath {
     CutCorner {
         /// From this cell.
         from: Cell,
-        /// To that one.
+        /// To this cell.
         to: Cell,
     },
 }
@@ -56,7 +56,7 @@ pub enum IllegalPath {
 ///
 /// # Errors
 /// When it does not lead from start to goal by moves to one of the eight neighbours, over free cells only, each
-/// diagonal between two free cells.
+/// diagonal move between two free cells.
 pub fn path_length(
     obstacles: &ObstacleGrid,
     start: Cell,
@@ -83,11 +83,11 @@ pub fn path_length(
         match (from.column.abs_diff(to.column), from.row.abs_diff(to.row)) {
             (1, 0) | (0, 1) => straight += 1,
             (1, 1) => {
-                let beside = [
+                let corners = [
                     Cell::new(from.column, to.row),
                     Cell::new(to.column, from.row),
                 ];
-                if beside.iter().any(|&cell| obstacles.is_blocked(cell)) {
+                if corners.iter().any(|&cell| obstacles.is_blocked(cell)) {
                     return Err(IllegalPath::CutCorner { from, to });
                 }
                 diagonal += 1;

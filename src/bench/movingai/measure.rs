@@ -1,42 +1,42 @@
-//! Every algorithm on every scenario: timed, and judged.
+//! Runs every algorithm on every scenario: times and checks the answers.
 
 use super::algorithms::{Algorithm, Answer};
 use super::files::Queries;
-use super::judge::{Verdict, judge};
+use super::path_check::{AnswerCheck, check_answer};
 use super::record::{AlgorithmRow, MapRows};
-use super::tally::Tally;
+use super::statistics::Statistics;
 use crate::bench::BenchError;
 use crate::global::Searcher;
 use crate::map::{FreeSpace, Scenario, cell_from_top_left};
 
-/// A measurement over one map after the other.
+/// A measurement over several maps.
 #[derive(Debug)]
 pub struct Bench {
     algorithms: Vec<Algorithm>,
     passes: usize,
-    totals: Vec<Tally>,
+    totals: Vec<Statistics>,
 }
 
-/// An answer without its path.
-struct Judged {
-    verdict: Verdict,
+/// A checked answer without its path.
+struct Checked {
+    check: AnswerCheck,
     expanded: u32,
     seconds: f64,
 }
 
 impl Bench {
-    /// A measurement of these algorithms. The time of a query is its least over so many passes, at least one.
+    /// A measurement of these algorithms. The time of a query is its smallest over this number of passes, at least one.
     #[must_use]
     pub fn new(algorithms: &[Algorithm], passes: usize) -> Self {
         Self {
             algorithms: algorithms.to_vec(),
             passes: passes.max(1),
-            totals: vec![Tally::default(); algorithms.len()],
+            totals: vec![Statistics::default(); algorithms.len()],
         }
     }
 
-    /// Measures on a map, for a point: no distance is kept from obstacles. A pass is over all scenarios, so that no query
-    /// finds its own cells still in the cache. The answers of the first pass are judged. The clock counts seconds; `done`
+    /// Measures on a map, for a point robot without distance to obstacles. A pass runs all scenarios, so that no query finds
+    /// its own cells in the cache. The answers of the first pass are checked. The clock counts seconds; `done`
     /// is called after each search.
     ///
     /// # Errors
@@ -59,33 +59,33 @@ impl Bench {
             let mut first_pass = |scenario: &Scenario| {
                 let (answer, seconds) = search(algorithm, &mut searcher, &space, scenario, clock);
                 done();
-                Judged {
-                    verdict: judge(obstacles, scenario, answer.cells),
+                Checked {
+                    check: check_answer(obstacles, scenario, answer.cells),
                     expanded: answer.expanded,
                     seconds,
                 }
             };
-            let mut answers: Vec<Judged> = scenarios.iter().map(&mut first_pass).collect();
+            let mut answers: Vec<Checked> = scenarios.iter().map(&mut first_pass).collect();
             for _ in 1..self.passes {
-                for (scenario, judged) in scenarios.iter().zip(&mut answers) {
+                for (scenario, checked) in scenarios.iter().zip(&mut answers) {
                     let (_, seconds) = search(algorithm, &mut searcher, &space, scenario, clock);
-                    judged.seconds = judged.seconds.min(seconds);
+                    checked.seconds = checked.seconds.min(seconds);
                     done();
                 }
             }
-            let mut tally = Tally::default();
-            for (scenario, judged) in scenarios.iter().zip(&answers) {
-                tally.add(scenario, &judged.verdict, judged.seconds, judged.expanded)?;
-                tally.complain(|| {
-                    let fault = judged.verdict.fault(algorithm.exact, scenario.optimal)?;
+            let mut statistics = Statistics::default();
+            for (scenario, checked) in scenarios.iter().zip(&answers) {
+                statistics.add(scenario, &checked.check, checked.seconds, checked.expanded)?;
+                statistics.add_fault(|| {
+                    let fault = checked.check.fault(algorithm.exact, scenario.optimal)?;
                     Some(format!(
                         "{name}, scenario of line {}: {fault}",
                         scenario.line
                     ))
                 });
             }
-            total.merge(&tally);
-            rows.push(tally.row(name, algorithm));
+            total.merge(&statistics);
+            rows.push(statistics.row(name, algorithm));
         }
         Ok(MapRows {
             map: name.clone(),
@@ -98,12 +98,12 @@ impl Bench {
     #[must_use]
     pub fn totals(&self) -> Vec<AlgorithmRow> {
         let both = self.totals.iter().zip(&self.algorithms);
-        both.map(|(tally, algorithm)| tally.row("all", algorithm))
+        both.map(|(statistics, algorithm)| statistics.row("all", algorithm))
             .collect()
     }
 }
 
-/// An answer, and the seconds that it took.
+/// An answer and its time in seconds.
 fn search<'a>(
     algorithm: &Algorithm,
     searcher: &'a mut Searcher,
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_is_the_least_over_the_passes() {
+    fn query_time_is_the_smallest_over_the_passes() {
         let octile = ALGORITHMS.into_iter().find(|it| it.name == "A* octile");
         let mut bench = Bench::new(&[octile.expect("it is listed")], 2);
         // Microseconds of each search: those of the first pass, then those of the second.
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn totals_are_over_all_maps() {
+    fn totals_cover_all_maps() {
         let mut bench = Bench::new(&ALGORITHMS, 1);
         let mut now = 0.0;
         let mut clock = || {
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_runs_backwards_is_refused() {
+    fn measure_rejects_a_clock_that_runs_backwards() {
         let mut now = 0.0;
         let mut clock = || {
             now -= 1.0;

@@ -1,4 +1,4 @@
-//! What the measurement leaves behind.
+//! Rows of the measurement.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,13 +14,13 @@ columns! {
         pub name: String,
         /// Whether each of its paths must be the shortest.
         pub exact: bool,
-        /// Scenarios answered by a path that may be walked and is not shorter than listed.
+        /// Scenarios answered by a valid path that is not shorter than listed.
         pub solved: usize,
         /// Scenarios.
         pub total: usize,
         /// Scenarios solved by a path longer than listed.
         pub suboptimal: usize,
-        /// Scenarios answered by a path that may not be walked, or that is shorter than listed.
+        /// Scenarios answered by an invalid path or by one that is shorter than listed.
         pub illegal: usize,
         /// Median time of a query, microseconds.
         pub median_us: f64 => 1,
@@ -35,13 +35,13 @@ columns! {
         pub mean_length_ratio: Option<f64> => 5,
         /// The same, the greatest.
         pub worst_length_ratio: Option<f64> => 5,
-        /// The first answer that was wrong: map, line of the scenario, what is wrong.
+        /// The first wrong answer: map, line of the scenario, fault.
         pub first_fault: Option<String>,
     }
 }
 
 impl AlgorithmRow {
-    /// Whether every answer was right: solved, and where the algorithm is exact also the shortest.
+    /// Whether every answer was correct: solved, and for an exact algorithm also shortest.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.solved == self.total && self.illegal == 0 && !(self.exact && self.suboptimal > 0)

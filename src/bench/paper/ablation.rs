@@ -1,4 +1,4 @@
-//! What each step earns: heuristics alone, then with pruning, then with the spline.
+//! The effect of each step: heuristics alone, then with pruning, then with the spline.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use super::measure::TaskRuns;
 use super::reduction::Measure;
 use super::search::{LITERAL_K, SMALL_K, Search, Stage};
 
-/// The steps shown, from the traditional ones to all of it.
+/// The steps of the table, from the traditional ones to all steps together.
 pub const STEPS: [(Search, Stage); 13] = [
     (Search::Manhattan, Stage::Raw),
     (Search::Euclid, Stage::Raw),
@@ -23,7 +23,7 @@ pub const STEPS: [(Search, Stage); 13] = [
     (Search::JumpPoints, Stage::Smoothed),
 ];
 
-/// Searches that end in a path to follow, and those that they are compared with.
+/// Searches with all steps, and those that they are compared with.
 const CHAINS: [Search; 2] = [Search::Improved, Search::JumpPoints];
 const BASELINES: [Search; 2] = [Search::Manhattan, Search::Euclid];
 
@@ -32,7 +32,7 @@ const BASELINES: [Search; 2] = [Search::Manhattan, Search::Euclid];
 pub struct StepRow {
     /// The search.
     pub search: String,
-    /// What is done, for people.
+    /// Label for people.
     pub label: String,
     /// `raw`, `pruned` or `smoothed`.
     pub stage: &'static str,
@@ -46,7 +46,7 @@ pub struct StepRow {
     pub expanded: u64,
     /// Smallest distance of any path to an obstacle, metres.
     pub min_clearance_m: f64,
-    /// By how much the paths as searched are longer than shortest ones, as a share: of the sums.
+    /// Excess length of the searched paths over shortest ones, as a share of the sums.
     pub over_shortest: f64,
     /// The same of the worst path.
     pub worst_over_shortest: f64,
@@ -81,12 +81,12 @@ fn step_row(measured: &[TaskRuns], search: Search, stage: Stage) -> Option<StepR
     let (mut cost, mut shortest) = (0, 0);
     for task in measured {
         let run = task.of(search)?;
-        let worked = run.at(stage);
-        sum.time_ms += worked.time.p50_ms;
-        sum.length_m += worked.path.length_m();
-        sum.turns += worked.path.turns();
+        let path = run.at(stage);
+        sum.time_ms += path.time.p50_ms;
+        sum.length_m += path.path.length_m();
+        sum.turns += path.path.turns();
         sum.expanded += u64::from(run.expanded);
-        sum.min_clearance_m = sum.min_clearance_m.min(worked.min_clearance_m);
+        sum.min_clearance_m = sum.min_clearance_m.min(path.min_clearance_m);
         sum.worst_over_shortest = sum.worst_over_shortest.max(task.over_shortest(run));
         cost += run.cost;
         shortest += task.shortest;
@@ -120,14 +120,14 @@ pub enum Step {
     Spline,
 }
 
-/// Where a reduction comes from: shares of what was before, positive where the step makes it less.
+/// Contribution of each step to a reduction, as shares of the value before; positive for a decrease.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Breakdown {
     /// The improved algorithm's search: `improved` or `jump_points`.
     pub chain: String,
-    /// The traditional one that it is compared with.
+    /// The traditional search that it is compared with.
     pub against: String,
-    /// What is compared.
+    /// The compared measure.
     pub measure: Measure,
     /// Sum before: milliseconds, metres or turns.
     pub before: f64,
@@ -144,7 +144,7 @@ pub struct Breakdown {
 }
 
 impl Breakdown {
-    /// From sums: before, and after each step. None where nothing was before.
+    /// From the sums before and after each step; none where the sum before is zero.
     #[must_use]
     pub fn new(
         chain: &str,
@@ -180,7 +180,7 @@ impl Breakdown {
     }
 }
 
-/// Where each reduction comes from.
+/// The breakdown of each reduction.
 #[must_use]
 pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
     let figure = |search: Search, stage: &str, measure: Measure| -> Option<f64> {
@@ -222,7 +222,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_steps_add_up_to_the_whole() {
+    fn breakdown_steps_add_up_to_the_total() {
         let sums = [10.0, 11.0, 8.0, 7.5];
         let found = Breakdown::new("improved", "euclid", Measure::Length, sums);
         let found = found.expect("there was something before");

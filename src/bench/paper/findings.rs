@@ -1,11 +1,11 @@
-//! What the numbers say, in sentences made from them: so they are true of whatever machine measured.
+//! Findings: sentences made from the measured figures of this machine.
 
 use super::ablation::{Breakdown, Step, StepRow};
 use super::reduction::{Measure, Reduction};
 use super::search::{LITERAL_K, SMALL_K, Search};
 use super::variants::{PathRow, THETAS, label_of};
 
-/// A reduction below this is none: half of the last digit shown.
+/// A smaller reduction counts as none: half of the last digit shown.
 const NONE: f64 = 0.000_5;
 
 /// A share as a signed percentage of change: a reduction is negative.
@@ -39,7 +39,7 @@ fn less_or_more(reduction: f64) -> String {
     }
 }
 
-/// The same of things that are counted.
+/// The same for counts.
 fn fewer_or_more(reduction: f64) -> String {
     less_or_more(reduction)
         .replace("less", "fewer")
@@ -56,7 +56,7 @@ fn plain(name: &str) -> &str {
     }
 }
 
-/// To which steps the paper credits a reduction, and their names.
+/// The steps that the paper credits with a reduction, and their names.
 const fn credited(measure: Measure) -> (&'static [Step], &'static str) {
     match measure {
         Measure::Time => (&[Step::Search], "the heuristic"),
@@ -67,7 +67,7 @@ const fn credited(measure: Measure) -> (&'static [Step], &'static str) {
     }
 }
 
-/// Which step a reduction comes from, and whether that is where the paper sees it.
+/// The step that causes a reduction, and whether the paper credits the same step.
 #[must_use]
 pub fn origin(found: &Breakdown) -> String {
     let by_jumps = found.chain.starts_with("jump");
@@ -98,7 +98,7 @@ pub fn origin(found: &Breakdown) -> String {
         Step::Search if by_jumps => "searching by jump points".to_owned(),
         step => format!("the {}", name(step)),
     };
-    let says = if found.total < NONE && found.search >= NONE {
+    let origin = if found.total < NONE && found.search >= NONE {
         let saves = if by_jumps {
             "jump points save"
         } else {
@@ -106,8 +106,7 @@ pub fn origin(found: &Breakdown) -> String {
         };
         format!("there is no reduction: what {saves}, the other steps spend")
     } else if found.total < NONE && found.measure == Measure::Time && !by_jumps {
-        "there is no reduction, and the heuristic brings none, where the paper looks for it"
-            .to_owned()
+        "there is no reduction, and the heuristic brings none, where the paper sees it".to_owned()
     } else if found.total < NONE {
         "there is no reduction".to_owned()
     } else if main == Step::Search && by_jumps {
@@ -118,11 +117,11 @@ pub fn origin(found: &Breakdown) -> String {
         format!("it comes from {}", the(main))
     } else {
         format!(
-            "it comes from {}, not from {credited_name}, where the paper looks for it",
+            "it comes from {}, not from {credited_name}, where the paper sees it",
             the(main)
         )
     };
-    format!("{parts}: {says}.")
+    format!("{parts}: {origin}.")
 }
 
 /// Whether the paper's reductions are reached, for one variant.
@@ -133,7 +132,7 @@ pub fn acceptance(reduction: &Reduction, targets: &[(Measure, f64)]) -> String {
         let Some(found) = reduction.of(measure).of_sums else {
             continue;
         };
-        let says = format!(
+        let text = format!(
             "{} {} (paper {})",
             measure.word(),
             change_of(measure, found),
@@ -144,7 +143,7 @@ pub fn acceptance(reduction: &Reduction, targets: &[(Measure, f64)]) -> String {
         } else {
             &mut missed
         };
-        list.push(says);
+        list.push(text);
     }
     let (variant, against) = (label_of(&reduction.variant), label_of(&reduction.against));
     let variant = capital(variant);
@@ -165,7 +164,7 @@ pub fn acceptance(reduction: &Reduction, targets: &[(Measure, f64)]) -> String {
     }
 }
 
-/// What eq. 19 as printed is worth.
+/// The effect of eq. 19 as printed.
 #[must_use]
 pub fn literal(rows: &[StepRow]) -> Option<String> {
     let raw = |search: Search| {
@@ -176,7 +175,7 @@ pub fn literal(rows: &[StepRow]) -> Option<String> {
     let octile = raw(Search::Theta(45.0))?;
     let weights = [LITERAL_K, SMALL_K].map(|k| raw(Search::Literal(k)).map(|row| (k, row)));
     let [large, small] = weights;
-    let says = |(k, row): (f64, &StepRow)| {
+    let text = |(k, row): (f64, &StepRow)| {
         let expanded = 1.0 - row.expanded as f64 / octile.expanded.max(1) as f64;
         format!(
             "with k = {k} it expands {} cells than the octile distance alone, and its paths are {:.1} % longer than shortest \
@@ -195,15 +194,15 @@ pub fn literal(rows: &[StepRow]) -> Option<String> {
     };
     Some(format!(
         "Eq. 19 as printed: {}; {}: {verdict}",
-        says(large),
-        says(small)
+        text(large),
+        text(small)
     ))
 }
 
 /// A figure of a row.
 type Figure = fn(&PathRow) -> f64;
 
-/// What fig. 5 claims of 45 degrees, and what is found.
+/// The claim of fig. 5 about 45 degrees, and the measured result.
 #[must_use]
 pub fn theta(rows: &[PathRow]) -> String {
     let sum = |name: &str, figure: fn(&PathRow) -> f64| -> f64 {
@@ -222,7 +221,7 @@ pub fn theta(rows: &[PathRow]) -> String {
         let names = sums.iter().filter(is_best).map(|(theta, _)| theta.label);
         (names.collect(), least)
     };
-    let mut says = Vec::new();
+    let mut sentences = Vec::new();
     let mut is_confirmed = Vec::new();
     let figures: [(&str, &str, Figure); 3] = [
         ("least time", " ms", |row| row.time_ms.p50_ms),
@@ -239,7 +238,7 @@ pub fn theta(rows: &[PathRow]) -> String {
         } else {
             format!("; 45 degrees {own:.digits$}{unit}")
         };
-        says.push(format!(
+        sentences.push(format!(
             "{what}: {} ({least:.digits$}{unit}{beside})",
             names.join(", ")
         ));
@@ -253,7 +252,7 @@ pub fn theta(rows: &[PathRow]) -> String {
         [true, false] => "The paper finds 45 degrees best in both: here only in time.",
         _ => "The paper finds 45 degrees best in both: here it is in neither.",
     };
-    format!("{}. {verdict}", capital(&says.join("; ")))
+    format!("{}. {verdict}", capital(&sentences.join("; ")))
 }
 
 fn capital(text: &str) -> String {
@@ -268,57 +267,57 @@ mod tests {
     use super::super::reduction::Reduced;
     use super::*;
 
-    fn said(chain: &str, measure: Measure, sums: [f64; 4]) -> String {
+    fn text(chain: &str, measure: Measure, sums: [f64; 4]) -> String {
         let found = Breakdown::new(chain, "euclid", measure, sums);
         origin(&found.expect("there was something before"))
     }
 
     #[test]
-    fn a_reduction_that_comes_from_the_heuristic_is_said_to() {
+    fn origin_names_the_heuristic() {
         assert_eq!(
-            said("improved", Measure::Time, [10.0, 4.0, 4.5, 5.0]),
+            text("improved", Measure::Time, [10.0, 4.0, 4.5, 5.0]),
             "Time, the improved algorithm against Euclid: 50.0 % less in all (heuristic -60.0 %, pruning +5.0 %, spline \
              +5.0 %): it comes from the heuristic, as the paper has it."
         );
     }
 
     #[test]
-    fn one_that_does_not_is_said_not_to() {
-        let time = said("improved", Measure::Time, [10.0, 12.0, 13.0, 14.0]);
+    fn origin_names_other_steps_than_the_paper() {
+        let time = text("improved", Measure::Time, [10.0, 12.0, 13.0, 14.0]);
         assert!(
             time.ends_with(
                 "40.0 % more in all (heuristic +20.0 %, pruning +10.0 %, spline +10.0 %): there is no reduction, and the \
-                 heuristic brings none, where the paper looks for it."
+                 heuristic brings none, where the paper sees it."
             ),
             "{time}"
         );
-        let spent = said("improved", Measure::Time, [10.0, 9.0, 10.0, 11.0]);
+        let spent = text("improved", Measure::Time, [10.0, 9.0, 10.0, 11.0]);
         assert!(
             spent.contains("what the heuristic saves, the other steps spend"),
             "{spent}"
         );
-        let jumps = said("jump_points", Measure::Time, [10.0, 2.0, 3.0, 3.5]);
+        let jumps = text("jump_points", Measure::Time, [10.0, 2.0, 3.0, 3.5]);
         assert!(
             jumps.ends_with("it comes from searching by jump points, not from a heuristic."),
             "{jumps}"
         );
-        let length = said("improved", Measure::Length, [100.0, 100.0, 96.0, 95.0]);
+        let length = text("improved", Measure::Length, [100.0, 100.0, 96.0, 95.0]);
         assert!(
             length.contains("(heuristic 0.0 %, pruning -4.0 %, spline -1.0 %)")
                 && length.ends_with("it comes from the pruning, as the paper has it."),
             "{length}"
         );
-        let elsewhere = said("improved", Measure::Length, [100.0, 90.0, 89.0, 89.0]);
+        let elsewhere = text("improved", Measure::Length, [100.0, 90.0, 89.0, 89.0]);
         assert!(
             elsewhere.ends_with(
-                "it comes from the heuristic, not from the pruning, where the paper looks for it."
+                "it comes from the heuristic, not from the pruning, where the paper sees it."
             ),
             "{elsewhere}"
         );
     }
 
     #[test]
-    fn what_is_reached_and_what_is_not() {
+    fn acceptance_lists_reached_and_missed_reductions() {
         let reduced = |share| Reduced {
             of_sums: Some(share),
             mean_of_rows: None,
@@ -336,20 +335,20 @@ mod tests {
             (Measure::Length, 0.03),
             (Measure::Turns, 0.68),
         ];
-        let said = |time, length| acceptance(&of(time, length), &targets);
+        let text = |time, length| acceptance(&of(time, length), &targets);
         assert_eq!(
-            said(0.6, 0.04),
+            text(0.6, 0.04),
             "Improved against traditional, Euclid reaches all of the paper's reductions: time -60.0 % (paper -56.0 %), length \
              -4.00 % (paper -3.00 %)."
         );
-        assert!(said(0.1, 0.04).contains("length -4.00 % (paper -3.00 %); it misses time -10.0 %"));
+        assert!(text(0.1, 0.04).contains("length -4.00 % (paper -3.00 %); it misses time -10.0 %"));
         assert!(
-            said(-0.1, 0.0).contains("reaches none") && said(-0.1, 0.0).contains("time +10.0 %")
+            text(-0.1, 0.0).contains("reaches none") && text(-0.1, 0.0).contains("time +10.0 %")
         );
     }
 
     #[test]
-    fn eq_19_is_praised_only_where_it_deserves_it() {
+    fn literal_finding_depends_on_speed_and_length() {
         let row = |search: Search, expanded, over_shortest| StepRow {
             search: search.name(),
             label: String::new(),
@@ -362,7 +361,7 @@ mod tests {
             over_shortest,
             worst_over_shortest: over_shortest,
         };
-        let said = |large: (u64, f64), small: (u64, f64)| {
+        let text = |large: (u64, f64), small: (u64, f64)| {
             literal(&[
                 row(Search::Theta(45.0), 100, 0.0),
                 row(Search::Literal(LITERAL_K), large.0, large.1),
@@ -370,7 +369,7 @@ mod tests {
             ])
             .expect("all rows are there")
         };
-        let poor = said((50, 0.07), (300, 0.0));
+        let poor = text((50, 0.07), (300, 0.0));
         assert!(
             poor.contains("with k = 1 it expands 50.0 % fewer cells"),
             "{poor}"
@@ -379,7 +378,7 @@ mod tests {
             poor.contains("200.0 % more cells") && poor.contains("neither weight"),
             "{poor}"
         );
-        assert!(said((50, 0.0), (300, 0.0)).contains("one of the two weights is both"));
+        assert!(text((50, 0.0), (300, 0.0)).contains("one of the two weights is both"));
         assert_eq!(literal(&[]), None);
     }
 }

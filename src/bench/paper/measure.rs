@@ -1,4 +1,4 @@
-//! Paths of every search, judged once and timed many times.
+//! Paths of every search, checked once and timed many times.
 
 use super::search::{Search, Stage};
 use super::shortest::shortest_cost;
@@ -7,11 +7,10 @@ use crate::global::{Path, PathClearance, Pruning, Searcher, prune, smooth};
 
 /// Degree of the smoothing B-spline, as in the default settings.
 const SPLINE_DEGREE: usize = 3;
-/// A path may come nearer to an obstacle than promised by rounding only, metres.
+/// Tolerance of the distance to obstacles for rounding, metres.
 const ROUNDING_M: f64 = 1e-9;
 
-/// Median and tail of a time, milliseconds. As JSON the fields are `p50` and `p95`: the object they stand in is named for
-/// the unit.
+/// Median and tail of a time, milliseconds. In JSON the fields are `p50` and `p95`; the name of the object has the unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Times {
     /// Median.
@@ -24,7 +23,7 @@ pub struct Times {
 
 /// A path at one stage.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Worked {
+pub struct StagePath {
     /// The path.
     pub path: Path,
     /// Smallest distance to an obstacle, metres.
@@ -35,7 +34,7 @@ pub struct Worked {
     pub own_ms: f64,
 }
 
-/// What one search made of one task.
+/// The result of one search for one task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// The search.
@@ -44,26 +43,26 @@ pub struct Run {
     pub cost: u64,
     /// Cells expanded.
     pub expanded: u32,
-    /// The path at each stage that the search is taken to, [`Stage::Raw`] first.
-    pub stages: Vec<Worked>,
+    /// The path at each stage of the search, [`Stage::Raw`] first.
+    pub stages: Vec<StagePath>,
 }
 
 impl Run {
-    /// The path at a stage; at the last one there is, where the search is not taken so far.
+    /// The path at a stage, or at the search's last stage if that is earlier.
     #[must_use]
-    pub fn at(&self, stage: Stage) -> &Worked {
+    pub fn at(&self, stage: Stage) -> &StagePath {
         &self.stages[(stage as usize).min(self.stages.len() - 1)]
     }
 }
 
-/// What all searches made of one task.
+/// The results of all searches for one task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaskRuns {
     /// The task.
     pub task: Task,
-    /// Least cost that any path can have, by another algorithm.
+    /// Smallest cost of any path, by another algorithm.
     pub shortest: u64,
-    /// One for each search, in the order asked for.
+    /// One run for each search, in the given order.
     pub runs: Vec<Run>,
 }
 
@@ -74,14 +73,13 @@ impl TaskRuns {
         self.runs.iter().find(|run| run.search == search)
     }
 
-    /// By how much a run's raw path is longer than the shortest, as a share of that.
+    /// Excess length of a run's raw path over the shortest, as a share.
     #[must_use]
     pub fn over_shortest(&self, run: &Run) -> f64 {
         run.cost as f64 / self.shortest.max(1) as f64 - 1.0
     }
 
-    /// What must not be: exact searches whose paths are not shortest ones, and paths nearer to an obstacle than promised.
-    /// A sentence each.
+    /// Exact searches whose paths are not shortest ones, and paths closer to an obstacle than allowed, a sentence each.
     #[must_use]
     pub fn faults(&self, site: &Site) -> Vec<String> {
         let mut faults = Vec::new();
@@ -93,7 +91,7 @@ impl TaskRuns {
                     "{task}, {name}: its path costs {cost}, a shortest one {least}"
                 ));
             }
-            for (stage, worked) in [Stage::Raw, Stage::Pruned, Stage::Smoothed]
+            for (stage, staged) in [Stage::Raw, Stage::Pruned, Stage::Smoothed]
                 .iter()
                 .zip(&run.stages)
             {
@@ -102,7 +100,7 @@ impl TaskRuns {
                 } else {
                     &site.search
                 };
-                let (clear_m, promised_m) = (worked.min_clearance_m, ground.radius_m());
+                let (clear_m, promised_m) = (staged.min_clearance_m, ground.radius_m());
                 if clear_m < promised_m - ROUNDING_M {
                     faults.push(format!(
                         "{task}, {name}, {stage:?}: {clear_m:.4} m from an obstacle, less than {promised_m:.4} m"
@@ -114,10 +112,9 @@ impl TaskRuns {
     }
 }
 
-/// Runs each search on each task of a site: once to judge its paths, then so many times against the clock, in seconds.
-/// Within one repetition all searches run in turn, each time beginning with another, so that a machine that slows down
-/// slows down all of them. One searcher serves all, as a robot's would. `progress` is called after each repetition of each
-/// task.
+/// Runs each search for each task of a site: once to check its paths, then `repetitions` times with the clock, in seconds.
+/// Within one repetition all searches run in turn, each time from another first search, so that a machine that slows down
+/// affects all of them. One searcher serves all, as in a robot. `progress` is called after each repetition of each task.
 ///
 /// # Errors
 /// When a task has no path.
@@ -137,11 +134,11 @@ pub fn measure(
             radius_m: site.search.radius_m(),
         };
         let shortest = shortest_cost(&site.search, task.start, task.goal).ok_or_else(no_path)?;
-        // The first pass also lets the searcher's memory grow, and is not timed.
-        let mut judged = Vec::new();
+        // The first pass also grows the searcher's memory and is not timed.
+        let mut checked = Vec::new();
         for &search in searches {
             let attempt = attempt(&mut searcher, site, task, search, &mut || 0.0);
-            judged.push(attempt.ok_or_else(no_path)?);
+            checked.push(attempt.ok_or_else(no_path)?);
         }
         let mut seconds = vec![Vec::new(); searches.len()];
         for repetition in 0..repetitions {
@@ -154,7 +151,7 @@ pub fn measure(
         }
         let runs = searches
             .iter()
-            .zip(judged)
+            .zip(checked)
             .zip(&seconds)
             .map(|((&search, attempt), seconds)| run(&clearances, search, attempt, seconds))
             .collect();
@@ -172,7 +169,7 @@ struct Attempt {
     cost: u64,
     expanded: u32,
     paths: Vec<Path>,
-    /// When each stage ended, seconds after the beginning.
+    /// End of each stage, seconds after the start.
     ended_s: Vec<f64>,
 }
 
@@ -220,7 +217,7 @@ fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[
                 .iter()
                 .map(|ends| ends[stage] - before(ends))
                 .collect();
-            Worked {
+            StagePath {
                 min_clearance_m: clearances.min_m(&path),
                 path,
                 time: times(total),
@@ -236,10 +233,10 @@ fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[
     }
 }
 
-/// Of seconds; zero of none.
+/// Median and tail of times in seconds; zero for no times.
 fn times(mut seconds: Vec<f64>) -> Times {
     seconds.sort_by(f64::total_cmp);
-    // The least time that at least this share does not exceed.
+    // The smallest time that at least this share does not exceed.
     let quantile = |share: f64| {
         let rank = (seconds.len() as f64 * share).ceil() as usize;
         seconds.get(rank.max(1) - 1).map_or(0.0, |time| time * 1e3)
@@ -256,7 +253,7 @@ mod tests {
     use crate::runtime::Config;
 
     #[test]
-    fn medians_and_tails_are_ranks() {
+    fn times_are_ranks() {
         let hundred = (1..=100).rev().map(|index| f64::from(index) / 1e3);
         let expected = Times {
             p50_ms: 50.0,
@@ -267,9 +264,9 @@ mod tests {
         assert_eq!(times(Vec::new()), Times::default());
     }
 
-    /// A clock that ticks once each time it is read counts the stages.
+    /// A clock that advances with each reading counts the stages.
     #[test]
-    fn stages_are_timed_from_the_beginning_and_alone() {
+    fn stages_are_timed_from_the_start_and_alone() {
         let site = &Site::roadways(&Config::default()).expect("the default robot fits")[0];
         let searches = [Search::Manhattan, Search::JumpPoints];
         let mut ticks = 0.0;
@@ -291,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_seen() {
+    fn faults_report_long_and_close_paths() {
         let site = &Site::roadways(&Config::default()).expect("the default robot fits")[0];
         let mut clock = || 0.0;
         let measured = measure(site, &[Search::JumpPoints], 0, &mut clock, || ());

@@ -1,5 +1,5 @@
-//! A coal mine made by code, for want of a map: mains across it, panels of rooms to both sides, rough walls, stoppings and
-//! fallen rock. Of the size of the real mine that the tables were first measured on.
+//! A generated coal mine: mains across it, panels on both sides, rough walls, stoppings and fallen rock. It has the size of
+//! the real mine of the first measurements.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -11,21 +11,21 @@ use crate::map::{Cell, GridFrame, OccupancyGrid};
 const SIZE_M: [f64; 2] = [250.0, 150.0];
 const RESOLUTION_M: f64 = 0.125;
 
-/// Width of every roadway, metres; how far bumps of its walls stand out or in at most, and their lengths.
+/// Width of every roadway, metres; largest heights of wall bumps and their lengths, metres.
 const WIDTH_M: f64 = 5.4;
 const BUMPS_M: [(f64, f64); 2] = [(0.45, 5.0), (0.2, 1.2)];
 
-/// Where the mains run, metres from the lower side, from one end of the section to the other.
+/// y of the mains, metres from the lower side, and their ends along x.
 const MAINS_Y: [f64; 4] = [54.0, 68.0, 82.0, 96.0];
 const MAINS_X: [f64; 2] = [6.0, 244.0];
-/// Metres between cross-cuts.
+/// Distance between cross-cuts, metres.
 const CROSS_CUTS: f64 = 17.0;
 /// Panels: their first roadway, metres from the left; each has four, and as many rows of cross-cuts to the face.
 const PANELS_X: [f64; 3] = [16.0, 98.0, 176.0];
 const PANEL_SPACING: f64 = 16.0;
 const FACES_Y: [f64; 2] = [6.0, 144.0];
 
-/// Share of cross-cuts that are open; a stopping closes the others.
+/// Share of open cross-cuts; a stopping closes the others.
 const OPEN: f64 = 0.78;
 /// Heaps of fallen rock, and their radii, metres.
 const HEAPS: usize = 160;
@@ -56,7 +56,7 @@ pub fn made_mine(seed: u64) -> OccupancyGrid {
     OccupancyGrid::new(workings.frame, workings.cells)
 }
 
-/// Solid rock with roadways cut into it so far.
+/// Solid rock with the roadways cut so far.
 struct Workings {
     frame: GridFrame,
     cells: Vec<i8>,
@@ -152,7 +152,7 @@ impl Workings {
         Wall { start, bumps }
     }
 
-    /// Lets rock lie about along the walls.
+    /// Adds fallen rock along the walls.
     fn fallen_rock(&mut self) {
         for _ in 0..HEAPS {
             let [from, to] = self.cut[self.rng.random_range(0..self.cut.len())];
@@ -193,7 +193,7 @@ impl Workings {
     }
 }
 
-/// How far a wall stands back from its straight line.
+/// Offsets of a wall from its straight line.
 struct Wall {
     start: f64,
     /// Heights at equal distances, for each length of bump.
@@ -217,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mine_belongs_to_its_seed_and_has_room() {
+    fn made_mine_depends_on_its_seed_and_has_open_area() {
         let mine = made_mine(1);
         assert!(made_mine(1) == mine && made_mine(2) != mine);
         let open = mine.cells().iter().filter(|&&cell| cell == 0).count();

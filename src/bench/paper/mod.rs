@@ -1,30 +1,30 @@
-//! The paper's tables and figures, repeated beside its printed values: global paths, its variants and ours on the same ground,
-//! in the same run, and what each step earns.
+//! The paper's tables and figures of global paths, repeated: its variants and ours on the same maps in the same run, and the
+//! effect of each step.
 //!
-//! Times are of searching, pruning and smoothing. The free cells are there before: all variants use the same.
+//! Times are of searching, pruning and smoothing. All variants use the same free cells, which are computed before.
 
 mod ablation;
-mod drawings;
+mod ascii_maps;
 mod error;
+mod farthest_point_sampling;
 mod findings;
 mod measure;
 mod mine;
-mod printed;
+mod published;
 mod reduction;
 mod search;
 mod shortest;
 mod site;
-mod spread;
 mod tables;
 mod variants;
 
 pub use ablation::{Breakdown, STEPS, Step, StepRow, breakdowns, step_rows};
 pub use error::PaperError;
 pub use findings::{acceptance, literal, origin, theta};
-pub use measure::{Run, TaskRuns, Times, Worked, measure};
+pub use measure::{Run, StagePath, TaskRuns, Times, measure};
 pub use mine::made_mine;
-pub use printed::{PrintedRow, printed_table_1, printed_table_2};
-pub use reduction::{Measure, Reduced, Reduction, printed_reduction, targets};
+pub use published::{PublishedRow, published_table_1, published_table_2};
+pub use reduction::{Measure, Reduced, Reduction, published_reduction, targets};
 pub use search::{LITERAL_K, SMALL_K, Search, Stage};
 pub use site::{Site, Task};
 pub use tables::{AblationTable, PathTable, path_tables};
@@ -32,7 +32,7 @@ pub use variants::{
     PathRow, StageMs, THETAS, TRADITIONAL, VARIANTS, Variant, label_of, path_rows, reductions,
 };
 
-/// All searches of the tables, in an order in which none profits from the one before.
+/// All searches of the tables, in an order in which none benefits from the one before.
 pub const SEARCHES: [Search; 9] = [
     Search::Manhattan,
     Search::Euclid,
@@ -45,7 +45,7 @@ pub const SEARCHES: [Search; 9] = [
     Search::JumpPoints,
 ];
 
-/// Those that the tables of the mine show.
+/// The searches in the tables of the mine.
 pub const MINE_SEARCHES: [Search; 7] = [
     Search::Manhattan,
     Search::Euclid,

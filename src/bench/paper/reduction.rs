@@ -1,17 +1,16 @@
-//! By how much one variant's figures are below another's.
+//! Reduction of one variant's figures relative to another's.
 
 use serde::Serialize;
 
-use super::printed::{PrintedRow, before_and_after};
-use super::{printed_table_1, printed_table_2};
+use super::published::{PublishedRow, before_and_after};
+use super::{published_table_1, published_table_2};
 
-/// A reduction as a share of what was: 0.25 is a quarter less, a negative one more. Missing where there is nothing to
-/// compare with.
+/// A reduction as a share: 0.25 is a quarter less, a negative value is an increase. None where there is nothing to compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Reduced {
     /// Of the sums over all rows, as the paper takes it.
     pub of_sums: Option<f64>,
-    /// Mean of each row's own reduction; rows that were zero do not count.
+    /// Mean of the rows' own reductions; rows with zero before do not count.
     pub mean_of_rows: Option<f64>,
 }
 
@@ -36,7 +35,7 @@ fn share(before: f64, after: f64) -> Option<f64> {
     (before > 0.0).then(|| 1.0 - after / before)
 }
 
-/// What is compared.
+/// A compared measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -46,7 +45,7 @@ pub enum Measure {
     Length,
     /// Turns of the path, before it is smoothed.
     Turns,
-    /// Turns of the path handed out. The paper does not say which of the two it counts.
+    /// Turns of the delivered path. The paper does not say which of the two it counts.
     TurnsSmoothed,
 }
 
@@ -54,7 +53,7 @@ impl Measure {
     /// All, in the order in which they are shown.
     pub const ALL: [Self; 4] = [Self::Time, Self::Length, Self::Turns, Self::TurnsSmoothed];
 
-    /// In words.
+    /// Its name in sentences.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -71,7 +70,7 @@ impl Measure {
 pub struct Reduction {
     /// The variant.
     pub variant: String,
-    /// What it is compared with.
+    /// The variant that it is compared with.
     pub against: String,
     /// Of the median times.
     pub time: Reduced,
@@ -79,12 +78,12 @@ pub struct Reduction {
     pub length: Reduced,
     /// Of the turns before smoothing.
     pub turns: Reduced,
-    /// Of the turns of the paths handed out.
+    /// Of the turns of the delivered paths.
     pub turns_smoothed: Reduced,
 }
 
 impl Reduction {
-    /// That of one measure.
+    /// The reduction of one measure.
     #[must_use]
     pub const fn of(&self, measure: Measure) -> Reduced {
         match measure {
@@ -98,10 +97,10 @@ impl Reduction {
 
 /// The paper's own reductions in a table, from its printed rows.
 #[must_use]
-pub fn printed_reduction(rows: &[PrintedRow]) -> Reduction {
+pub fn published_reduction(rows: &[PublishedRow]) -> Reduction {
     let [before, after] = before_and_after(rows);
-    let reduced = |figure: fn(&PrintedRow) -> Option<f64>| {
-        let figures = |rows: &[PrintedRow]| rows.iter().filter_map(figure).collect::<Vec<_>>();
+    let reduced = |figure: fn(&PublishedRow) -> Option<f64>| {
+        let figures = |rows: &[PublishedRow]| rows.iter().filter_map(figure).collect::<Vec<_>>();
         Reduced::of(&figures(&before), &figures(&after))
     };
     Reduction {
@@ -114,12 +113,12 @@ pub fn printed_reduction(rows: &[PrintedRow]) -> Reduction {
     }
 }
 
-/// What a table must reach to be no worse than the paper: its own printed reductions of sums, and where it prints none, those
-/// of the other table.
+/// Reductions that a table must reach to equal the paper: its own published reductions of sums, or those of the other table
+/// where it has none.
 #[must_use]
-pub fn targets(rows: &[PrintedRow]) -> [(Measure, f64); 4] {
-    let own = printed_reduction(rows);
-    let others = [printed_table_1(), printed_table_2()].map(|rows| printed_reduction(&rows));
+pub fn targets(rows: &[PublishedRow]) -> [(Measure, f64); 4] {
+    let own = published_reduction(rows);
+    let others = [published_table_1(), published_table_2()].map(|rows| published_reduction(&rows));
     Measure::ALL.map(|measure| {
         let printed = core::iter::once(&own)
             .chain(&others)
@@ -133,27 +132,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_papers_text_agrees_with_its_tables() {
+    fn published_reductions_agree_with_the_papers_text() {
         let near = |found: Option<f64>, printed: f64| {
             let found = found.expect("the table prints it");
             assert!((found - printed).abs() < 5.1e-5, "{found}, not {printed}");
         };
-        let one = printed_reduction(&printed_table_1());
+        let one = published_reduction(&published_table_1());
         near(one.time.of_sums, 0.5608);
         near(one.length.of_sums, 0.0305);
         near(one.time.mean_of_rows, 0.5711);
         assert_eq!(one.turns, Reduced::default());
-        let two = printed_reduction(&printed_table_2());
+        let two = published_reduction(&published_table_2());
         near(two.time.of_sums, 0.4960);
         near(two.turns.of_sums, 1.0 - 12.0 / 38.0);
-        // What one table leaves out is taken from the other.
-        let [_, (_, length), (_, turns), _] = targets(&printed_table_2());
+        // Missing values come from the other table.
+        let [_, (_, length), (_, turns), _] = targets(&published_table_2());
         near(Some(length), 0.0305);
         near(Some(turns), 1.0 - 12.0 / 38.0);
     }
 
     #[test]
-    fn a_row_of_zero_does_not_count() {
+    fn reduction_ignores_rows_of_zero() {
         let reduced = Reduced::of(&[0.0, 4.0], &[1.0, 1.0]);
         assert_eq!(
             (reduced.of_sums, reduced.mean_of_rows),

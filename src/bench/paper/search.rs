@@ -3,7 +3,7 @@
 use crate::global::{CellPath, Heuristic, NoPath, Searcher};
 use crate::map::{Cell, FreeSpace};
 
-/// How far a path is worked on: each stage includes those before.
+/// A processing stage of a path; each stage includes those before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
     /// As the search returns it.
@@ -14,17 +14,17 @@ pub enum Stage {
     Smoothed,
 }
 
-/// Weight of [`Search::Literal`] where it stands in Tables 1 and 2: the paper prints none, so the formula as it stands.
+/// Weight of [`Search::Literal`] in Tables 1 and 2: the paper prints none, so the formula without a factor.
 pub const LITERAL_K: f64 = 1.0;
-/// A weight for which the literal formula is the other thing that it can be: uninformed.
+/// A weight for which the literal formula is nearly uninformed.
 pub const SMALL_K: f64 = 0.001;
 
 /// A search of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Search {
-    /// A* with the Manhattan distance: one of the traditional ones.
+    /// A* with the Manhattan distance: a traditional search.
     Manhattan,
-    /// A* with the Euclidean distance: the other.
+    /// A* with the Euclidean distance: the other traditional search.
     Euclid,
     /// A* with a distance model of another angle, degrees (fig. 5).
     Theta(f64),
@@ -37,7 +37,7 @@ pub enum Search {
 }
 
 impl Search {
-    /// The heuristic; none of jump points.
+    /// The heuristic; none for jump points.
     #[must_use]
     pub fn heuristic(self) -> Option<Heuristic> {
         Some(match self {
@@ -57,7 +57,7 @@ impl Search {
             .is_none_or(|heuristic| heuristic.is_admissible())
     }
 
-    /// How far its paths are worked on here: nothing but the search is asked of the baselines.
+    /// Its last stage here: the baselines only search.
     #[must_use]
     pub fn last_stage(self) -> Stage {
         match self {
@@ -93,7 +93,7 @@ impl Search {
         }
     }
 
-    /// Searches.
+    /// Runs the search.
     pub(super) fn run<'a>(
         self,
         searcher: &'a mut Searcher,

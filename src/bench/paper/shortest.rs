@@ -1,5 +1,5 @@
-//! The cost of a shortest path by Dijkstra's algorithm in its plainest form: what the exact searches are judged by. It
-//! shares nothing with them but the costs of moves.
+//! The cost of a shortest path by a plain Dijkstra search, the reference for exact searches. It shares only the costs of
+//! moves with them.
 
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -7,7 +7,7 @@ use std::collections::BinaryHeap;
 use crate::global::{DIAGONAL, STRAIGHT};
 use crate::map::{Cell, FreeSpace};
 
-/// Least cost of moves from a cell to another; none where there is no way.
+/// Returns the smallest cost of moves from a cell to another; none without a path.
 pub(super) fn shortest_cost(space: &FreeSpace, start: Cell, goal: Cell) -> Option<u64> {
     let frame = space.frame();
     if !(space.is_free(start) && space.is_free(goal)) {

@@ -1,45 +1,45 @@
-//! The ground of an experiment, and the ways that are looked for on it.
+//! The maps of the paper's experiments and their tasks.
 
 use super::PaperError;
-use super::drawings::{DRAWINGS, Drawing};
-use super::spread::spread;
+use super::ascii_maps::{ASCII_MAPS, AsciiMap};
+use super::farthest_point_sampling::farthest_points;
 use crate::geometry::Pose;
 use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::runtime::Config;
 
-/// Side of a drawing's character, metres.
+/// Side of a character, metres.
 const CHARACTER_M: f64 = 0.5;
-/// Cells along that side: 5 cm each, as maps of indoor robots mostly have them.
+/// Cells along that side: 5 cm each, as usual for indoor maps.
 const CELLS: usize = 10;
 
 /// A start and a goal, both cells' centres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
-    /// What it is called in the tables.
+    /// Name in the tables.
     pub name: String,
-    /// Where the path begins.
+    /// Start cell.
     pub start: Cell,
-    /// Where it ends.
+    /// Goal cell.
     pub goal: Cell,
 }
 
-/// A map with the ways to be found on it. Every variant searches the same free cells and proves against the same ones, at
-/// the two distances from walls that [`RoutePlanner`](crate::navigator::RoutePlanner) keeps.
+/// A map with its tasks. Every variant searches the same free cells and validates against the same ones, at the two
+/// distances from walls that [`RoutePlanner`](crate::navigator::RoutePlanner) keeps.
 #[derive(Clone, Debug)]
 pub struct Site {
-    /// One word.
+    /// Name.
     pub name: String,
-    /// One line.
+    /// Title.
     pub title: String,
-    /// The ground.
+    /// The map.
     pub map: OccupancyGrid,
-    /// What blocks on it.
+    /// Its obstacles.
     pub obstacles: ObstacleGrid,
-    /// Where searching may go: at the comfortable distance from every obstacle.
+    /// Free cells for searches: at the comfortable distance to every obstacle.
     pub search: FreeSpace,
-    /// Where a smoothed path is proved to stay: at the least distance.
+    /// Free cells for smoothed paths: at the least distance.
     pub proof: FreeSpace,
-    /// The ways, at least one.
+    /// The tasks, at least one.
     pub tasks: Vec<Task>,
 }
 
@@ -49,32 +49,32 @@ impl Site {
     /// # Errors
     /// When that robot does not fit into one of them.
     pub fn roadways(config: &Config) -> Result<Vec<Self>, PaperError> {
-        DRAWINGS
+        ASCII_MAPS
             .iter()
-            .map(|drawing| Self::drawn(drawing, config))
+            .map(|map| Self::from_ascii(map, config))
             .collect()
     }
 
-    /// A mine with so many ways on it, for Table 2 and fig. 16. Their ends are spread over all ground that can be reached:
-    /// the first is drawn by the seed, each further one is the place farthest from all before; then the first is joined
-    /// with the first of the second half, and so on.
+    /// A mine with this number of tasks, for Table 2 and fig. 16. Their ends are spread over all reachable cells: the seed
+    /// determines the first, each further one is the cell farthest from all before. The first is paired with the first of
+    /// the second half, and so on.
     ///
     /// # Errors
     /// When the map has no room for them.
     pub fn mine(
         title: &str,
         map: OccupancyGrid,
-        ways: usize,
+        tasks: usize,
         seed: u64,
         config: &Config,
     ) -> Result<Self, PaperError> {
         let mut site = Self::without_tasks("mine", title, map, config);
-        let places = 2 * ways;
-        let ends = spread(&site.search, places, seed).ok_or(PaperError::TooNarrow {
+        let places = 2 * tasks;
+        let ends = farthest_points(&site.search, places, seed).ok_or(PaperError::TooNarrow {
             places,
             radius_m: site.search.radius_m(),
         })?;
-        let (starts, goals) = ends.split_at(ways);
+        let (starts, goals) = ends.split_at(tasks);
         site.tasks = starts
             .iter()
             .zip(goals)
@@ -105,7 +105,7 @@ impl Site {
         }
     }
 
-    fn drawn(drawing: &Drawing, config: &Config) -> Result<Self, PaperError> {
+    fn from_ascii(drawing: &AsciiMap, config: &Config) -> Result<Self, PaperError> {
         let rows: Vec<String> = drawing
             .rows
             .iter()
@@ -114,7 +114,7 @@ impl Site {
         let resolution_m = CHARACTER_M / CELLS as f64;
         let map =
             OccupancyGrid::from_rows(&rows, resolution_m, Pose::default()).map_err(|error| {
-                PaperError::Drawing {
+                PaperError::AsciiMap {
                     scene: drawing.name.to_owned(),
                     error,
                 }
@@ -135,7 +135,7 @@ impl Site {
     }
 }
 
-/// A row of a drawing with each character as wide as its cells, without the marks.
+/// A row with each character as wide as its cells, without the marks.
 fn enlarged(row: &str) -> String {
     let ground = row.replace(['S', 'G'], ".");
     let wide = |character| core::iter::repeat_n(character, CELLS);
@@ -143,7 +143,7 @@ fn enlarged(row: &str) -> String {
 }
 
 /// The middle cell of a marked character.
-fn middle_of(drawing: &Drawing, mark: char) -> Option<Cell> {
+fn middle_of(drawing: &AsciiMap, mark: char) -> Option<Cell> {
     let mut lowest_first = drawing.rows.iter().rev().enumerate();
     let (row, column) =
         lowest_first.find_map(|(row, text)| text.find(mark).map(|column| (row, column)))?;
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scenes_have_the_size_of_the_papers() {
+    fn roadways_have_the_size_of_the_papers_scenes() {
         let sites = Site::roadways(&Config::default()).expect("the default robot fits");
         for site in &sites {
             let [task] = &site.tasks[..] else {
@@ -175,8 +175,8 @@ mod tests {
     }
 
     #[test]
-    fn marks_are_where_they_are_drawn() {
-        let drawing = Drawing {
+    fn marks_are_found_in_the_text_map() {
+        let drawing = AsciiMap {
             name: "",
             title: "",
             rows: &["..G", "S.#"],

@@ -1,46 +1,46 @@
-//! The tables, each with the paper's values beside it and what follows from it.
+//! The tables, each with the paper's values and the findings.
 
 use serde::Serialize;
 
 use super::ablation::{Breakdown, StepRow, breakdowns, step_rows};
 use super::findings::{acceptance, literal, origin, theta};
 use super::measure::TaskRuns;
-use super::printed::PrintedRow;
-use super::reduction::{Measure, Reduction, printed_reduction, targets};
+use super::published::PublishedRow;
+use super::reduction::{Measure, Reduction, published_reduction, targets};
 use super::variants::{PathRow, THETAS, VARIANTS, path_rows, reductions};
-use super::{printed_table_1, printed_table_2};
+use super::{published_table_1, published_table_2};
 
 /// Paths of variants, one row for each task and variant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PathTable {
-    /// One word, the same in every run.
+    /// Name in files.
     pub name: &'static str,
-    /// One line.
+    /// Title.
     pub title: String,
-    /// What was measured.
+    /// Measured rows.
     pub rows: Vec<PathRow>,
-    /// What the paper prints.
-    pub paper: Vec<PrintedRow>,
+    /// The paper's rows.
+    pub paper: Vec<PublishedRow>,
     /// Every other variant against each traditional one.
     pub reductions: Vec<Reduction>,
     /// The paper's own.
     pub paper_reductions: Vec<Reduction>,
-    /// What follows, in sentences.
+    /// Findings, in sentences.
     pub findings: Vec<String>,
 }
 
-/// What each step earns, summed over all tasks.
+/// The effect of each step, summed over all tasks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AblationTable {
-    /// One word, the same in every run.
+    /// Name in files.
     pub name: &'static str,
-    /// One line.
+    /// Title.
     pub title: String,
     /// A row for each step.
     pub rows: Vec<StepRow>,
-    /// Where each reduction comes from.
+    /// The breakdown of each reduction.
     pub breakdowns: Vec<Breakdown>,
-    /// What follows, in sentences.
+    /// Findings, in sentences.
     pub findings: Vec<String>,
 }
 
@@ -56,23 +56,23 @@ pub fn path_tables(
             "table_1",
             "Table 1, figs. 9 to 11: three roadway scenes".to_owned(),
             roadways,
-            printed_table_1(),
+            published_table_1(),
         ),
         figure_5(roadways),
         compared(
             "table_2",
-            format!("Table 2, fig. 16: five ways through {mine_title}"),
+            format!("Table 2, fig. 16: five paths through {mine_title}"),
             mine,
-            printed_table_2(),
+            published_table_2(),
         ),
     ];
     let steps = vec![
         steps(
             "steps_roadways",
-            "What each step earns: the three scenes",
+            "Effect of each step: the three scenes",
             roadways,
         ),
-        steps("steps_mine", "What each step earns: the mine", mine),
+        steps("steps_mine", "Effect of each step: the mine", mine),
     ];
     (paths, steps)
 }
@@ -81,7 +81,7 @@ fn compared(
     name: &'static str,
     title: String,
     measured: &[TaskRuns],
-    paper: Vec<PrintedRow>,
+    paper: Vec<PublishedRow>,
 ) -> PathTable {
     let rows = path_rows(measured, &VARIANTS);
     let reductions = reductions(&rows);
@@ -94,7 +94,7 @@ fn compared(
     PathTable {
         name,
         title,
-        paper_reductions: vec![printed_reduction(&paper)],
+        paper_reductions: vec![published_reduction(&paper)],
         rows,
         paper,
         reductions,
@@ -119,14 +119,14 @@ fn figure_5(measured: &[TaskRuns]) -> PathTable {
 fn steps(name: &'static str, title: &str, measured: &[TaskRuns]) -> AblationTable {
     let rows = step_rows(measured);
     let breakdowns = breakdowns(&rows);
-    // All are in the records; these answer where the paper's reductions come from, and where ours of time does.
-    let is_told = |found: &&Breakdown| {
+    // These show the origins of the paper's reductions and of our reduction of time; the files have all.
+    let is_shown = |found: &&Breakdown| {
         found.chain == "improved"
             || (found.chain == "jump_points" && found.measure == Measure::Time)
     };
     let findings = breakdowns
         .iter()
-        .filter(is_told)
+        .filter(is_shown)
         .map(origin)
         .chain(literal(&rows))
         .collect();

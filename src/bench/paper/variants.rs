@@ -6,16 +6,16 @@ use super::measure::{TaskRuns, Times};
 use super::reduction::{Reduced, Reduction};
 use super::search::{LITERAL_K, Search, Stage};
 
-/// A search, and the stage at which its path is handed out.
+/// A search and the stage that it delivers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variant {
-    /// Name in the records.
+    /// Name in files.
     pub name: &'static str,
     /// Name for people.
     pub label: &'static str,
     /// The search.
     pub search: Search,
-    /// What is handed out.
+    /// The delivered stage.
     pub delivers: Stage,
 }
 
@@ -62,7 +62,7 @@ pub const VARIANTS: [Variant; 5] = [
     ),
 ];
 
-/// How many of [`VARIANTS`] are the traditional ones.
+/// Number of traditional variants at the start of [`VARIANTS`].
 pub const TRADITIONAL: usize = 2;
 
 /// The angles of fig. 5: 45 degrees is the octile distance.
@@ -72,28 +72,28 @@ pub const THETAS: [Variant; 3] = [
     variant("theta_60", "60 degrees", Search::Theta(60.0), Stage::Raw),
 ];
 
-/// What one variant made of one task.
+/// The path of one variant for one task.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PathRow {
-    /// Which scene or path.
+    /// Scene or path.
     pub task: String,
     /// The variant's name.
     pub variant: &'static str,
-    /// The same for people.
+    /// Label for people.
     pub label: &'static str,
-    /// Length of the path handed out, metres.
+    /// Length of the delivered path, metres.
     pub length_m: f64,
-    /// Turns that it makes, counted before smoothing: of the raw path where that is handed out, else of the pruned one.
+    /// Its turns before smoothing: of the raw path where that is delivered, else of the pruned one.
     pub turns: usize,
     /// Turns of the path as searched.
     pub turns_raw: usize,
-    /// Turns without redundant nodes; missing where nothing was pruned.
+    /// Turns without redundant nodes; none where nothing was pruned.
     pub turns_pruned: Option<usize>,
-    /// Turns of the smoothed path; missing where nothing was smoothed.
+    /// Turns of the smoothed path; none where nothing was smoothed.
     pub turns_smoothed: Option<usize>,
-    /// Smallest distance from the path handed out to an obstacle, metres.
+    /// Smallest distance of the delivered path to an obstacle, metres.
     pub min_clearance_m: f64,
-    /// Time from the beginning to the path handed out.
+    /// Time from the start to the delivered path.
     pub time_ms: Times,
     /// Median time of each stage alone.
     pub stage_ms: StageMs,
@@ -101,13 +101,13 @@ pub struct PathRow {
     pub expanded: u32,
     /// Length of the path as searched, metres.
     pub raw_length_m: f64,
-    /// By how much that is longer than a shortest path on the grid, as a share.
+    /// Excess length over a shortest path on the grid, as a share.
     pub over_shortest: f64,
-    /// Whether the search promises a shortest path.
+    /// Whether the search always finds a shortest path.
     pub exact: bool,
 }
 
-/// Median times of the stages, milliseconds; missing where a stage is left out.
+/// Median times of the stages, milliseconds; none for a stage that is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StageMs {
     /// Of the search.
@@ -130,24 +130,24 @@ pub fn path_rows(measured: &[TaskRuns], variants: &[Variant]) -> Vec<PathRow> {
 fn row(task: &TaskRuns, variant: &Variant) -> Option<PathRow> {
     let run = task.of(variant.search)?;
     let raw = run.at(Stage::Raw);
-    let handed_out = run.at(variant.delivers);
+    let delivered = run.at(variant.delivers);
     let after = |stage: Stage| run.stages.get(stage as usize);
-    let turns_pruned = after(Stage::Pruned).map(|worked| worked.path.turns());
+    let turns_pruned = after(Stage::Pruned).map(|path| path.path.turns());
     Some(PathRow {
         task: task.task.name.clone(),
         variant: variant.name,
         label: variant.label,
-        length_m: handed_out.path.length_m(),
+        length_m: delivered.path.length_m(),
         turns: turns_pruned.unwrap_or_else(|| raw.path.turns()),
         turns_raw: raw.path.turns(),
         turns_pruned,
-        turns_smoothed: after(Stage::Smoothed).map(|worked| worked.path.turns()),
-        min_clearance_m: handed_out.min_clearance_m,
-        time_ms: handed_out.time,
+        turns_smoothed: after(Stage::Smoothed).map(|path| path.path.turns()),
+        min_clearance_m: delivered.min_clearance_m,
+        time_ms: delivered.time,
         stage_ms: StageMs {
             search: raw.own_ms,
-            prune: after(Stage::Pruned).map(|worked| worked.own_ms),
-            smooth: after(Stage::Smoothed).map(|worked| worked.own_ms),
+            prune: after(Stage::Pruned).map(|path| path.own_ms),
+            smooth: after(Stage::Smoothed).map(|path| path.own_ms),
         },
         expanded: run.expanded,
         raw_length_m: raw.path.length_m(),

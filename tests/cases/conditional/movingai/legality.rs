@@ -2,7 +2,7 @@
 
 use core::f64::consts::SQRT_2;
 
-use inbye::bench::movingai::{IllegalPath, TOLERANCE, Verdict, judge, path_length};
+use inbye::bench::movingai::{AnswerCheck, IllegalPath, TOLERANCE, check_answer, path_length};
 use inbye::geometry::Pose;
 use inbye::map::{Cell, ObstacleGrid, OccupancyGrid, Scenario, UnknownPolicy};
 
@@ -139,24 +139,24 @@ fn lengths_are_compared_within_the_tolerance() {
     for rounding in [0.0, 5e-3] {
         let edge = TOLERANCE + rounding;
         for (off, expected) in [
-            (0.0, Verdict::Optimal),
-            (edge - 1e-9, Verdict::Optimal),
-            (1e-9 - edge, Verdict::Optimal),
-            (edge + 1e-9, Verdict::Shorter { length }),
-            (-edge - 1e-9, Verdict::Longer { length }),
-            (0.01, Verdict::Shorter { length }),
-            (-0.01, Verdict::Longer { length }),
+            (0.0, AnswerCheck::Optimal),
+            (edge - 1e-9, AnswerCheck::Optimal),
+            (1e-9 - edge, AnswerCheck::Optimal),
+            (edge + 1e-9, AnswerCheck::Shorter { length }),
+            (-edge - 1e-9, AnswerCheck::Longer { length }),
+            (0.01, AnswerCheck::Shorter { length }),
+            (-0.01, AnswerCheck::Longer { length }),
         ] {
-            let verdict = judge(&obstacles(), &scenario(off, rounding), Some(&cells));
-            assert_eq!(verdict, expected, "{off} off, rounded by {rounding}");
+            let answer = check_answer(&obstacles(), &scenario(off, rounding), Some(&cells));
+            assert_eq!(answer, expected, "{off} off, rounded by {rounding}");
         }
     }
     let scenario = scenario(0.0, 0.0);
-    let none = judge(&obstacles(), &scenario, None);
-    assert_eq!(none, Verdict::NotFound);
-    let elsewhere = judge(&obstacles(), &scenario, Some(&cells[..1]));
+    let none = check_answer(&obstacles(), &scenario, None);
+    assert_eq!(none, AnswerCheck::NotFound);
+    let elsewhere = check_answer(&obstacles(), &scenario, Some(&cells[..1]));
     assert!(matches!(
         elsewhere,
-        Verdict::Illegal(IllegalPath::OtherGoal { .. })
+        AnswerCheck::Illegal(IllegalPath::OtherGoal { .. })
     ));
 }

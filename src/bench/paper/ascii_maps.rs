@@ -1,30 +1,30 @@
-//! The three roadway scenes of Table 1, drawn as text. The paper does not publish its maps: these have its size, start and
-//! goal about 20 m apart.
+//! The three roadway scenes of Table 1 as text. The paper does not publish its maps: these have its size, with start and goal
+//! about 20 m apart.
 
-/// A scene as drawn: highest row first, one character for each half metre; `#` rock or machine, `.` free, `S` start,
+/// A scene as text: highest row first, one character for each half metre; `#` rock or machine, `.` free, `S` start,
 /// `G` goal.
-pub(super) struct Drawing {
-    /// One word.
+pub(super) struct AsciiMap {
+    /// Name in tables.
     pub name: &'static str,
-    /// One line.
+    /// Title.
     pub title: &'static str,
-    /// All equally long.
+    /// Rows of equal length.
     pub rows: &'static [&'static str],
 }
 
 /// In the paper's order: environments 1 to 3.
-pub(super) const DRAWINGS: [Drawing; 3] = [
-    Drawing {
+pub(super) const ASCII_MAPS: [AsciiMap; 3] = [
+    AsciiMap {
         name: "drift",
         title: "A straight drift with parked machines",
         rows: &DRIFT,
     },
-    Drawing {
+    AsciiMap {
         name: "junction",
         title: "A bend and a junction with cross-cuts",
         rows: &JUNCTION,
     },
-    Drawing {
+    AsciiMap {
         name: "rooms",
         title: "Rooms and pillars with clutter",
         rows: &ROOMS,

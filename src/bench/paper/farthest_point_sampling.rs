@@ -1,13 +1,13 @@
-//! Places spread over all ground that can be reached from one another.
+//! Farthest-point sampling of connected free cells.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::map::{Cell, FreeSpace};
 
-/// So many cells of the largest connected part of a space, each as far from those before it as can be; the seed draws the
-/// first. None where there are too few.
-pub(super) fn spread(space: &FreeSpace, count: usize, seed: u64) -> Option<Vec<Cell>> {
+/// Returns cells of the largest connected part of a space, each as far as possible from those before it; the seed determines
+/// the first. None where there are too few.
+pub(super) fn farthest_points(space: &FreeSpace, count: usize, seed: u64) -> Option<Vec<Cell>> {
     let part = largest_part(space);
     if part.is_empty() || part.len() < count {
         return None;
@@ -32,8 +32,8 @@ pub(super) fn spread(space: &FreeSpace, count: usize, seed: u64) -> Option<Vec<C
     Some(chosen)
 }
 
-/// The largest set of free cells in which each can be reached from each. Since a diagonal move needs both cells beside it,
-/// moves to the four nearest tell.
+/// The largest connected set of free cells. A diagonal move needs both adjacent cells, so moves to the four neighbours
+/// suffice.
 fn largest_part(space: &FreeSpace) -> Vec<Cell> {
     let frame = space.frame();
     let mut seen = vec![false; frame.len()];
@@ -49,10 +49,10 @@ fn largest_part(space: &FreeSpace) -> Vec<Cell> {
         while let Some(&Cell { column, row }) = part.get(next) {
             next += 1;
             for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
-                let beside = Cell::new(column + right, row + up);
-                if space.is_free(beside) && !seen[frame.index(beside)] {
-                    seen[frame.index(beside)] = true;
-                    part.push(beside);
+                let neighbour = Cell::new(column + right, row + up);
+                if space.is_free(neighbour) && !seen[frame.index(neighbour)] {
+                    seen[frame.index(neighbour)] = true;
+                    part.push(neighbour);
                 }
             }
         }
@@ -75,20 +75,21 @@ mod tests {
     }
 
     #[test]
-    fn only_what_can_be_reached_counts() {
+    fn farthest_points_are_in_the_largest_connected_part() {
         // Two parts that meet at a corner only, which no path may cut.
         let parts = space(&["..#...", "..#...", "##...."]);
         assert_eq!(largest_part(&parts).len(), 10);
-        let places = spread(&parts, 4, 1).expect("room for four");
+        let places = farthest_points(&parts, 4, 1).expect("room for four");
         assert!(places.iter().all(|cell| cell.column > 1));
-        assert_eq!(spread(&parts, 4, 1), Some(places));
-        assert_eq!(spread(&parts, 99, 1), None);
-        assert_eq!(spread(&space(&["##"]), 1, 1), None);
+        assert_eq!(farthest_points(&parts, 4, 1), Some(places));
+        assert_eq!(farthest_points(&parts, 99, 1), None);
+        assert_eq!(farthest_points(&space(&["##"]), 1, 1), None);
     }
 
     #[test]
-    fn each_place_is_far_from_the_others() {
-        let places = spread(&space(&["...................."]), 4, 7).expect("room for four");
+    fn farthest_points_are_far_from_each_other() {
+        let places =
+            farthest_points(&space(&["...................."]), 4, 7).expect("room for four");
         // Wherever the first is, both ends are among the next, and the fourth halves the longest gap.
         let columns: Vec<i32> = places.iter().map(|cell| cell.column).collect();
         assert!(

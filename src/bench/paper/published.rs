@@ -1,11 +1,11 @@
-//! What the paper prints.
+//! Values that the paper publishes.
 
 use serde::Serialize;
 
-/// A row of the paper's tables; what it does not print is missing.
+/// A row of the paper's tables; values that it does not print are none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PrintedRow {
-    /// Which environment or path.
+pub struct PublishedRow {
+    /// Environment or path.
     pub task: &'static str,
     /// `traditional` or `improved`.
     pub variant: &'static str,
@@ -22,7 +22,7 @@ const IMPROVED: &str = "improved";
 
 /// Table 1.
 #[must_use]
-pub fn printed_table_1() -> Vec<PrintedRow> {
+pub fn published_table_1() -> Vec<PublishedRow> {
     [
         ("Environment 1", (20.31, 19.69), (18.85, 6.82)),
         ("Environment 2", (20.34, 18.91), (20.10, 5.20)),
@@ -31,7 +31,7 @@ pub fn printed_table_1() -> Vec<PrintedRow> {
     .into_iter()
     .flat_map(|(task, before, after)| {
         [(TRADITIONAL, before), (IMPROVED, after)].map(|(variant, (length_m, time_ms))| {
-            PrintedRow {
+            PublishedRow {
                 task,
                 variant,
                 length_m: Some(length_m),
@@ -45,7 +45,7 @@ pub fn printed_table_1() -> Vec<PrintedRow> {
 
 /// Table 2.
 #[must_use]
-pub fn printed_table_2() -> Vec<PrintedRow> {
+pub fn published_table_2() -> Vec<PublishedRow> {
     [
         ("Path 1", (68.77, 13), (35.14, 5)),
         ("Path 2", (62.70, 10), (32.15, 4)),
@@ -55,7 +55,7 @@ pub fn printed_table_2() -> Vec<PrintedRow> {
     ]
     .into_iter()
     .flat_map(|(task, before, after)| {
-        [(TRADITIONAL, before), (IMPROVED, after)].map(|(variant, (time_ms, turns))| PrintedRow {
+        [(TRADITIONAL, before), (IMPROVED, after)].map(|(variant, (time_ms, turns))| PublishedRow {
             task,
             variant,
             length_m: None,
@@ -66,10 +66,10 @@ pub fn printed_table_2() -> Vec<PrintedRow> {
     .collect()
 }
 
-/// The printed rows of the traditional and of the improved algorithm.
-pub(super) fn before_and_after(rows: &[PrintedRow]) -> [Vec<PrintedRow>; 2] {
+/// The published rows of the traditional and of the improved algorithm.
+pub(super) fn before_and_after(rows: &[PublishedRow]) -> [Vec<PublishedRow>; 2] {
     [TRADITIONAL, IMPROVED].map(|variant| {
-        let of_variant = |row: &&PrintedRow| row.variant == variant;
+        let of_variant = |row: &&PublishedRow| row.variant == variant;
         rows.iter().filter(of_variant).copied().collect()
     })
 }

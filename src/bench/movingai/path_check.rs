@@ -1,14 +1,14 @@
-//! What an answer is worth beside the published length.
+//! Check of an answer against the published length.
 
 use super::legality::{IllegalPath, path_length};
 use crate::map::{Cell, ObstacleGrid, Scenario, cell_from_top_left};
 
-/// The most that a listed length is off beside its rounding, cells: the benchmark's makers added up in single precision.
+/// Largest error of a listed length besides its rounding, cells: the benchmark's authors summed in single precision.
 pub const TOLERANCE: f64 = 2e-4;
 
-/// What an answer is worth.
+/// Result of the check of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
+pub enum AnswerCheck {
     /// A legal path of the listed length.
     Optimal,
     /// A legal path that is longer.
@@ -21,14 +21,14 @@ pub enum Verdict {
         /// Its length, cells.
         length: f64,
     },
-    /// A path that may not be walked.
+    /// An invalid path.
     Illegal(IllegalPath),
     /// No path, though one exists.
     NotFound,
 }
 
-impl Verdict {
-    /// What is wrong, for the messages of an exact algorithm or one that need not be; none where nothing is.
+impl AnswerCheck {
+    /// The fault of an answer for messages, none for a correct one; `exact` algorithms must find shortest paths.
     #[must_use]
     pub fn fault(&self, exact: bool, listed: f64) -> Option<String> {
         match self {
@@ -44,25 +44,29 @@ impl Verdict {
     }
 }
 
-/// Judges an answer to a scenario: the cells of the path, or none where it found none. A length counts as the listed one
-/// within [`TOLERANCE`] and what the file's digits cannot tell ([`Scenario::rounding`]).
+/// Checks an answer to a scenario: the cells of the path, or none where the search found none. A length equals the listed
+/// one within [`TOLERANCE`] and the rounding of the file ([`Scenario::rounding`]).
 #[must_use]
-pub fn judge(obstacles: &ObstacleGrid, scenario: &Scenario, cells: Option<&[Cell]>) -> Verdict {
+pub fn check_answer(
+    obstacles: &ObstacleGrid,
+    scenario: &Scenario,
+    cells: Option<&[Cell]>,
+) -> AnswerCheck {
     let Some(cells) = cells else {
-        return Verdict::NotFound;
+        return AnswerCheck::NotFound;
     };
     let [start, goal] =
         [scenario.start, scenario.goal].map(|end| cell_from_top_left(obstacles.frame(), end));
     match path_length(obstacles, start, goal, cells) {
-        Err(why) => Verdict::Illegal(why),
+        Err(why) => AnswerCheck::Illegal(why),
         Ok(length) => {
             let tolerance = TOLERANCE + scenario.rounding;
             if length > scenario.optimal + tolerance {
-                Verdict::Longer { length }
+                AnswerCheck::Longer { length }
             } else if length < scenario.optimal - tolerance {
-                Verdict::Shorter { length }
+                AnswerCheck::Shorter { length }
             } else {
-                Verdict::Optimal
+                AnswerCheck::Optimal
             }
         }
     }

@@ -1,16 +1,16 @@
-//! Answers of one algorithm, counted.
+//! Statistics over the answers of one algorithm.
 
 use super::algorithms::Algorithm;
-use super::judge::Verdict;
+use super::path_check::AnswerCheck;
 use super::record::AlgorithmRow;
 use crate::bench::{BenchError, Latencies};
 use crate::map::Scenario;
 
 const MICROSECONDS_PER_MILLISECOND: f64 = 1e3;
 
-/// What an algorithm did so far.
+/// Statistics of an algorithm so far.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct Statistics {
     solved: usize,
     total: usize,
     suboptimal: usize,
@@ -23,26 +23,26 @@ pub(super) struct Tally {
     first_fault: Option<String>,
 }
 
-impl Tally {
-    /// Counts an answer that took so many seconds and expansions.
+impl Statistics {
+    /// Adds an answer with its time, seconds, and its number of expanded cells.
     pub fn add(
         &mut self,
         scenario: &Scenario,
-        verdict: &Verdict,
+        check: &AnswerCheck,
         seconds: f64,
         expanded: u32,
     ) -> Result<(), BenchError> {
         self.times.record(seconds)?;
         self.total += 1;
         self.expanded += u64::from(expanded);
-        match verdict {
-            Verdict::Optimal => self.solve(1.0, scenario),
-            Verdict::Longer { length } => {
+        match check {
+            AnswerCheck::Optimal => self.solve(1.0, scenario),
+            AnswerCheck::Longer { length } => {
                 self.suboptimal += 1;
                 self.solve(length / scenario.optimal, scenario);
             }
-            Verdict::Shorter { .. } | Verdict::Illegal(_) => self.illegal += 1,
-            Verdict::NotFound => {}
+            AnswerCheck::Shorter { .. } | AnswerCheck::Illegal(_) => self.illegal += 1,
+            AnswerCheck::NotFound => {}
         }
         Ok(())
     }
@@ -56,14 +56,14 @@ impl Tally {
         }
     }
 
-    /// Keeps what is wrong with an answer, if it is the first.
-    pub fn complain(&mut self, fault: impl FnOnce() -> Option<String>) {
+    /// Keeps the first fault.
+    pub fn add_fault(&mut self, fault: impl FnOnce() -> Option<String>) {
         if self.first_fault.is_none() {
             self.first_fault = fault();
         }
     }
 
-    /// Adds the answers on another map.
+    /// Adds the statistics of another map.
     pub fn merge(&mut self, other: &Self) {
         self.solved += other.solved;
         self.total += other.total;
@@ -75,7 +75,7 @@ impl Tally {
         self.ratio_sum += other.ratio_sum;
         let worse = |worst: f64| other.worst_ratio.map_or(worst, |other| other.max(worst));
         self.worst_ratio = self.worst_ratio.map(worse).or(other.worst_ratio);
-        self.complain(|| other.first_fault.clone());
+        self.add_fault(|| other.first_fault.clone());
     }
 
     /// The row of this algorithm; its figures are zeros before the first answer.
