@@ -1,4 +1,4 @@
-//! One run of a campaign for inspection: drawn, and recorded tick by tick.
+//! One run of an experiment for inspection: drawn, and recorded tick by tick.
 
 use std::fs::File;
 use std::path::Path;
