@@ -1,15 +1,15 @@
 //! The engine interface: its input, its answer and its guarantee.
 //!
-//! **The guarantee.** For one [`QuantizedProblem`] every engine on every machine returns equal [`Evaluation`]s: `==`, bit
-//! for bit. The status of a sample is the first that applies:
+//! **The guarantee.** For one [`QuantizedProblem`] every engine on every machine returns equal [`Evaluation`]s: `==`,
+//! bit for bit. The status of a sample is the first that applies:
 //!
 //! - *Collision*: the smallest clearance of any disc at any checked step is not above zero.
 //! - *Outside*: a disc's centre leaves the field at some step, and [`Outside::Obstacle`](super::Outside) is set.
 //! - *Cannot stop*: the braking constraint (eq. 30) fails.
 //! - *Ok*: the sample is admissible.
 //!
-//! With [`Stopping::Arc`](super::Stopping) the free steps are those before the first contact or exit. A sample without a
-//! free step has the status of what ends it, contact before exit within one step. A sample with too few free steps to
+//! With [`Stopping::Arc`](super::Stopping) the free steps are those before the first contact or exit. A sample without
+//! a free step has the status of what ends it, contact before exit within one step. A sample with too few free steps to
 //! stop in has the status *cannot stop*. Any other sample is admissible, with the smallest clearance of its free steps.
 //!
 //! The winner has the largest score; of equal scores the lowest index wins.

@@ -79,8 +79,8 @@ pub fn open_engine(choice: &EngineChoice, threads: usize) -> Result<SelectedEngi
     }
 }
 
-/// Opens the chosen engine for driving. As [`open_engine`], but a GPU gets a CPU fallback: after any GPU failure the CPU
-/// continues with the same bits and the GPU is reopened later, see [`Failover`](super::Failover).
+/// Opens the chosen engine for driving. As [`open_engine`], but a GPU gets a CPU fallback: after any GPU failure the
+/// CPU continues with the same bits and the GPU is reopened later, see [`Failover`](super::Failover).
 ///
 /// The GPU has 50 ms for each answer. [`EngineChoice::Auto`] also retries a GPU that is missing at the start, unless
 /// there is a software adapter: no GPU was lost then, and the software adapter is no better than the CPU.
@@ -122,8 +122,8 @@ pub fn open_all_engines(
     Ok(engines)
 }
 
-/// Opens every engine variant for a comparison: each instruction set on one thread, the scalar reference first; the best
-/// one on all threads; then each adapter.
+/// Opens every engine variant for a comparison: each instruction set on one thread, the scalar reference first; the
+/// best one on all threads; then each adapter.
 ///
 /// # Errors
 /// When the system refuses a thread.

@@ -1,11 +1,11 @@
 //! The local planner: samples forward speeds and turn rates, scores each trajectory and chooses the best.
 //!
-//! [`QuantizedProblem`] turns a [`Problem`] in metres and radians into integers. An [`Engine`] evaluates them on the CPU
-//! or on a GPU. **Every engine returns the same bits**: the terms of each sample, the sums that normalise them, the
+//! [`QuantizedProblem`] turns a [`Problem`] in metres and radians into integers. An [`Engine`] evaluates them on the
+//! CPU or on a GPU. **Every engine returns the same bits**: the terms of each sample, the sums that normalise them, the
 //! counts and the winner. [`LocalPlanner`] runs these steps at every control tick; [`Engine::decide`] runs them once.
 //!
-//! The rollout, the scoring and the selection exist twice: in Rust here and in WGSL under `shaders/`, file by file under
-//! the same names.
+//! The rollout, the scoring and the selection exist twice: in Rust here and in WGSL under `shaders/`, file by file
+//! under the same names.
 
 mod cpu;
 mod engine;
@@ -50,8 +50,8 @@ pub use settings::{LocalSettings, Sampling};
 pub use trajectory_fan::{FanArc, TrajectoryFan};
 pub use window::{Axis, Window};
 
-/// Parts of the kernels that the tests, the benchmarks and the playground of this package use. Not part of the API: they
-/// change without notice.
+/// Parts of the kernels that the tests, the benchmarks and the playground of this package use. Not part of the API:
+/// they change without notice.
 #[doc(hidden)]
 pub mod internals {
     pub use super::cpu::GatherBaseline;

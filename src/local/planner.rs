@@ -46,8 +46,8 @@ impl LocalPlanner {
         self.settings.vtheta_samples = sampling.vtheta_samples;
     }
 
-    /// At most `max` samples along each axis of the last decision, for display. `None` before the first decision and after
-    /// one in which the engine failed.
+    /// At most `max` samples along each axis of the last decision, for display. `None` before the first decision and
+    /// after one in which the engine failed.
     #[must_use]
     pub fn trajectory_fan(&self, max: Sampling) -> Option<TrajectoryFan> {
         let (problem, quantized) = self.last.as_ref()?;

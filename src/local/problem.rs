@@ -151,10 +151,11 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Creates a problem with the default settings, weights and limits, no moving obstacles, and the target as key node.
+    /// Creates a problem with the default settings, weights and limits, no moving obstacles, and the target as key
+    /// node.
     ///
-    /// The window depends on `twist`, the velocity of the robot. For other limits or samples assign a
-    /// [`Window::new`] to it.
+    /// The window depends on `twist`, the velocity of the robot. For other limits or samples assign a [`Window::new`]
+    /// to it.
     #[must_use]
     pub fn new(
         field: impl Into<Arc<ClearanceField>>,
@@ -208,8 +209,8 @@ impl DecisionInput<'_> {
         self.problem_with(settings, self.footprint.clone(), Vec::new())
     }
 
-    /// As [`Self::problem`], in the memory of an old problem: allocates nothing for an unchanged footprint and for moving
-    /// obstacles that fit into the old list.
+    /// As [`Self::problem`], in the memory of an old problem: allocates nothing for an unchanged footprint and for
+    /// moving obstacles that fit into the old list.
     pub(super) fn problem_in(&self, old: Problem, settings: &LocalSettings) -> Problem {
         let footprint = if old.footprint == *self.footprint {
             old.footprint

@@ -4,7 +4,9 @@
 
 use super::displacement_table::{DisplacementTable, disc_positions_at, displacements_at};
 use super::lanes::Lanes;
-use super::ordered_steps::{MAX_OFFSET, bounded, moved, nearer, squared_distance};
+use super::ordered_steps::{
+    MAX_OFFSET, clamp_offset, displacement, nearest_clearance, squared_distance,
+};
 use super::soa_inputs::{ROUNDING, SoaInputs};
 use crate::local::QuantizedProblem;
 
@@ -62,8 +64,8 @@ impl MovingObstacles {
         self.squared.resize(words, 0);
         let mut bound = 0;
         for clearances in clearances.chunks_exact(inputs.stride) {
-            for &clearances in &clearances[chunk.first..chunk.end] {
-                bound = bound.max(clearances);
+            for &clearance in &clearances[chunk.first..chunk.end] {
+                bound = bound.max(clearance);
             }
         }
         let min_radius = problem.obstacles.iter().map(|body| body.radius).min();
@@ -86,8 +88,8 @@ impl MovingObstacles {
                 let mut nearest = L::splat(token, i32::MAX);
                 for body in 0..problem.obstacles.len() {
                     let (track_x, track_y) = inputs.track(body);
-                    let across = bounded(token, x.sub(L::load(token, &track_x[at..])));
-                    let along = bounded(token, y.sub(L::load(token, &track_y[at..])));
+                    let across = clamp_offset(token, x.sub(L::load(token, &track_x[at..])));
+                    let along = clamp_offset(token, y.sub(L::load(token, &track_y[at..])));
                     // Above 2^31 only if the distance exceeds every bound.
                     let squared = across.mul(across).add(along.mul(along));
                     squared.store(&mut self.squared[place..]);
@@ -169,12 +171,12 @@ impl MovingObstacles {
                 let coarse = L::load(token, &inputs.coarse[at..]);
                 let mut nearest = L::load(token, &clearances[at..]);
                 for candidate in &self.candidates {
-                    let x = moved(token, coarse, table.x[candidate.step], bits)
+                    let x = displacement(token, coarse, table.x[candidate.step], bits)
                         .add(L::splat(token, table.disc_x[candidate.place]));
-                    let y = moved(token, coarse, table.y[candidate.step], bits)
+                    let y = displacement(token, coarse, table.y[candidate.step], bits)
                         .add(L::splat(token, table.disc_y[candidate.place]));
                     let squared = squared_distance(token, x, y, candidate.body_x, candidate.body_y);
-                    nearest = nearer(token, nearest, squared, candidate.radii);
+                    nearest = nearest_clearance(token, nearest, squared, candidate.radii);
                 }
                 nearest.store(&mut clearances[at..]);
             }

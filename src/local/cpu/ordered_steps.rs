@@ -52,8 +52,8 @@ pub fn evaluate<L: Lanes>(
     let (mut collision, mut outside) = (L::mask_none(token), L::mask_none(token));
     let mut active = zero.equal(zero);
     for step in 0..header.steps as usize {
-        let moved_x = moved(token, coarse, table.x[step], header.coarse_bits);
-        let moved_y = moved(token, coarse, table.y[step], header.coarse_bits);
+        let moved_x = displacement(token, coarse, table.x[step], header.coarse_bits);
+        let moved_y = displacement(token, coarse, table.y[step], header.coarse_bits);
         let (mut clearance, mut out) = (cap, L::mask_none(token));
         for (number, disc) in problem.discs.iter().enumerate() {
             let at = number * inputs.steps + step;
@@ -68,7 +68,7 @@ pub fn evaluate<L: Lanes>(
             for (number, body) in problem.obstacles.iter().enumerate() {
                 let (track_x, track_y) = inputs.track(number);
                 let squared = squared_distance(token, x, y, track_x[step], track_y[step]);
-                clearance = nearer(token, clearance, squared, disc.radius + body.radius);
+                clearance = nearest_clearance(token, clearance, squared, disc.radius + body.radius);
             }
         }
         let hit = L::mask_and_not(active, zero.less(clearance));
@@ -105,7 +105,7 @@ pub fn evaluate<L: Lanes>(
 
 /// Displacement in units.
 #[inline(always)]
-pub fn moved<L: Lanes>(token: L::FeatureToken, coarse: L, table: i32, bits: u32) -> L {
+pub fn displacement<L: Lanes>(token: L::FeatureToken, coarse: L, table: i32, bits: u32) -> L {
     shift_round(token, coarse.mul(L::splat(token, table)), bits)
 }
 
@@ -132,17 +132,17 @@ fn distance_or_off<L: Lanes>(
     (distance, L::mask_and_not(zero.equal(zero), on))
 }
 
-/// Squared distance to a point, each coordinate bounded as in `rollout.rs`.
+/// Squared distance to a point, each coordinate clamped as in `rollout.rs`.
 #[inline(always)]
 pub fn squared_distance<L: Lanes>(token: L::FeatureToken, x: L, y: L, to_x: i32, to_y: i32) -> L {
-    let across = bounded(token, x.sub(L::splat(token, to_x)));
-    let along = bounded(token, y.sub(L::splat(token, to_y)));
+    let across = clamp_offset(token, x.sub(L::splat(token, to_x)));
+    let along = clamp_offset(token, y.sub(L::splat(token, to_y)));
     across.mul(across).add(along.mul(along))
 }
 
 /// Limits a coordinate so that two squares fit in 32 bits.
 #[inline(always)]
-pub fn bounded<L: Lanes>(token: L::FeatureToken, value: L) -> L {
+pub fn clamp_offset<L: Lanes>(token: L::FeatureToken, value: L) -> L {
     value
         .min(L::splat(token, MAX_OFFSET))
         .max(L::splat(token, -MAX_OFFSET))
@@ -153,7 +153,12 @@ pub const MAX_OFFSET: i32 = 46_340;
 
 /// The smaller of the clearance and the clearance to a body at this squared distance.
 #[inline(always)]
-pub fn nearer<L: Lanes>(token: L::FeatureToken, clearance: L, squared: L, radii: i32) -> L {
+pub fn nearest_clearance<L: Lanes>(
+    token: L::FeatureToken,
+    clearance: L,
+    squared: L,
+    radii: i32,
+) -> L {
     let radii = L::splat(token, radii);
     let reach = clearance.add(radii);
     let near = L::mask_and(

@@ -6,8 +6,8 @@
 //! the field in this box bounds the clearance from below. If every sample already has a smaller clearance, the group
 //! cannot matter.
 //!
-//! This applies to trajectories that cannot leave the field and whose status depends on the smallest clearance: the order of
-//! their steps does not matter.
+//! This applies to trajectories that cannot leave the field and whose status depends on the smallest clearance: the
+//! order of their steps does not matter.
 
 use super::clearance_bounds::ClearanceBounds;
 use super::disc_lookup::DiscLookup;

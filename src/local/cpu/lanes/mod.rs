@@ -189,8 +189,8 @@ pub trait Lanes: Copy {
     }
 }
 
-/// Work that is compiled for each instruction set. `run` must be `inline(always)`: only then the caller's instruction set
-/// applies to it.
+/// Work that is compiled for each instruction set. `run` must be `inline(always)`: only then the caller's instruction
+/// set applies to it.
 pub trait LaneTask {
     /// The result.
     type Output;
