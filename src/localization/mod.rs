@@ -15,6 +15,7 @@ mod deskewed_scan;
 mod localizer;
 mod pose_ekf;
 mod pose_estimate;
+mod pose_filter;
 mod pose_history;
 mod relocalization;
 mod scan_matcher;
@@ -27,6 +28,8 @@ pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_history::PoseHistory;
 pub use settings::LocalizationSettings;
+
+pub(crate) use pose_filter::{PoseFilter, PoseMeasurement};
 
 /// An invalid setting or start pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,34 +1,33 @@
-//! How densely to sample so that decisions come in time.
+//! Sampling density that meets the deadline.
 
 use crate::local::Sampling;
 
-/// Sampling is lowered at so many misses
-pub const MISSES_TO_LOWER: u32 = 2;
-/// within so many decisions: a second at 10 Hz. One alone may be the system's fault, and passes.
-pub const MISSES_REMEMBERED: u32 = 10;
+/// This many misses lower the sampling density
+const MISSES_TO_LOWER: u32 = 2;
+/// within this many decisions: a second at 10 Hz. A single miss may be the system's fault.
+const MISSES_REMEMBERED: u32 = 10;
 /// A decision within this share of its deadline has slack: the next level has at most four times the samples.
-pub const SLACK: f64 = 0.25;
-/// Sampling is raised after so many decisions with slack in a row: five seconds at 10 Hz.
-pub const SLACK_TO_RAISE: u32 = 50;
+const SLACK: f64 = 0.25;
+/// This many decisions in a row with slack raise the sampling density: five seconds at 10 Hz.
+const SLACK_TO_RAISE: u32 = 50;
 
-/// No level has fewer forward speeds or turn rates, unless the settings have: 64 samples are the fewest that the closed
-/// loop was measured with.
+/// No level has fewer forward speeds or turn rates, unless the settings have: the closed loop was measured with 64 samples and
+/// more.
 const FEWEST: u32 = 8;
 
-/// Levels of sampling: that of the settings first, and half as many speeds and turn rates at each further one.
+/// Levels of sampling density: that of the settings first, and half as many speeds and turn rates at each further one.
 #[derive(Clone, Debug)]
-pub struct AdaptiveSampling {
+pub(super) struct AdaptiveSampling {
     levels: Vec<Sampling>,
     level: usize,
     lowest: usize,
-    /// One bit for each of the last decisions, the newest lowest: whether it came too late.
+    /// One bit for each of the last decisions, the newest in the lowest bit: whether it was late.
     late: u32,
     with_slack: u32,
 }
 
 impl AdaptiveSampling {
-    /// Levels below that of the settings.
-    #[must_use]
+    /// Levels from that of the settings downwards.
     pub fn new(full: Sampling) -> Self {
         let half = |count: u32| count.min(FEWEST).max(count.div_ceil(2));
         let below = |above: &Sampling| {
@@ -47,8 +46,8 @@ impl AdaptiveSampling {
         }
     }
 
-    /// Notes a decision that took this share of its deadline; above 1 it came too late.
-    pub fn note(&mut self, share: f64) {
+    /// Updates the level with a decision that took this share of its deadline; above 1 it was late.
+    pub fn update(&mut self, share: f64) {
         let is_late = share > 1.0 || share.is_nan();
         self.late = (self.late << 1 | u32::from(is_late)) & ((1 << MISSES_REMEMBERED) - 1);
         self.with_slack = if share <= SLACK {
@@ -63,7 +62,7 @@ impl AdaptiveSampling {
         }
     }
 
-    /// What was measured of one level says nothing of the next.
+    /// Forgets the decisions so far: those at one level say nothing about the next.
     fn go_to(&mut self, level: usize) {
         self.level = level;
         self.lowest = self.lowest.max(level);
@@ -71,14 +70,12 @@ impl AdaptiveSampling {
         self.with_slack = 0;
     }
 
-    /// How to sample now.
-    #[must_use]
+    /// The present sampling density.
     pub fn sampling(&self) -> Sampling {
         self.levels[self.level]
     }
 
-    /// The lowest density so far.
-    #[must_use]
+    /// The lowest sampling density so far.
     pub fn lowest(&self) -> Sampling {
         self.levels[self.lowest]
     }
@@ -93,28 +90,28 @@ mod tests {
         vtheta_samples: 40,
     };
 
-    fn counts(density: &AdaptiveSampling) -> (u32, u32) {
+    fn counts(sampling: &AdaptiveSampling) -> (u32, u32) {
         let Sampling {
             vx_samples,
             vtheta_samples,
-        } = density.sampling();
+        } = sampling.sampling();
         (vx_samples, vtheta_samples)
     }
 
-    fn after(density: &mut AdaptiveSampling, shares: impl IntoIterator<Item = f64>) -> (u32, u32) {
-        shares.into_iter().for_each(|share| density.note(share));
-        counts(density)
+    fn after(sampling: &mut AdaptiveSampling, shares: impl IntoIterator<Item = f64>) -> (u32, u32) {
+        shares.into_iter().for_each(|share| sampling.update(share));
+        counts(sampling)
     }
 
     #[test]
-    fn levels_halve_down_to_eight_by_eight_and_no_further() {
-        let mut density = AdaptiveSampling::new(FULL);
-        let mut seen = vec![counts(&density)];
+    fn levels_halve_down_to_eight_by_eight() {
+        let mut sampling = AdaptiveSampling::new(FULL);
+        let mut seen = vec![counts(&sampling)];
         for _ in 0..5 {
-            seen.push(after(&mut density, [1.5, 1.5]));
+            seen.push(after(&mut sampling, [1.5, 1.5]));
         }
         assert_eq!(seen, [(20, 40), (10, 20), (8, 10), (8, 8), (8, 8), (8, 8)]);
-        assert_eq!(density.lowest(), density.sampling());
+        assert_eq!(sampling.lowest(), sampling.sampling());
         let few = Sampling {
             vx_samples: 3,
             vtheta_samples: 5,
@@ -123,30 +120,30 @@ mod tests {
     }
 
     #[test]
-    fn one_miss_passes_and_two_within_ten_decisions_do_not() {
+    fn two_misses_within_ten_decisions_lower_the_level_and_one_does_not() {
         let on_time = |count| core::iter::repeat_n(1.0, count);
-        let mut density = AdaptiveSampling::new(FULL);
-        after(&mut density, [1.01]);
-        after(&mut density, on_time(9));
-        assert_eq!(after(&mut density, [1.01]), (20, 40));
-        after(&mut density, on_time(8));
-        assert_eq!(after(&mut density, [1.01]), (10, 20));
-        // The two that lowered it are spent.
-        assert_eq!(after(&mut density, [1.01]), (10, 20));
-        assert_eq!(after(&mut density, [f64::NAN]), (8, 10));
+        let mut sampling = AdaptiveSampling::new(FULL);
+        after(&mut sampling, [1.01]);
+        after(&mut sampling, on_time(9));
+        assert_eq!(after(&mut sampling, [1.01]), (20, 40));
+        after(&mut sampling, on_time(8));
+        assert_eq!(after(&mut sampling, [1.01]), (10, 20));
+        // The two misses that lowered the level no longer count.
+        assert_eq!(after(&mut sampling, [1.01]), (10, 20));
+        assert_eq!(after(&mut sampling, [f64::NAN]), (8, 10));
     }
 
     #[test]
-    fn only_long_slack_raises_it_one_level_at_a_time() {
-        let mut density = AdaptiveSampling::new(FULL);
-        after(&mut density, [2.0; 4]);
-        assert_eq!(after(&mut density, [SLACK; 49]), (8, 10));
-        assert_eq!(after(&mut density, [SLACK.next_up()]), (8, 10));
-        assert_eq!(after(&mut density, [SLACK; 49]), (8, 10));
-        assert_eq!(after(&mut density, [0.0]), (10, 20));
-        assert_eq!(after(&mut density, [0.1; 49]), (10, 20));
-        assert_eq!(after(&mut density, [0.1]), (20, 40));
-        assert_eq!(after(&mut density, [0.1; 200]), (20, 40));
-        assert_eq!(density.lowest().vtheta_samples, 10);
+    fn long_slack_raises_the_level_by_one() {
+        let mut sampling = AdaptiveSampling::new(FULL);
+        after(&mut sampling, [2.0; 4]);
+        assert_eq!(after(&mut sampling, [SLACK; 49]), (8, 10));
+        assert_eq!(after(&mut sampling, [SLACK.next_up()]), (8, 10));
+        assert_eq!(after(&mut sampling, [SLACK; 49]), (8, 10));
+        assert_eq!(after(&mut sampling, [0.0]), (10, 20));
+        assert_eq!(after(&mut sampling, [0.1; 49]), (10, 20));
+        assert_eq!(after(&mut sampling, [0.1]), (20, 40));
+        assert_eq!(after(&mut sampling, [0.1; 200]), (20, 40));
+        assert_eq!(sampling.lowest().vtheta_samples, 10);
     }
 }

@@ -1,26 +1,26 @@
-//! What to send while no new decision comes: the last one, fading.
+//! Decay of the last command while no new decision is in time.
 
 use crate::geometry::Twist;
 use crate::robot::Limits;
 
-/// A plan that is not renewed is worth nothing after so long, seconds: Nav2's `failure_tolerance`, three ticks at 10 Hz.
-/// Something that steps out at 1.5 m/s has come 0.45 m nearer by then.
+/// A command that is not renewed decays to zero within this time, seconds: Nav2's `failure_tolerance`, three ticks at 10 Hz.
+/// An obstacle at 1.5 m/s comes 0.45 m nearer in this time.
 pub const COMMAND_LIFETIME_S: f64 = 0.3;
 
-/// The last command that came in time, and the share of it that was sent last.
+/// The last timely command, and the share of it that was sent last.
 ///
-/// Sent is `command * share`: 1 when the command is new, less with its age in a straight line, 0 from [`COMMAND_LIFETIME_S`] on.
-/// Speed and turn rate fade together, so the robot stays on the arc that was found clear; where either would have to fall
-/// faster than the base can brake, both fall as fast as it can.
+/// The command sent is `command * share`. The share is 1 for a new command, falls linearly with its age, and is 0 from
+/// [`COMMAND_LIFETIME_S`] on. Speed and turn rate decay together, so the robot stays on the arc that was found clear. Where
+/// either would fall faster than the base can brake, both fall at the braking limit.
 #[derive(Clone, Copy, Debug)]
-pub struct CommandDecay {
+pub(super) struct CommandDecay {
     command: Twist,
     decided_s: f64,
     share: f64,
 }
 
 impl Default for CommandDecay {
-    /// Nothing was ever decided: stand.
+    /// No decision yet: stand.
     fn default() -> Self {
         Self {
             command: Twist::STOP,
@@ -40,11 +40,11 @@ impl CommandDecay {
         };
     }
 
-    /// What to send at a time, `period_s` after the last that was sent, both in seconds. It never grows, not even where
-    /// the clock goes back.
+    /// The command to send at a time, `period_s` after the last one, both in seconds. It never grows, even if the clock goes
+    /// back.
     pub fn at(&mut self, time_s: f64, period_s: f64, limits: &Limits) -> Twist {
         let fresh = 1.0 - (time_s - self.decided_s) / COMMAND_LIFETIME_S;
-        // A time that is not a number makes the plan worth nothing.
+        // A time that is not a number makes the command worth nothing.
         let wanted = if fresh > 0.0 { fresh } else { 0.0 };
         let fall = |speed: f64, brake: f64| match speed.abs() {
             0.0 => f64::INFINITY,
@@ -74,17 +74,17 @@ mod tests {
         }
     }
 
-    /// What is sent at so many ticks after a command.
+    /// The commands sent at the ticks after a decision.
     fn sent(command: Twist, limits: &Limits, ticks: i32) -> Vec<Twist> {
-        let mut fading = CommandDecay::default();
-        fading.renew(7.0, command);
+        let mut decay = CommandDecay::default();
+        decay.renew(7.0, command);
         (1..=ticks)
-            .map(|tick| fading.at(7.0 + f64::from(tick) * PERIOD_S, PERIOD_S, limits))
+            .map(|tick| decay.at(7.0 + f64::from(tick) * PERIOD_S, PERIOD_S, limits))
             .collect()
     }
 
     #[test]
-    fn it_falls_in_a_straight_line_to_zero_at_the_age_of_a_plan() {
+    fn command_decays_linearly_to_zero() {
         let sent = sent(Twist::new(0.6, -0.3), &limits(9.0, 9.0), 8);
         for (expected, sent) in [0.5, 0.4, 0.3, 0.2, 0.1, 0.0, 0.0, 0.0].iter().zip(sent) {
             assert!((sent.linear - expected).abs() < 1e-12, "{sent:?}");
@@ -93,8 +93,8 @@ mod tests {
     }
 
     #[test]
-    fn where_the_base_cannot_brake_so_hard_both_fall_at_its_limit_on_the_same_arc() {
-        // 1 m/s^2 takes 0.05 m/s off at a tick, a tenth of 0.5 m/s; in turn rate a sixth could go.
+    fn decay_keeps_the_arc_and_the_braking_limit() {
+        // 1 m/s^2 is 0.05 m/s per tick, a tenth of 0.5 m/s; the turn rate could lose a sixth.
         let sent = sent(Twist::new(0.5, 0.3), &limits(1.0, 1.0), 12);
         for (tick, sent) in (1..).zip(sent) {
             let expected = (0.5 - 0.05 * f64::from(tick)).max(0.0);
@@ -104,15 +104,15 @@ mod tests {
     }
 
     #[test]
-    fn it_never_grows_and_no_bad_time_keeps_it_alive() {
+    fn decayed_command_never_grows_and_a_bad_time_stops_it() {
         let limits = limits(9.0, 9.0);
-        let mut fading = CommandDecay::default();
-        assert_eq!(fading.at(0.0, PERIOD_S, &limits), Twist::STOP);
-        fading.renew(7.0, Twist::new(0.6, 0.0));
-        let half = fading.at(7.15, PERIOD_S, &limits).linear;
+        let mut decay = CommandDecay::default();
+        assert_eq!(decay.at(0.0, PERIOD_S, &limits), Twist::STOP);
+        decay.renew(7.0, Twist::new(0.6, 0.0));
+        let half = decay.at(7.15, PERIOD_S, &limits).linear;
         assert!((half - 0.3).abs() < 1e-12);
-        assert_eq!(fading.at(6.0, PERIOD_S, &limits).linear, half);
-        assert_eq!(fading.at(f64::NAN, PERIOD_S, &limits), Twist::STOP);
-        assert_eq!(fading.at(7.15, PERIOD_S, &limits), Twist::STOP);
+        assert_eq!(decay.at(6.0, PERIOD_S, &limits).linear, half);
+        assert_eq!(decay.at(f64::NAN, PERIOD_S, &limits), Twist::STOP);
+        assert_eq!(decay.at(7.15, PERIOD_S, &limits), Twist::STOP);
     }
 }

@@ -1,14 +1,14 @@
-//! What stands close by, cell by cell: exact where the distance field is not.
+//! Exact distances to the occupied cells near the robot.
 //!
-//! The field tells a distance from the middle of one cell to the middle of another: good to a cell and a half. A robot that
-//! works its way out of a corner has less than that to spare.
+//! The distance field measures from the centre of one cell to the centre of another: it is good to a cell and a half. A robot
+//! that leaves a corner has less than that to spare.
 
 use crate::geometry::{Point, Pose};
 use crate::local::ClearanceField;
 use crate::map::{Cell, GridFrame};
 use crate::robot::Footprint;
 
-/// The obstacle cells about a place, as the squares that they are.
+/// The occupied cells around a place, as squares.
 #[derive(Clone, Debug)]
 pub(super) struct ExactClearance {
     frame: GridFrame,
@@ -18,7 +18,7 @@ pub(super) struct ExactClearance {
 }
 
 impl ExactClearance {
-    /// All that stands within a distance of a place, as the field's window shows it.
+    /// Collects the occupied cells of a field's window within a distance of a place.
     pub fn new(field: &ClearanceField, place: &Point, reach_m: f64) -> Self {
         let frame = *field.frame();
         let middle = frame.to_cell_units(place);
@@ -40,8 +40,8 @@ impl ExactClearance {
         }
     }
 
-    /// The gap between a footprint at a pose and what stands, metres: at or below zero it touches. Never more than the
-    /// distance within which this knows anything.
+    /// The gap between a footprint at a pose and the nearest occupied cell, metres: at or below zero they touch. At most the
+    /// distance within which cells were collected.
     pub fn gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
         let gap = |(center, radius_m): (Point, f64)| {
             let units = self.frame.to_cell_units(&center);
@@ -67,7 +67,7 @@ mod tests {
     use crate::map::ObstacleGrid;
 
     #[test]
-    fn gaps_are_those_to_the_squares() {
+    fn gap_is_the_distance_to_the_nearest_square() {
         let frame = GridFrame::new(40, 40, 0.1, Pose::new(1.0, 2.0, 0.3)).expect("a sound size");
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         obstacles.set(Cell::new(30, 20), true);
@@ -76,14 +76,14 @@ mod tests {
         // In cells: 6.3 to the left of the square, level with it; then 0.4 left of and 0.5 below its corner.
         for (x, y, gap_m) in [(23.7, 20.5, 0.33), (29.6, 19.5, 0.064_031 - 0.3)] {
             let place = frame.from_cell_units(&Point::new(x, y));
-            let exact_clearance = ExactClearance::new(&field, &place, 1.0);
-            let found_m = exact_clearance.gap_m(&footprint, &Pose::new(place.x, place.y, 1.0));
+            let clearance = ExactClearance::new(&field, &place, 1.0);
+            let found_m = clearance.gap_m(&footprint, &Pose::new(place.x, place.y, 1.0));
             assert!((found_m - gap_m).abs() < 1e-6, "{found_m} at {x}, {y}");
         }
         let far = frame.from_cell_units(&Point::new(5.0, 5.0));
-        let exact_clearance = ExactClearance::new(&field, &far, 0.5);
+        let clearance = ExactClearance::new(&field, &far, 0.5);
         assert_eq!(
-            exact_clearance.gap_m(&footprint, &Pose::new(far.x, far.y, 0.0)),
+            clearance.gap_m(&footprint, &Pose::new(far.x, far.y, 0.0)),
             0.5
         );
     }

@@ -1,10 +1,13 @@
-//! Why a mission failed, under Nav2's error names where Nav2 has one.
+//! Why a mission fails, under Nav2's error names where Nav2 has one, and what makes an observation faulty.
 
+use std::fmt;
+
+use serde::{Serialize, Serializer};
 use thiserror::Error;
 
-use super::ObservationFault;
 use crate::global::PlanError;
 use crate::local::DecisionError;
+use crate::localization::LostReason;
 
 /// Why a mission failed or could not start.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -63,4 +66,69 @@ pub enum Fault {
         /// How many observations in a row were faulty.
         count: u32,
     },
+}
+
+/// What is wrong with an observation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum ObservationFault {
+    /// A time, pose, speed or angle of the scan is not a finite number.
+    NotFinite,
+    /// The clock jumped, or the scan is from the future.
+    ClockJump,
+    /// There is no scan, none with a measurement, or only an old one.
+    NoScan,
+    /// The localisation does not know the pose.
+    Lost(LostReason),
+    /// The pose jumped farther than the robot can drive.
+    PoseJump,
+    /// The pose does not change although the robot drives.
+    PoseFrozen,
+    /// The pose moves against the speed of the odometry.
+    MotionReversed,
+}
+
+impl ObservationFault {
+    /// Returns the name used in JSON.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::NotFinite => "not_finite",
+            Self::ClockJump => "clock_jump",
+            Self::NoScan => "no_scan",
+            Self::Lost(LostReason::NoReturns) => "lost_no_returns",
+            Self::Lost(LostReason::BeamsThroughWalls) => "lost_beams_through_walls",
+            Self::Lost(LostReason::PoorMatch) => "lost_poor_match",
+            Self::Lost(LostReason::PoseJump) => "lost_pose_jump",
+            Self::Lost(LostReason::HighUncertainty) => "lost_high_uncertainty",
+            Self::PoseJump => "pose_jump",
+            Self::PoseFrozen => "pose_frozen",
+            Self::MotionReversed => "motion_reversed",
+        }
+    }
+}
+
+/// Serializes as a string, so that it may be the key of an object.
+impl Serialize for ObservationFault {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
+    }
+}
+
+impl fmt::Display for ObservationFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Lost(why) => return write!(f, "the robot is lost: {why}"),
+            Self::NotFinite => "time, pose, speed or the scan's angles are not finite",
+            Self::ClockJump => "the clock jumped, or the scan is from the future",
+            Self::NoScan => "there is no fresh scan with a measurement",
+            Self::PoseJump => "the pose jumps farther than the robot can drive",
+            Self::PoseFrozen => {
+                "the pose does not change although the robot is commanded to drive: odometry is frozen, or the tracks are stuck"
+            }
+            Self::MotionReversed => {
+                "the pose moves against the speed that odometry reports: one of the two has the wrong sign"
+            }
+        })
+    }
 }

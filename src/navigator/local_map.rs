@@ -1,4 +1,4 @@
-//! What stands around the robot: the map, and what the lidar saw that the map does not show.
+//! Static obstacles: the map, and cells that the lidar saw occupied and the map shows free.
 
 use std::sync::Arc;
 
@@ -10,33 +10,33 @@ use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan};
 
-/// A return this near to a known obstacle, metres, is that obstacle: three deviations of the range and of the pose.
+/// A return within this distance of a known obstacle belongs to it, metres: three standard deviations of range and pose.
 const KNOWN_MARGIN_M: f64 = 0.06;
-/// So many scans more than hit a mark must see through it before it goes, at most: beams that pass close by a thin
+/// At most this many scans must see through a mark, beyond those that hit it, before it goes: beams that pass close to a thin
 /// post must not make it flicker.
-const MOST_EVIDENCE: u8 = 3;
-/// Beams must go beyond a mark by this, metres, or by a cell if that is more.
+const MAX_EVIDENCE: u8 = 3;
+/// Beams see through a mark if they go beyond it by this, metres, or by a cell if that is more.
 const SEEN_THROUGH_M: f64 = 0.05;
-/// A mark that has stood for this long, seconds, stands still.
+/// A mark that exists for this long is settled, seconds.
 const SETTLED_S: f64 = 2.5;
-/// Most cells along a side of the local window, which takes two bytes for each cell and is made anew at each decision.
-const MOST_WINDOW_CELLS: f64 = 4095.0;
-/// A window farther off, cells, lies beyond every map all the same.
+/// Largest number of cells along a side of the local window: it takes two bytes per cell, and is built at each decision.
+const MAX_WINDOW_CELLS: f64 = 4095.0;
+/// A window farther away than this lies outside every map, cells.
 const FARTHEST_CELL: f64 = 1e9;
-/// No slot of the list of marks.
+/// The slot of a cell without a mark.
 const UNMARKED: u32 = u32::MAX;
 
-/// Known obstacles and the marks the lidar made among them.
+/// Known obstacles, and the marks of the lidar among them.
 pub(super) struct LocalMap {
     known: ObstacleGrid,
-    /// The frame's origin, so that no sine is asked for at every point.
+    /// The frame's origin with its sine and cosine.
     origin: Isometry2<f64>,
-    /// Cells that are not beside a known obstacle.
+    /// Cells that are not next to a known obstacle.
     apart: FreeSpace,
-    /// For each cell, plus one: its place among the marks. Zero for cells without, so that the memory of ground where
-    /// nothing was seen is never touched.
+    /// Index of each cell's mark plus one, or zero. So the operating system never allocates the pages of an area without
+    /// marks.
     slots: Vec<u32>,
-    /// In an order that depends on nothing but the scans.
+    /// The order depends only on the scans.
     marks: Vec<Mark>,
 }
 
@@ -50,15 +50,15 @@ struct Mark {
     last_s: f64,
 }
 
-/// What a return is known to be.
+/// What a return belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Known {
-    /// A wall of the map, or beyond the map.
+pub(super) enum ReturnOrigin {
+    /// An obstacle of the map, or a place outside the map.
     Mapped,
-    /// Something that has stood there for a while.
+    /// A mark that has been there for a while.
     Settled,
-    /// New.
-    Unknown,
+    /// Anything else.
+    New,
 }
 
 impl LocalMap {
@@ -73,42 +73,42 @@ impl LocalMap {
         }
     }
 
-    /// What a return at a point is.
-    pub fn known_at(&self, time_s: f64, point: &Point) -> Known {
+    /// What a return at a point belongs to.
+    pub fn origin_at(&self, time_s: f64, point: &Point) -> ReturnOrigin {
         let Some(cell) = self.cell_of(point) else {
-            return Known::Mapped;
+            return ReturnOrigin::Mapped;
         };
-        if self.is_beside_known(cell) {
-            return Known::Mapped;
+        if self.is_near_known(cell) {
+            return ReturnOrigin::Mapped;
         }
         let settled = |cell: Cell| {
             self.mark_of(cell)
                 .is_some_and(|mark| time_s - mark.first_s > SETTLED_S)
         };
-        // Its own cell first: it is the likeliest.
+        // Its own cell first: it is the most likely one.
         if settled(cell) || neighbours(cell).any(settled) {
-            Known::Settled
+            ReturnOrigin::Settled
         } else {
-            Known::Unknown
+            ReturnOrigin::New
         }
     }
 
-    /// The cell of a point, as [`GridFrame::cell_of`].
+    /// The cell of a point, as [`GridFrame::cell_of`] returns it.
     fn cell_of(&self, point: &Point) -> Option<Cell> {
         let frame = self.known.frame();
         let units = self.origin.inverse_transform_point(point) / frame.resolution_m;
         frame.cell_at_units(&units)
     }
 
-    /// A hit on a known wall falls on one of its cells or, by noise, beside it. So does one on the rim of the grid, beyond
-    /// which everything is an obstacle.
-    fn is_beside_known(&self, cell: Cell) -> bool {
+    /// Whether a cell is next to a known obstacle: by noise a return from the obstacle falls there too. Cells on the border of
+    /// the grid are, because everything outside it is an obstacle.
+    fn is_near_known(&self, cell: Cell) -> bool {
         let frame = self.known.frame();
-        let on_rim = cell.column == 0
+        let on_border = cell.column == 0
             || cell.row == 0
             || cell.column == frame.width - 1
             || cell.row == frame.height - 1;
-        on_rim || !self.apart.is_free(cell)
+        on_border || !self.apart.is_free(cell)
     }
 
     fn mark_of(&self, cell: Cell) -> Option<&Mark> {
@@ -120,7 +120,7 @@ impl LocalMap {
         (slot != UNMARKED).then(|| &self.marks[slot as usize])
     }
 
-    /// Marks the cell of a return, unless a known obstacle explains it.
+    /// Marks the cell of a return, unless it belongs to a known obstacle.
     pub fn mark(&mut self, time_s: f64, hit: &Point) {
         let frame = *self.known.frame();
         let Some(cell) = self.cell_of(hit) else {
@@ -130,9 +130,9 @@ impl LocalMap {
         let slot = self.slots[index].wrapping_sub(1);
         if slot != UNMARKED {
             let mark = &mut self.marks[slot as usize];
-            mark.evidence = (mark.evidence + 1).min(MOST_EVIDENCE);
+            mark.evidence = (mark.evidence + 1).min(MAX_EVIDENCE);
             mark.last_s = time_s;
-        } else if !self.is_beside_known(cell) {
+        } else if !self.is_near_known(cell) {
             self.marks.push(Mark {
                 index: index as u32,
                 center: frame.center_of(cell),
@@ -144,7 +144,7 @@ impl LocalMap {
         }
     }
 
-    /// Removes the marks that something moving made: those within a distance of it that came after it did.
+    /// Removes the marks of a moving obstacle: those within a distance of it, metres, since a time, seconds.
     pub fn erase(&mut self, disc: &MovingDisc, reach_m: f64, since_s: f64) {
         let frame = *self.known.frame();
         let reach_m = disc.radius + reach_m;
@@ -173,7 +173,7 @@ impl LocalMap {
         }
     }
 
-    /// Removes marks that no scan hit since a time, seconds, but for those within a distance of a place.
+    /// Removes marks that no scan hit since a time, seconds, except those within a distance of a place, metres.
     pub fn forget(&mut self, since_s: f64, place: &Point, near_m: f64) {
         let mut slot = 0;
         while slot < self.marks.len() {
@@ -186,7 +186,7 @@ impl LocalMap {
         }
     }
 
-    /// Takes evidence from the marks that the scan saw through, and removes those that have none left.
+    /// Reduces the evidence of marks that the scan saw through, and removes those without any.
     pub fn clear_seen_through(&mut self, pose: &Pose, scan: &Scan) {
         if scan.ranges.is_empty() {
             return;
@@ -220,17 +220,17 @@ impl LocalMap {
         self.marks.iter().map(|mark| mark.center)
     }
 
-    /// The distance field of a square window about a point, `half_m` to each side, aligned with the map's cells. Ground
-    /// off the map is an obstacle.
+    /// The distance field of a square window around a point, `half_m` to each side, aligned with the map's cells. Cells
+    /// outside the map are obstacles.
     ///
     /// # Errors
-    /// When the map's resolution is out of range, or the window has more than [`MOST_WINDOW_CELLS`] a side.
+    /// When the map's resolution is out of range, or the window has more than [`MAX_WINDOW_CELLS`] a side.
     pub fn window(&self, center: &Point, half_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
         let frame = *self.known.frame();
         let units = frame.to_cell_units(center);
         let half_cells = (half_m / frame.resolution_m).ceil();
         let side_cells = 2.0 * half_cells + 1.0;
-        let fits = side_cells <= MOST_WINDOW_CELLS;
+        let fits = side_cells <= MAX_WINDOW_CELLS;
         if !fits {
             return Err(ProblemError::OutOfRange {
                 quantity: "side of the local window",
@@ -273,7 +273,7 @@ impl LocalMap {
     }
 }
 
-/// The eight cells about a cell.
+/// The eight neighbours of a cell.
 fn neighbours(Cell { column, row }: Cell) -> impl Iterator<Item = Cell> {
     const AROUND: [(i32, i32); 8] = [
         (-1, -1),
@@ -290,7 +290,7 @@ fn neighbours(Cell { column, row }: Cell) -> impl Iterator<Item = Cell> {
         .map(move |(right, up)| Cell::new(column + right, row + up))
 }
 
-/// The cells of a line of so many that are within reach of a place on it.
+/// The cells within reach of a place, in a row of this many cells.
 fn span(at: f64, reach: f64, cells: i32) -> core::ops::Range<i32> {
     let from = (at - reach).floor().max(0.0) as i32;
     let to = ((at + reach).floor() as i32).saturating_add(1).min(cells);
@@ -302,12 +302,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_is_refused_that_no_memory_holds_and_one_off_the_map_is_not() {
+    fn window_rejects_an_excessive_size_and_accepts_a_place_outside_the_map() {
         let frame = GridFrame::new(10, 10, 0.1, Pose::default()).expect("a small map");
         let map = LocalMap::new(ObstacleGrid::new(frame, vec![false; 100]));
         for half_m in [300.0, 1e9, f64::INFINITY] {
-            let refusal = map.window(&Point::origin(), half_m).expect_err("too large");
-            assert!(refusal.to_string().starts_with("side of the local window"));
+            let error = map.window(&Point::origin(), half_m).expect_err("too large");
+            assert!(error.to_string().starts_with("side of the local window"));
         }
         for far in [-1e300, -50.0, 50.0, 1e300] {
             let window = map.window(&Point::new(far, 0.0), 1.0).expect("small");

@@ -2,159 +2,160 @@
 
 use std::collections::BTreeMap;
 
+use super::behaviours::Behaviours;
 use super::deadline::Deadline;
 use super::observation_validator::ObservationValidator;
-use super::parking::Parking;
-use super::predicted_state::PredictedState;
 use super::progress_checker::ProgressChecker;
-use super::recovery::Recovery;
-use super::replanning::Replanning;
+use super::replanning::Replanner;
+use super::state::{Leg, PredictedState, RobotModel, State};
 use super::waypoints::WaypointQueue;
 use super::{
-    Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
-    RoutePlanner, Waypoints,
+    DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
+    ObstacleModel, Route, RoutePlanner, Waypoints,
 };
-use crate::geometry::{Point, Twist};
+use crate::geometry::Twist;
 use crate::global::Plan;
-use crate::local::{ClearanceField, Counts, LocalPlanner};
+use crate::local::{LocalPlanner, LocalSettings};
 use crate::map::ObstacleGrid;
-use crate::robot::{Footprint, Limits};
 
-/// A robot that parks and gets further from the goal than its tolerance by this factor drives there again.
-const LEAVES_GOAL: f64 = 2.0;
+/// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
+/// field grows with the square of its side.
+const WINDOW_CLEARANCE_M: f64 = 1.5;
 
-/// What the navigator knows of the robot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RobotModel {
-    /// Its shape.
-    pub footprint: Footprint,
-    /// What its base can do.
-    pub limits: Limits,
-}
-
-/// What to do at a tick.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Decision {
-    /// The velocity to send to the base.
-    pub command: Twist,
-    /// What the navigator is doing.
-    pub mode: Mode,
-    /// The key node it makes for.
-    pub local_target: Point,
-    /// Samples by outcome; none where the tick needed no sampling.
-    pub counts: Option<Counts>,
-}
-
-/// Follows global paths to its stops among obstacles that the map does not show.
+/// Follows global paths to its goals among obstacles that are not in the map.
 pub struct Navigator {
-    pub(super) settings: NavigatorSettings,
-    pub(super) robot: RobotModel,
-    pub(super) planner: LocalPlanner,
-    pub(super) surroundings: ObstacleModel,
-    pub(super) tour: WaypointQueue,
-    pub(super) route: Route,
-    pub(super) plans: Vec<Plan>,
-    pub(super) mode: Mode,
-    pub(super) watch: ProgressChecker,
-    pub(super) recovery: Recovery,
-    pub(super) parking: Parking,
-    pub(super) replanning: Replanning,
-    /// A robot that turns in place drives on when its target lies within this of its heading, radians.
-    pub(super) turns_until: f64,
-    pub(super) deadline: Option<Deadline>,
-    pub(super) last_command: Twist,
-    senses: ObservationValidator,
+    settings: NavigatorSettings,
+    robot: RobotModel,
+    /// Control period, seconds.
+    period_s: f64,
+    /// Half the side of the local window, metres.
+    window_half_m: f64,
+    validator: ObservationValidator,
+    obstacles: ObstacleModel,
+    waypoints: WaypointQueue,
+    route: Route,
+    plans: Vec<Plan>,
+    progress: ProgressChecker,
+    replanner: Replanner,
+    behaviours: Behaviours,
+    mode: Mode,
+    last_command: Twist,
+    deadline: Option<Deadline>,
     fault: Option<Fault>,
 }
 
 impl Navigator {
-    /// A navigator with a path to each stop.
+    /// Plans a path to every goal. Times the planner's stages by `clock`, in seconds.
     ///
     /// # Errors
-    /// When there is no path to one, or no thread to plan on.
+    /// When there is no path to a goal, or the planning thread does not start.
     pub fn new(
         known: ObstacleGrid,
-        journey: &Waypoints,
+        waypoints: &Waypoints,
         robot: RobotModel,
         planner: LocalPlanner,
         mut route_planner: RoutePlanner,
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
-        let (tour, plan) = WaypointQueue::planned(journey, |from, to| {
+        let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
             route_planner.plan(&known, from, to, clock)
         })?;
+        let deadline = settings
+            .deadline_s
+            .map(|limit_s| Deadline::new(limit_s, planner.settings(), &robot.limits));
         Ok(Self {
-            route: Route::new(&plan, &settings),
-            plans: vec![plan],
-            surroundings: if settings.features.tracking {
+            period_s: planner.settings().control_period_s,
+            window_half_m: window_half_m(&settings, planner.settings(), &robot),
+            validator: ObservationValidator::default(),
+            obstacles: if settings.features.tracking {
                 ObstacleModel::new(known.clone())
             } else {
                 ObstacleModel::without_tracking(known.clone())
             },
-            replanning: Replanning::new(known, route_planner)?,
-            turns_until: settings.rotate_in_place_until,
-            deadline: settings
-                .deadline_s
-                .map(|limit_s| Deadline::new(limit_s, planner.settings(), &robot.limits)),
+            waypoints,
+            route: Route::new(&plan, &settings),
+            plans: vec![plan],
+            progress: ProgressChecker::default(),
+            replanner: Replanner::new(known, route_planner)?,
+            behaviours: Behaviours::new(planner),
+            mode: Mode::Driving,
+            last_command: Twist::STOP,
+            deadline,
+            fault: None,
             settings,
             robot,
-            planner,
-            tour,
-            mode: Mode::Driving,
-            watch: ProgressChecker::default(),
-            recovery: Recovery::default(),
-            parking: Parking::default(),
-            senses: ObservationValidator::default(),
-            last_command: Twist::STOP,
-            fault: None,
         })
     }
 
-    /// Every global plan so far; the last is followed.
+    /// Every global plan so far; the robot follows the last one.
     #[must_use]
     pub fn plans(&self) -> &[Plan] {
         &self.plans
     }
 
-    /// Why the mission was given up, if it was.
+    /// Number of answers received from the planning thread so far, plans and failures.
+    #[must_use]
+    pub const fn plans_received(&self) -> u64 {
+        self.replanner.received()
+    }
+
+    /// Sets whether the next step receives the plan that is due, for the replay of a recorded run. Without `wait_for_plans`
+    /// the arrival of a plan depends on the load of the machine.
+    pub const fn replay_plan_arrival(&mut self, arrives: bool) {
+        self.replanner.replay_arrival(arrives);
+    }
+
+    /// Why the mission failed, if it did.
     #[must_use]
     pub const fn fault(&self) -> Option<&Fault> {
         self.fault.as_ref()
     }
 
-    /// The stop it makes for, or stands at, and how many it has been to before.
+    /// The goal that the robot drives to or stands at.
     #[must_use]
-    pub fn stop(&self) -> (&Goal, usize) {
-        (self.tour.goal(), self.tour.done())
+    pub const fn goal(&self) -> &Goal {
+        self.waypoints.goal()
     }
 
-    /// What it has seen that the map does not show.
+    /// Number of goals that the robot has left behind.
+    #[must_use]
+    pub const fn goals_passed(&self) -> usize {
+        self.waypoints.passed()
+    }
+
+    /// Obstacles that are not in the map.
     #[must_use]
     pub const fn obstacle_model(&self) -> &ObstacleModel {
-        &self.surroundings
+        &self.obstacles
     }
 
-    /// How many observations were not believed, by why.
+    /// Number of faulty observations by kind.
     #[must_use]
     pub const fn observation_faults(&self) -> &BTreeMap<ObservationFault, u64> {
-        self.senses.counts()
+        self.validator.counts()
     }
 
-    /// Why the last observation was not believed; none where it was.
+    /// What is wrong with the last observation; nothing where it is sound.
     #[must_use]
     pub const fn observation_fault(&self) -> Option<ObservationFault> {
-        self.senses.doubt()
+        self.validator.fault()
     }
 
     /// The local planner.
     #[must_use]
     pub const fn planner(&self) -> &LocalPlanner {
-        &self.planner
+        self.behaviours.planner()
     }
 
-    /// Decides what to do now. After the last stop is reached, or a mission given up, the answer is to stand. The command
-    /// is within the robot's limits, and within what it reaches in one control period unless it is too fast already.
+    /// How many decisions met the deadline; nothing without a deadline.
+    #[must_use]
+    pub fn deadline_stats(&self) -> Option<DeadlineStats> {
+        self.deadline.as_ref().map(Deadline::stats)
+    }
+
+    /// Decides what to do now. The command is within the robot's limits, and the robot reaches it within one control period
+    /// unless it is too fast already. After the last goal, or after a fault, the robot brakes and stands.
     pub fn step(&mut self, observation: &Observation) -> Decision {
         let mut decision = self.decide(observation);
         decision.command = self.robot.limits.clamp(&decision.command);
@@ -162,14 +163,34 @@ impl Navigator {
         decision
     }
 
+    /// Decides as [`Self::step`] does, and returns the decision with its duration by a clock, both in seconds. With a
+    /// `deadline_s` in the settings, a late decision's command is replaced by a decayed earlier one, and the next ticks
+    /// sample less densely.
+    pub fn step_by(
+        &mut self,
+        observation: &Observation,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> (Decision, f64) {
+        let began_s = clock();
+        let mut decision = self.step(observation);
+        let took_s = clock() - began_s;
+        if let Some(deadline) = &mut self.deadline {
+            decision.command = deadline.settle(observation.time_s, took_s, decision.command);
+            let sampling = deadline.sampling();
+            self.behaviours.planner_mut().set_sampling(sampling);
+            self.last_command = decision.command;
+        }
+        (decision, took_s)
+    }
+
     fn decide(&mut self, observation: &Observation) -> Decision {
         let limits = &self.robot.limits;
-        let judged = self
-            .senses
-            .judge(observation, &self.last_command, limits, &self.settings);
-        let has_new_scan = match judged {
+        let validated =
+            self.validator
+                .validate(observation, &self.last_command, limits, &self.settings);
+        let has_new_scan = match validated {
             Ok(has_new_scan) => has_new_scan,
-            Err(doubt) => return self.doubt(doubt),
+            Err(fault) => return self.brake_without_observation(fault),
         };
         let Observation {
             time_s,
@@ -180,51 +201,31 @@ impl Navigator {
             scan_s: _,
         } = observation;
         if has_new_scan && !self.is_over() {
-            self.surroundings.update(*time_s, pose, scan);
+            self.obstacles.update(*time_s, pose, scan);
         }
         let now = PredictedState::new(
             (*time_s, pose, twist),
-            self.surroundings.moving(),
+            self.obstacles.moving(),
             &self.last_command,
             &self.robot.limits,
             self.settings.actuation_delay_s,
         );
         if self.is_over() {
-            return self.stand(&now, self.mode);
+            return self.brake_from(&now.twist);
         }
-        match self.act(&now) {
-            Ok(decision) => decision,
+        if self.mode == Mode::AtWaypoint {
+            self.leave_waypoint(now.time_s);
+            return self.brake_from(&now.twist);
+        }
+        match self.drive(&now) {
+            Ok(decision) => {
+                self.mode = decision.mode;
+                decision
+            }
             Err(fault) => {
-                self.fault = Some(fault);
-                self.mode = Mode::Failed;
-                self.stand(&now, Mode::Failed)
+                self.fail(fault);
+                self.brake_from(&now.twist)
             }
-        }
-    }
-
-    /// Brakes, from what it was told last: where it is and how fast it moves are not known. Gives up when that lasts.
-    fn doubt(&mut self, doubt: ObservationFault) -> Decision {
-        let period_s = self.planner.settings().control_period_s;
-        let times = self.senses.doubted_in_a_row();
-        let mut mode = self.mode;
-        if !self.is_over() {
-            // What it was doing it goes on with when this is over.
-            mode = Mode::SensorFault;
-            let stuck_patience_s = match doubt {
-                ObservationFault::Lost(_) => self.settings.localization_patience_s,
-                _ => self.settings.sensor_fault_patience_s,
-            };
-            if f64::from(times) * period_s > stuck_patience_s {
-                self.fault = Some(Fault::FaultyObservation {
-                    fault: doubt,
-                    count: times,
-                });
-                (self.mode, mode) = (Mode::Failed, Mode::Failed);
-            }
-        }
-        Decision {
-            command: self.robot.limits.brake(&self.last_command, period_s),
-            ..self.standing(mode)
         }
     }
 
@@ -232,48 +233,97 @@ impl Navigator {
         matches!(self.mode, Mode::Arrived | Mode::Failed)
     }
 
-    fn act(&mut self, now: &PredictedState) -> Result<Decision, Fault> {
-        if self.mode == Mode::AtWaypoint {
-            return Ok(self.stop_over(now));
+    fn fail(&mut self, fault: Fault) {
+        self.fault = Some(fault);
+        self.mode = Mode::Failed;
+    }
+
+    /// Brakes from the last command, since pose and speed are unknown; fails when that lasts. Otherwise the present mode
+    /// continues after the fault.
+    fn brake_without_observation(&mut self, fault: ObservationFault) -> Decision {
+        let count = self.validator.faults_in_a_row();
+        let mut decision = self.brake_from(&self.last_command);
+        if self.is_over() {
+            return decision;
         }
+        decision.mode = Mode::SensorFault;
+        let patience_s = match fault {
+            ObservationFault::Lost(_) => self.settings.localization_patience_s,
+            _ => self.settings.sensor_fault_patience_s,
+        };
+        if f64::from(count) * self.period_s > patience_s {
+            self.fail(Fault::FaultyObservation { fault, count });
+            decision.mode = Mode::Failed;
+        }
+        decision
+    }
+
+    /// Brakes from a velocity, in the present mode.
+    fn brake_from(&self, twist: &Twist) -> Decision {
+        let command = self.robot.limits.brake(twist, self.period_s);
+        Decision::new(command, self.mode, self.goal().position)
+    }
+
+    /// Starts the next leg when the pause is over.
+    fn leave_waypoint(&mut self, now_s: f64) {
+        if let Some(plan) = self.waypoints.next(now_s) {
+            self.replanner.cancel();
+            self.route = Route::new(&plan, &self.settings);
+            self.plans.push(plan);
+            self.progress = ProgressChecker::default();
+            self.behaviours.start_leg();
+            self.mode = Mode::Driving;
+        }
+    }
+
+    /// Checks progress, replans, and lets the behaviours decide.
+    fn drive(&mut self, now: &PredictedState) -> Result<Decision, Fault> {
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
         let field = self
-            .surroundings
-            .window(&robot, self.window_half_m())
+            .obstacles
+            .window(&robot, self.window_half_m)
             .map_err(|error| Fault::Choose(error.into()))?;
-        if self.is_at_goal(now, &field) {
-            return self.park(now, &field);
-        }
-        let left_m = self.route.left_m();
-        let radius_m = self.settings.required_movement_radius;
-        let stuck_s = self.watch.stuck_s(now.time_s, left_m, radius_m);
-        if stuck_s > self.settings.movement_time_allowance {
-            return Err(self.why_stuck(stuck_s));
-        }
-        self.replan(now, &field, off_path_m, stuck_s);
-        self.drive(now, &field, stuck_s)
-    }
-
-    /// Whether the robot is near enough to its goal to park, or parks and has not left it since.
-    fn is_at_goal(&self, now: &PredictedState, field: &ClearanceField) -> bool {
-        let goal = self.tour.goal();
-        let robot = now.pose.position();
-        let away_m = (robot - goal.position).norm();
-        let tolerance_m = self.settings.xy_goal_tolerance;
-        let near_m = if self.parking.has_begun() {
-            LEAVES_GOAL * tolerance_m
-        } else {
-            tolerance_m
+        let leg = Leg {
+            settings: &self.settings,
+            robot: &self.robot,
+            period_s: self.period_s,
+            goal: self.waypoints.goal(),
+            mode: self.mode,
         };
-        away_m <= near_m
-            || Parking::can_begin(&now.pose, goal, &self.settings)
-                && self.is_straight_clear(&robot, &goal.position, field)
+        let mut state = State::new(leg, &self.route, now, &field, off_path_m);
+        state.is_at_goal = self.behaviours.is_at_goal(&state);
+        if !state.is_at_goal {
+            let left_m = state.route.left_m();
+            let radius_m = self.settings.required_movement_radius;
+            let stuck_s = self.progress.stuck_s(now.time_s, left_m, radius_m);
+            if stuck_s > self.settings.movement_time_allowance {
+                return Err(self.why_stuck(stuck_s));
+            }
+            state.stuck_s = stuck_s;
+            if self.settings.features.replanning {
+                if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
+                    self.route = Route::new(&plan, &self.settings);
+                    self.plans.push(plan);
+                    self.progress.rebase(self.route.left_m());
+                    state = State::new(leg, &self.route, now, &field, off_path_m);
+                    state.stuck_s = stuck_s;
+                }
+                self.replanner.request(&state, &self.obstacles);
+            }
+        }
+        let mut decision = self.behaviours.decide(state)?;
+        if decision.mode == Mode::Arrived && self.waypoints.has_next() {
+            let pause_s = self.settings.waypoint_pause_s;
+            self.waypoints.pause_until(now.time_s + pause_s);
+            decision.mode = Mode::AtWaypoint;
+        }
+        Ok(decision)
     }
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {
         let left_m = self.route.left_m();
-        if let Some(error) = self.replanning.no_way() {
+        if let Some(error) = self.replanner.no_path() {
             return Fault::Plan(error);
         }
         if matches!(self.mode, Mode::Blocked | Mode::Escaping) {
@@ -285,32 +335,16 @@ impl Navigator {
             left_m,
         }
     }
+}
 
-    /// Braking at the limit, on the arc that it drives.
-    pub(super) fn brake(&self, now: &PredictedState) -> Twist {
-        let period_s = self.planner.settings().control_period_s;
-        self.robot.limits.brake(&now.twist, period_s)
-    }
-
-    /// The nearest to a velocity that is reached by the next tick.
-    pub(super) fn towards(&self, now: &PredictedState, wanted: &Twist) -> Twist {
-        let period_s = self.planner.settings().control_period_s;
-        self.robot.limits.reachable(&now.twist, wanted, period_s)
-    }
-
-    pub(super) fn stand(&self, now: &PredictedState, mode: Mode) -> Decision {
-        Decision {
-            command: self.brake(now),
-            ..self.standing(mode)
-        }
-    }
-
-    fn standing(&self, mode: Mode) -> Decision {
-        Decision {
-            command: Twist::STOP,
-            mode,
-            local_target: self.tour.goal().position,
-            counts: None,
-        }
-    }
+/// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.
+fn window_half_m(settings: &NavigatorSettings, local: &LocalSettings, robot: &RobotModel) -> f64 {
+    let limits = &robot.limits;
+    let fastest = limits
+        .max_vel_x
+        .max(-limits.min_vel_x)
+        .max(settings.escape_speed);
+    fastest * local.sim_time_s
+        + local.max_clearance_m.min(WINDOW_CLEARANCE_M)
+        + robot.footprint.circumscribed_radius_m()
 }

@@ -1,117 +1,79 @@
-//! Can what the robot senses be believed?
+//! Observations, and what makes one faulty.
 //!
-//! A robot that is not sure where it is, or what is about it, brakes; it goes on by itself when its senses are sound again,
-//! and gives up with a reason when that takes too long.
+//! A robot that does not know where it is, or what is around it, brakes. It goes on when the observations are sound again, and
+//! fails with a reason when that takes too long.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fmt;
 
-use serde::{Serialize, Serializer};
-
-use super::{NavigatorSettings, Observation};
+use super::{NavigatorSettings, ObservationFault};
 use crate::geometry::{Pose, Twist, Vector};
 use crate::localization::LostReason;
+use crate::map::Scan;
 use crate::robot::Limits;
 
-/// A localisation may correct itself by this much at once, metres, beyond what the robot can have driven since.
+/// Jump by which a localisation may correct its pose, metres, beyond what the robot can have driven since.
 const CORRECTION_M: f64 = 0.5;
-/// And this share of what it can drive at its limits may be exceeded by slip and noise.
-const FASTER: f64 = 2.0;
-/// So many poses in a row that agree about another place are believed: the robot was localised anew, or carried.
-const AGREEING: u32 = 5;
-/// A time this much after the one before, seconds, is a jump of the clock: scans and motion before it tell nothing of now. And
-/// a robot that doubts its pose stands after so long: it does not get farther.
+/// Slip and noise may exceed the way at the robot's speed limit by this factor.
+const SPEED_FACTOR: f64 = 2.0;
+/// This many poses in a row that agree about another place are accepted: the robot was relocalised, or carried.
+const MIN_AGREEING: u32 = 5;
+/// A longer time between two ticks is a jump of the clock, seconds: earlier scans and motion no longer count. A robot with a
+/// faulty pose stands after this time, and gets no farther.
 const CLOCK_JUMP_S: f64 = 1.0;
-/// A scan may be stamped this much after its tick, seconds: two clocks are never quite equal.
-const CLOCKS_DIFFER_S: f64 = 0.05;
-/// A pose that stays the same to the bit for so long, seconds, while the robot is told to drive at this speed at least, m/s,
-/// or to turn at this rate, rad/s, is no measurement.
+/// A scan may have a time stamp this much after its tick, seconds: two clocks are never quite equal.
+const CLOCK_TOLERANCE_S: f64 = 0.05;
+/// A pose is frozen if it stays the same to the bit for this long, seconds, while the robot is commanded to drive at this
+/// speed at least, m/s, or to turn at this rate, rad/s.
 const FROZEN_S: f64 = 0.5;
-const DRIVES: f64 = 0.1;
-const TURNS: f64 = 0.2;
-/// Pose and speed are compared over so long, seconds, when the way by the speeds is at least this, metres.
+const MIN_SPEED: f64 = 0.1;
+const MIN_TURN_RATE: f64 = 0.2;
+/// Poses and speeds are compared over this time, seconds, once the speeds add up to this distance, metres.
 const COMPARED_S: f64 = 1.0;
 const COMPARED_M: f64 = 0.2;
-/// So large a share of that way goes the other way by the poses where one of the two has the wrong sign.
-const AGAINST: f64 = 0.5;
+/// The motion is reversed where the poses move backwards by this share of that distance.
+const REVERSED_SHARE: f64 = 0.5;
 
-/// Why the senses are not believed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ObservationFault {
-    /// A time, pose, speed or angle of the scan is not a finite number.
-    NotFinite,
-    /// The clock ran backwards or jumped, or the scan is from the future.
-    Clock,
-    /// No scan, none with a measurement, or an old one.
-    NoScan,
-    /// The localisation says that it does not know the pose, and why.
-    Lost(LostReason),
-    /// The pose jumped farther than the robot can drive.
-    Jump,
-    /// The pose does not change though the robot drives.
-    Frozen,
-    /// The pose moves against the speed that odometry reports.
-    Reversed,
+/// What the robot measures and knows at a tick.
+#[derive(Clone, Debug)]
+pub struct Observation {
+    /// Time of the tick, seconds; never less than at the tick before.
+    pub time_s: f64,
+    /// Pose of the robot in the map frame, by its localisation.
+    pub pose: Pose,
+    /// Why the localisation does not know the pose; nothing where it does.
+    pub lost: Option<LostReason>,
+    /// Velocity of the robot, by its odometry.
+    pub twist: Twist,
+    /// The latest lidar scan. The navigator brakes where it is older than `scan_timeout_s` or has no measurement.
+    pub scan: Scan,
+    /// Time of the scan, seconds, by the clock of `time_s`; unchanged where there is no newer scan.
+    pub scan_s: f64,
 }
 
-impl ObservationFault {
-    /// Its word in JSON.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::NotFinite => "not_finite",
-            Self::Clock => "clock",
-            Self::NoScan => "no_scan",
-            Self::Lost(LostReason::NoReturns) => "lost_blind",
-            Self::Lost(LostReason::BeamsThroughWalls) => "lost_through_walls",
-            Self::Lost(LostReason::PoorMatch) => "lost_unexplained",
-            Self::Lost(LostReason::PoseJump) => "lost_jumped",
-            Self::Lost(LostReason::HighUncertainty) => "lost_unsure",
-            Self::Jump => "jump",
-            Self::Frozen => "frozen",
-            Self::Reversed => "reversed",
-        }
+impl Observation {
+    /// Whether every number that a decision depends on is finite. Ranges may be infinite (no return) or NaN (no measurement).
+    fn is_finite(&self) -> bool {
+        self.time_s.is_finite()
+            && self.scan_s.is_finite()
+            && self.pose.is_finite()
+            && self.twist.is_finite()
+            && self.scan.is_valid()
     }
 }
 
-/// As one word, which may be the key of an object.
-impl Serialize for ObservationFault {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.as_str())
-    }
-}
-
-impl fmt::Display for ObservationFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Lost(why) => return write!(f, "the robot is lost: {why}"),
-            Self::NotFinite => "time, pose, speed or the scan's angles are not finite",
-            Self::Clock => "the clock jumped, or the scan is from the future",
-            Self::NoScan => "there is no fresh scan with a measurement",
-            Self::Jump => "the pose jumps farther than the robot can drive",
-            Self::Frozen => {
-                "the pose does not change though the robot is told to drive: odometry is frozen, or the tracks are stuck"
-            }
-            Self::Reversed => {
-                "the pose moves against the speed that odometry reports: one of the two has the wrong sign"
-            }
-        })
-    }
-}
-
-/// What was believed at a tick.
+/// An accepted observation.
 #[derive(Clone, Copy, Debug)]
-struct Believed {
+struct Accepted {
     time_s: f64,
     pose: Pose,
     twist: Twist,
 }
 
-/// Judges observations, one after the other.
+/// Validates observations, one after the other.
 #[derive(Debug, Default)]
 pub(super) struct ObservationValidator {
-    last: Option<Believed>,
-    /// Times of the last tick, and of the last scan that measured something.
+    last: Option<Accepted>,
+    /// Times of the last tick, and of the last scan with a measurement.
     clock_s: Option<f64>,
     scan_s: Option<f64>,
     /// Another place, and how many poses in a row agreed about it.
@@ -119,47 +81,49 @@ pub(super) struct ObservationValidator {
     frozen_since_s: Option<f64>,
     is_frozen: bool,
     is_reversed: bool,
-    recent: VecDeque<Believed>,
-    doubted_in_a_row: u32,
-    /// Why the last observation was not believed.
-    doubt: Option<ObservationFault>,
+    recent: VecDeque<Accepted>,
+    faults_in_a_row: u32,
+    fault: Option<ObservationFault>,
     counts: BTreeMap<ObservationFault, u64>,
 }
 
 impl ObservationValidator {
-    /// Doubted observations by why.
+    /// Number of faulty observations by kind.
     pub const fn counts(&self) -> &BTreeMap<ObservationFault, u64> {
         &self.counts
     }
 
-    /// Why the last observation was not believed; none where it was.
-    pub const fn doubt(&self) -> Option<ObservationFault> {
-        self.doubt
+    /// What is wrong with the last observation.
+    pub const fn fault(&self) -> Option<ObservationFault> {
+        self.fault
     }
 
-    /// Observations in a row that were doubted.
-    pub const fn doubted_in_a_row(&self) -> u32 {
-        self.doubted_in_a_row
+    /// Number of faulty observations since the last sound one.
+    pub const fn faults_in_a_row(&self) -> u32 {
+        self.faults_in_a_row
     }
 
-    /// Whether to act on an observation, and whether its scan is a new one.
-    pub fn judge(
+    /// Validates an observation and returns whether its scan is a new one.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn validate(
         &mut self,
-        seen: &Observation,
+        observation: &Observation,
         commanded: &Twist,
         limits: &Limits,
         settings: &NavigatorSettings,
     ) -> Result<bool, ObservationFault> {
-        let judged = self.check(seen, commanded, limits, settings);
-        self.doubt = judged.err();
-        match judged {
-            Ok(_) => self.doubted_in_a_row = 0,
-            Err(doubt) => {
-                self.doubted_in_a_row += 1;
-                *self.counts.entry(doubt).or_default() += 1;
+        let validated = self.check(observation, commanded, limits, settings);
+        self.fault = validated.err();
+        match validated {
+            Ok(_) => self.faults_in_a_row = 0,
+            Err(fault) => {
+                self.faults_in_a_row += 1;
+                *self.counts.entry(fault).or_default() += 1;
             }
         }
-        judged
+        validated
     }
 
     fn check(
@@ -169,22 +133,22 @@ impl ObservationValidator {
         limits: &Limits,
         settings: &NavigatorSettings,
     ) -> Result<bool, ObservationFault> {
-        if !seen.is_sound() {
+        if !seen.is_finite() {
             return Err(ObservationFault::NotFinite);
         }
         let now_s = seen.time_s;
         let before_s = self.clock_s.replace(now_s).unwrap_or(now_s);
         let elapsed_s = now_s - before_s;
-        if !(0.0..=CLOCK_JUMP_S).contains(&elapsed_s) || seen.scan_s > now_s + CLOCKS_DIFFER_S {
+        if !(0.0..=CLOCK_JUMP_S).contains(&elapsed_s) || seen.scan_s > now_s + CLOCK_TOLERANCE_S {
             self.recent.clear();
             self.frozen_since_s = None;
-            // What was measured by another clock has no age in this one.
+            // A scan timed by another clock has no age in this one.
             self.scan_s = self.scan_s.filter(|scan_s| *scan_s <= now_s);
-            self.last = self.last.map(|last| Believed {
+            self.last = self.last.map(|last| Accepted {
                 time_s: now_s,
                 ..last
             });
-            return Err(ObservationFault::Clock);
+            return Err(ObservationFault::ClockJump);
         }
         let measures = seen.scan.ranges.iter().any(|range| !range.is_nan());
         let is_new = measures && self.scan_s.is_none_or(|scan_s| seen.scan_s > scan_s);
@@ -198,23 +162,23 @@ impl ObservationValidator {
             return Err(ObservationFault::NoScan);
         }
         if let Some(why) = seen.lost {
-            // Where it will be found it need not have driven to.
+            // The robot need not have driven to where it is found later.
             self.last = None;
             self.recent.clear();
             return Err(ObservationFault::Lost(why));
         }
         self.check_place(seen, limits)?;
         self.check_frozen(seen, commanded)?;
-        self.check_sense(seen)?;
+        self.check_direction(seen)?;
         Ok(is_new)
     }
 
-    /// Refuses a pose that the robot cannot have driven to, until several agree.
+    /// Rejects a pose that the robot cannot have driven to, until several agree.
     fn check_place(&mut self, seen: &Observation, limits: &Limits) -> Result<(), ObservationFault> {
         let fastest = limits.max_vel_x.max(-limits.min_vel_x);
         let is_near = |from: &Pose, elapsed_s: f64| {
-            let way_m = (seen.pose.position() - from.position()).norm();
-            way_m <= CORRECTION_M + FASTER * fastest * elapsed_s.min(CLOCK_JUMP_S)
+            let distance_m = (seen.pose.position() - from.position()).norm();
+            distance_m <= CORRECTION_M + SPEED_FACTOR * fastest * elapsed_s.min(CLOCK_JUMP_S)
         };
         let Some(last) = self.last else {
             return Ok(());
@@ -228,8 +192,8 @@ impl ObservationValidator {
             _ => 1,
         };
         self.elsewhere = Some((seen.pose, agreeing));
-        if agreeing < AGREEING {
-            return Err(ObservationFault::Jump);
+        if agreeing < MIN_AGREEING {
+            return Err(ObservationFault::PoseJump);
         }
         self.elsewhere = None;
         self.last = None;
@@ -243,7 +207,8 @@ impl ObservationValidator {
         commanded: &Twist,
     ) -> Result<(), ObservationFault> {
         let is_same = self.last.is_some_and(|last| last.pose == seen.pose);
-        let drives = commanded.linear.abs() >= DRIVES || commanded.angular.abs() >= TURNS;
+        let drives =
+            commanded.linear.abs() >= MIN_SPEED || commanded.angular.abs() >= MIN_TURN_RATE;
         self.is_frozen &= is_same;
         if is_same && drives {
             let since_s = *self.frozen_since_s.get_or_insert(seen.time_s);
@@ -251,16 +216,16 @@ impl ObservationValidator {
         } else {
             self.frozen_since_s = None;
         }
-        // A robot that brakes does not drive: the doubt stays until the pose changes.
+        // A braking robot does not drive: the fault lasts until the pose changes.
         if self.is_frozen {
-            return Err(ObservationFault::Frozen);
+            return Err(ObservationFault::PoseFrozen);
         }
         Ok(())
     }
 
-    /// Compares the way by poses with the way by speeds.
-    fn check_sense(&mut self, seen: &Observation) -> Result<(), ObservationFault> {
-        let now = Believed {
+    /// Compares the motion by poses with the motion by speeds.
+    fn check_direction(&mut self, seen: &Observation) -> Result<(), ObservationFault> {
+        let now = Accepted {
             time_s: seen.time_s,
             pose: seen.pose,
             twist: seen.twist,
@@ -274,19 +239,19 @@ impl ObservationValidator {
         {
             self.recent.pop_front();
         }
-        // Step by step, so that to and fro does not add up to nothing.
-        let (mut with_speed_m, mut by_speed_m) = (0.0, 0.0);
+        // Step by step, so that forward and backward motion do not cancel.
+        let (mut along_speed_m, mut by_speed_m) = (0.0, 0.0);
         for (one, next) in self.recent.iter().zip(self.recent.iter().skip(1)) {
             let (sin, cos) = libm::sincos(one.pose.yaw);
             let speed = f64::midpoint(one.twist.linear, next.twist.linear);
             let step = next.pose.position() - one.pose.position();
-            with_speed_m += step.dot(&Vector::new(cos, sin)) * speed.signum();
+            along_speed_m += step.dot(&Vector::new(cos, sin)) * speed.signum();
             by_speed_m += speed.abs() * (next.time_s - one.time_s);
         }
-        // A wrong sign does not mend itself; a robot that stands shows none.
-        self.is_reversed |= by_speed_m > COMPARED_M && with_speed_m < -AGAINST * by_speed_m;
+        // A wrong sign does not correct itself, and a standing robot shows none.
+        self.is_reversed |= by_speed_m > COMPARED_M && along_speed_m < -REVERSED_SHARE * by_speed_m;
         if self.is_reversed {
-            return Err(ObservationFault::Reversed);
+            return Err(ObservationFault::MotionReversed);
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Everything about the robot that its map does not show: marks of what stands, discs that move.
+//! Obstacles that are not in the map: marked cells where they are static, discs where they move.
 
 use std::sync::Arc;
 
@@ -8,20 +8,20 @@ use crate::geometry::{Point, Pose};
 use crate::local::{ClearanceField, ProblemError};
 use crate::map::{MovingDisc, ObstacleGrid, Scan};
 
-/// A return this close to something moving is it, metres.
+/// A return within this distance of a moving obstacle belongs to it, metres.
 const MOVING_MARGIN_M: f64 = 0.12;
-/// Marks that something moving made before it was seen to move are this much older than its track at most, seconds.
+/// Marks that a moving obstacle made before its motion was established are at most this much older than its track, seconds.
 const BEFORE_TRACK_S: f64 = 0.05;
 
-/// The local map and the tracker, fed by the same scans.
+/// Obstacles that the lidar saw and the map does not show.
 pub struct ObstacleModel {
     map: LocalMap,
-    /// None where moving things are marks like all others.
+    /// Nothing where moving obstacles are marked as static ones.
     tracker: Option<Tracker>,
 }
 
 impl ObstacleModel {
-    /// Nothing seen yet beyond the known obstacles.
+    /// A model over the known obstacles, without any others.
     #[must_use]
     pub fn new(known: ObstacleGrid) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl ObstacleModel {
         }
     }
 
-    /// The same that tells nothing that moves from what stands.
+    /// As [`Self::new`], but without tracking: every obstacle counts as static.
     #[must_use]
     pub fn without_tracking(known: ObstacleGrid) -> Self {
         Self {
@@ -39,8 +39,9 @@ impl ObstacleModel {
         }
     }
 
-    /// Takes in a scan made at a time, seconds, from a pose in the map frame: follows what moves, marks the rest, and
-    /// clears marks that the scan saw through. The scan must be sound ([`Scan::is_valid`]), pose and time finite.
+    /// Updates the model with a scan made at a time, seconds, from a pose in the map frame: tracks moving obstacles, marks the
+    /// other returns, and clears marks that the scan saw through. The scan must be valid ([`Scan::is_valid`]), pose and time
+    /// finite.
     pub fn update(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let Some(tracker) = &mut self.tracker else {
             self.map.clear_seen_through(pose, scan);
@@ -50,8 +51,8 @@ impl ObstacleModel {
             return;
         };
         let map = &self.map;
-        tracker.update(time_s, pose, scan, |point| map.known_at(time_s, point));
-        for (disc, since_s) in tracker.places_moved_over() {
+        tracker.update(time_s, pose, scan, |point| map.origin_at(time_s, point));
+        for (disc, since_s) in tracker.swept_discs() {
             self.map
                 .erase(&disc, MOVING_MARGIN_M, since_s - BEFORE_TRACK_S);
         }
@@ -67,14 +68,14 @@ impl ObstacleModel {
         }
     }
 
-    /// What moves, or moved until a moment ago, in the map frame at the time of the last scan.
+    /// Obstacles that move, or moved until a moment ago, in the map frame at the time of the last scan.
     #[must_use]
     pub fn moving(&self) -> &[MovingDisc] {
         self.tracker.as_ref().map_or(&[], Tracker::moving)
     }
 
-    /// Forgets marks that no scan hit since a time, seconds, but for those within a distance of a place, metres: for a robot
-    /// that they leave no way.
+    /// Forgets marks that no scan hit since a time, seconds, except those within a distance of a place, metres: for a robot
+    /// that has no path among them.
     pub(super) fn forget(&mut self, since_s: f64, place: &Point, near_m: f64) {
         self.map.forget(since_s, place, near_m);
     }
@@ -84,8 +85,8 @@ impl ObstacleModel {
         self.map.marks()
     }
 
-    /// The distance field of a square window about a point, `half_m` to each side, aligned with the map's cells. Ground
-    /// off the map is an obstacle.
+    /// The distance field of a square window around a point, `half_m` to each side, aligned with the map's cells. Cells
+    /// outside the map are obstacles.
     ///
     /// # Errors
     /// When the map's resolution is out of range, or the window has more than 4095 cells a side.

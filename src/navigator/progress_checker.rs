@@ -1,19 +1,19 @@
-//! Is the mission getting on?
+//! Checks progress along the path, as Nav2's progress checker.
 
-/// Watches progress along the path.
+/// Measures the time since the last progress along the path.
 #[derive(Clone, Debug, Default)]
-pub struct ProgressChecker {
+pub(super) struct ProgressChecker {
     least_left_m: Option<f64>,
     since_s: f64,
 }
 
 impl ProgressChecker {
-    /// Measures from now on along a new path, so much of which is left. A new path alone is no progress.
-    pub fn rebase(&mut self, left_m: f64) {
+    /// Measures along a new path with this length left, metres. A new path alone is no progress.
+    pub const fn rebase(&mut self, left_m: f64) {
         self.least_left_m = Some(left_m);
     }
 
-    /// Notes the path left and returns for how long, in seconds, it has not shrunk by `radius_m`.
+    /// Updates with the length of path left and returns the time since it last shrank by `radius_m`, seconds.
     pub fn stuck_s(&mut self, now_s: f64, left_m: f64, radius_m: f64) -> f64 {
         if self
             .least_left_m
@@ -26,11 +26,11 @@ impl ProgressChecker {
     }
 }
 
-/// Measures how long something has gone on without a break.
+/// Measures how long a condition has held without a break.
 #[derive(Clone, Debug, Default)]
-pub struct Since(Option<f64>);
+pub(super) struct ConditionTimer(Option<f64>);
 
-impl Since {
+impl ConditionTimer {
     /// Seconds since `holds` became true; zero while it is false.
     pub fn update(&mut self, now_s: f64, holds: bool) -> f64 {
         if !holds {

@@ -1,251 +1,225 @@
-//! When to plan anew, and which of two paths to follow.
+//! When to plan a new global path, and whether to follow it.
 
 use super::async_planner::{AsyncPlanner, PlanRequest};
-use super::navigator::Navigator;
-use super::predicted_state::PredictedState;
-use super::progress_checker::Since;
-use super::{Fault, Mode, RoutePlanner};
+use super::progress_checker::ConditionTimer;
+use super::state::State;
+use super::{Fault, Mode, ObstacleModel, RoutePlanner};
 use crate::geometry::{Point, Pose};
 use crate::global::{Plan, PlanError};
-use crate::local::ClearanceField;
 use crate::map::ObstacleGrid;
 use crate::robot::Footprint;
 
-/// Beyond this distance from its path the robot plans anew, metres.
-const OFF_PATH_M: f64 = 2.5;
-/// Within this distance it follows its path, whatever stands about, metres.
-const BESIDE_PATH_M: f64 = 0.3;
-/// The path is looked over at points so far apart, metres.
-const LOOKS_EVERY_M: f64 = 0.1;
-/// Clearance is looked up by the cell: a path at the least distance can seem nearer than it is by this share of a cell.
+/// Beyond this distance from its path the robot has strayed, metres.
+const STRAYED_M: f64 = 2.5;
+/// Within this distance the robot follows its path, whatever is between them, metres.
+const ON_PATH_M: f64 = 0.3;
+/// Distance between two checked points of the path, metres.
+const PATH_STEP_M: f64 = 0.1;
+/// Clearance is looked up by the cell: a path at the least distance can seem nearer by this share of a cell.
 const LOOKUP_CELLS: f64 = 0.25;
-/// A way round that is longer by no more than this is taken at once, metres.
+/// The robot accepts a detour up to this length at once, metres.
 const SMALL_DETOUR_M: f64 = 3.0;
-/// No progress for so many patiences counts as waiting in vain.
+/// A robot without progress for this many times the patience plans around moving obstacles.
 const STUCK_PATIENCES: f64 = 2.0;
-/// A way round people is given so many replanning periods: they move, and each plan would be another one.
-const WAITED_PERIODS: f64 = 6.0;
-/// What leaves no way is forgotten when it was not seen for so long, seconds, unless it is so near, metres.
-const REMEMBERED_S: f64 = 5.0;
-const REMEMBERED_M: f64 = 1.0;
-/// A path that is clear is left for a shorter one at most once in so many replanning periods.
-const SHORTER_PERIODS: f64 = 4.0;
+/// Replanning periods after a plan around moving obstacles: they move, and each plan would differ from the last.
+const HELD_UP_PERIODS: f64 = 6.0;
+/// Where no path remains, the obstacle model forgets marks that no scan hit for this long, seconds, farther away than this,
+/// metres.
+const FORGET_AFTER_S: f64 = 5.0;
+const FORGET_BEYOND_M: f64 = 1.0;
+/// Replanning periods between two attempts to find a shortcut.
+const SHORTCUT_PERIODS: f64 = 4.0;
 
-/// Why a plan was asked for.
+/// Why a plan was requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reason {
-    /// Something stands on the path.
+    /// An obstacle is on the path.
     Blocked,
     /// The robot is off its path.
     Strayed,
-    /// It waited for somebody in vain.
-    Waited,
-    /// What was seen since may have opened a shorter way.
-    Shorter,
+    /// Moving obstacles held the robot up for long.
+    HeldUp,
+    /// Changes of the obstacle model may have opened a shortcut.
+    Shortcut,
 }
 
-/// Planning beside the control loop.
-pub(super) struct Replanning {
-    background: AsyncPlanner<Reason>,
+/// Requests plans from the planning thread and judges what it returns.
+pub(super) struct Replanner {
+    planner: AsyncPlanner<Reason>,
     next_s: f64,
-    next_shorter_s: f64,
+    next_shortcut_s: f64,
     least_radius_m: f64,
-    blocked: Since,
-    /// Why the last attempt found no way.
-    no_way: Option<PlanError>,
-    /// Answers taken so far.
-    taken: u64,
-    /// Whether the next tick takes the answer that is due, where that is told.
-    told: Option<bool>,
+    is_blocked: bool,
+    blocked: ConditionTimer,
+    /// Why the last request found no path.
+    no_path: Option<PlanError>,
+    received: u64,
+    /// In a replay: whether the next tick receives the plan that is due.
+    replayed_arrival: Option<bool>,
 }
 
-impl Replanning {
+impl Replanner {
+    /// Starts the planning thread.
+    ///
+    /// # Errors
+    /// When the operating system starts no thread.
     pub fn new(known: ObstacleGrid, planner: RoutePlanner) -> Result<Self, Fault> {
         Ok(Self {
             least_radius_m: planner.least_radius_m(),
-            background: AsyncPlanner::new(known, planner)?,
+            planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
-            next_shorter_s: f64::NEG_INFINITY,
-            blocked: Since::default(),
-            no_way: None,
-            taken: 0,
-            told: None,
+            next_shortcut_s: f64::NEG_INFINITY,
+            is_blocked: false,
+            blocked: ConditionTimer::default(),
+            no_path: None,
+            received: 0,
+            replayed_arrival: None,
         })
     }
 
-    /// The answer that this tick takes.
-    fn answer(&mut self, now_s: f64, waits: bool) -> Option<(Reason, Result<Plan, PlanError>)> {
-        let answer = match self.told.take() {
-            Some(false) => None,
-            told => self.background.due(now_s, waits || told.is_some()),
-        };
-        self.taken += u64::from(answer.is_some());
-        answer
+    /// Why there is no path to the goal, if the last request found none.
+    pub fn no_path(&self) -> Option<PlanError> {
+        self.no_path.clone()
     }
 
-    /// Why there is no way on, if the last plan that was asked for found none.
-    pub fn no_way(&self) -> Option<PlanError> {
-        self.no_way.clone()
+    /// Number of answers received so far, plans and failures.
+    pub const fn received(&self) -> u64 {
+        self.received
     }
 
-    /// Drops what is on its way: the goal is another one.
-    pub fn forget(&mut self) {
-        self.background.forget();
-        self.blocked = Since::default();
-        self.no_way = None;
-    }
-}
-
-impl Navigator {
-    /// How many answers of the planning thread it has taken, plans or that there is none.
-    #[must_use]
-    pub const fn plans_received(&self) -> u64 {
-        self.replanning.taken
+    /// Sets whether the next tick receives the plan that is due.
+    pub const fn replay_arrival(&mut self, arrives: bool) {
+        self.replayed_arrival = Some(arrives);
     }
 
-    /// Tells whether the next step takes the answer that is due. Without `wait_for_plans` that is a matter of how busy the
-    /// machine is: who repeats a run tells what it was.
-    pub const fn replay_plan_arrival(&mut self, is_taken: bool) {
-        self.replanning.told = Some(is_taken);
+    /// Drops the request under way: the goal has changed.
+    pub fn cancel(&mut self) {
+        self.planner.cancel();
+        self.blocked = ConditionTimer::default();
+        self.no_path = None;
     }
 
-    /// Takes the plan that is due, and asks for one when the way ahead is blocked, the robot strayed, it has stood for
-    /// long behind something moving, or from time to time for a shorter way.
-    pub(super) fn replan(
-        &mut self,
-        now: &PredictedState,
-        field: &ClearanceField,
-        off_path_m: f64,
-        stuck_s: f64,
-    ) {
-        if !self.settings.features.replanning {
-            return;
-        }
-        let is_blocked = self.is_blocked(field);
-        let blocked_s = self.replanning.blocked.update(now.time_s, is_blocked);
-        let waits = self.settings.wait_for_plans;
-        if let Some((reason, plan)) = self.replanning.answer(now.time_s, waits) {
-            if matches!(plan, Err(PlanError::NoValidPath { .. })) {
-                // What stood there may have gone since: Nav2 clears its costmaps then.
-                let since_s = now.time_s - REMEMBERED_S;
-                let robot = now.pose.position();
-                self.surroundings.forget(since_s, &robot, REMEMBERED_M);
+    /// Receives the plan that is due and returns it if it is better than going on.
+    pub fn receive(&mut self, state: &State<'_>, obstacles: &mut ObstacleModel) -> Option<Plan> {
+        let now_s = state.now.time_s;
+        self.is_blocked = self.is_path_blocked(state);
+        let blocked_s = self.blocked.update(now_s, self.is_blocked);
+        let (reason, answer) = self.answer(now_s, state.settings.wait_for_plans)?;
+        self.received += 1;
+        match answer {
+            Ok(plan) => {
+                self.no_path = None;
+                is_better(&plan, reason, blocked_s, state).then_some(plan)
             }
-            self.take(reason, plan, stuck_s, blocked_s);
+            Err(error @ PlanError::NoValidPath { .. }) => {
+                // The obstacles may have gone since: Nav2 clears its costmaps here.
+                let robot = state.now.pose.position();
+                obstacles.forget(now_s - FORGET_AFTER_S, &robot, FORGET_BEYOND_M);
+                self.no_path = Some(error);
+                None
+            }
+            // An obstacle too near to the robot says nothing about the path.
+            Err(_) => {
+                self.no_path = None;
+                None
+            }
         }
-        if self.replanning.background.is_busy() || now.time_s < self.replanning.next_s {
+    }
+
+    fn answer(&mut self, now_s: f64, waits: bool) -> Option<(Reason, Result<Plan, PlanError>)> {
+        match self.replayed_arrival.take() {
+            Some(false) => None,
+            replayed => self.planner.due(now_s, waits || replayed.is_some()),
+        }
+    }
+
+    /// Requests a plan where there is a reason for one, at most once per replanning period.
+    pub fn request(&mut self, state: &State<'_>, obstacles: &ObstacleModel) {
+        let (now, settings) = (state.now, state.settings);
+        if self.planner.is_busy() || now.time_s < self.next_s {
             return;
         }
-        let Some(reason) = self.reason(now, field, is_blocked, off_path_m, stuck_s) else {
+        let Some(reason) = self.reason(state, obstacles) else {
             return;
         };
         let period_s = match reason {
-            Reason::Waited => WAITED_PERIODS * self.settings.replan_period_s,
-            _ => self.settings.replan_period_s,
+            Reason::HeldUp => HELD_UP_PERIODS * settings.replan_period_s,
+            _ => settings.replan_period_s,
         };
-        self.replanning.next_s = now.time_s + period_s;
-        self.replanning.next_shorter_s = now.time_s + SHORTER_PERIODS * period_s;
-        // Moving things count as obstacles only for a robot that waited for them in vain.
-        let discs = if reason == Reason::Waited {
+        self.next_s = now.time_s + period_s;
+        self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
+        // Moving obstacles block a path only where the robot waited for them in vain.
+        let discs = if reason == Reason::HeldUp {
             let moving = now.moving.iter();
             moving.map(|disc| (disc.center(), disc.radius)).collect()
         } else {
             Vec::new()
         };
-        let order = PlanRequest {
+        let request = PlanRequest {
             start: now.pose.position(),
-            goal: self.tour.goal().position,
-            marks: self.surroundings.marks().collect(),
+            goal: state.goal.position,
+            marks: obstacles.marks().collect(),
             discs,
         };
-        let due_s = now.time_s + self.settings.planning_budget_s;
-        self.replanning.background.ask(order, reason, due_s);
+        let due_s = now.time_s + settings.planning_budget_s;
+        self.planner.request(request, reason, due_s);
     }
 
-    fn reason(
-        &self,
-        now: &PredictedState,
-        field: &ClearanceField,
-        is_blocked: bool,
-        off_path_m: f64,
-        stuck_s: f64,
-    ) -> Option<Reason> {
-        // A robot that backs out leaves its path on purpose; where it goes on from is known when it has done so.
-        let backs = self.mode == Mode::Escaping;
-        if !backs && self.has_strayed(now, field, off_path_m) {
+    fn reason(&self, state: &State<'_>, obstacles: &ObstacleModel) -> Option<Reason> {
+        // An escaping robot leaves its path on purpose, and does not know yet where it will go on from.
+        let escapes = state.mode == Mode::Escaping;
+        if !escapes && has_strayed(state) {
             Some(Reason::Strayed)
-        } else if is_blocked {
+        } else if self.is_blocked {
             Some(Reason::Blocked)
-        } else if backs || stuck_s > STUCK_PATIENCES * self.settings.stuck_patience_s {
-            Some(Reason::Waited)
+        } else if escapes || state.stuck_s > STUCK_PATIENCES * state.settings.stuck_patience_s {
+            Some(Reason::HeldUp)
         } else {
-            let may_be_shorter = now.time_s >= self.replanning.next_shorter_s
-                && self.surroundings.marks().next().is_some();
-            may_be_shorter.then_some(Reason::Shorter)
+            let may_be_shorter =
+                state.now.time_s >= self.next_shortcut_s && obstacles.marks().next().is_some();
+            may_be_shorter.then_some(Reason::Shortcut)
         }
     }
 
-    /// Whether the robot is far off its path, or near it with something between them.
-    fn has_strayed(&self, now: &PredictedState, field: &ClearanceField, off_path_m: f64) -> bool {
-        let back = self.route.path().point_at(self.route.progress_m());
-        off_path_m > OFF_PATH_M
-            || off_path_m > BESIDE_PATH_M
-                && !self.is_straight_clear(&now.pose.position(), &back, field)
-    }
-
-    /// Whether an obstacle stands too near to the path ahead, as far as the window shows it.
-    fn is_blocked(&self, field: &ClearanceField) -> bool {
-        let slack_m = LOOKUP_CELLS * field.frame().resolution_m;
-        let Ok(circle) = Footprint::round(self.replanning.least_radius_m - slack_m) else {
+    /// Whether an obstacle is too near to the path ahead, as far as the local window shows.
+    fn is_path_blocked(&self, state: &State<'_>) -> bool {
+        let slack_m = LOOKUP_CELLS * state.field.frame().resolution_m;
+        let Ok(circle) = Footprint::round(self.least_radius_m - slack_m) else {
             return false;
         };
         let is_near = |point: Point| {
             let there = Pose::new(point.x, point.y, 0.0);
-            field
-                .clearance_m(&circle, &there)
-                .is_some_and(|clearance_m| clearance_m < 0.0)
+            let clearance_m = state.field.clearance_m(&circle, &there);
+            clearance_m.is_some_and(|clearance_m| clearance_m < 0.0)
         };
-        self.route
-            .ahead(self.settings.path_check_distance_m, LOOKS_EVERY_M)
-            .any(is_near)
+        let ahead_m = state.settings.path_check_distance_m;
+        state.route.ahead(ahead_m, PATH_STEP_M).any(is_near)
     }
+}
 
-    /// Follows a plan that came, if it is better than going on.
-    ///
-    /// A way round what blocks the path may be as much longer as the robot could have driven since it saw that, and a way
-    /// round people as it could have driven while it waited for them: so waiting and the detour together never cost more
-    /// than twice the better of the two. What stands for long stays.
-    fn take(
-        &mut self,
-        reason: Reason,
-        plan: Result<Plan, PlanError>,
-        stuck_s: f64,
-        blocked_s: f64,
-    ) {
-        let plan = match plan {
-            Ok(plan) => plan,
-            Err(error) => {
-                // That it stands too near to something to begin a path tells nothing of the way.
-                let is_no_way = matches!(error, PlanError::NoValidPath { .. });
-                self.replanning.no_way = is_no_way.then_some(error);
-                return;
-            }
-        };
-        self.replanning.no_way = None;
-        let (length_m, left_m) = (plan.smoothed.length_m(), self.route.left_m());
-        let driven_m = |time_s: f64| time_s * self.robot.limits.max_vel_x;
-        let is_better = match reason {
-            Reason::Strayed => true,
-            Reason::Blocked => {
-                blocked_s > self.settings.detour_patience_s
-                    || length_m - left_m <= SMALL_DETOUR_M + driven_m(blocked_s)
-            }
-            Reason::Waited => length_m - left_m <= driven_m(stuck_s),
-            Reason::Shorter => length_m < left_m * (1.0 - self.settings.min_shortcut_share),
-        };
-        if is_better {
-            self.follow(plan);
-            self.watch.rebase(self.route.left_m());
+/// Whether the robot is far off its path, or near it with an obstacle between them.
+fn has_strayed(state: &State<'_>) -> bool {
+    let nearest = state.route.path().point_at(state.route.progress_m());
+    state.off_path_m > STRAYED_M
+        || state.off_path_m > ON_PATH_M && !state.is_straight_clear_to(&nearest)
+}
+
+/// Whether to follow a plan.
+///
+/// A detour around an obstacle may be as much longer as the robot could have driven since it saw the obstacle, and one around
+/// moving obstacles as it could have driven while it waited for them. So waiting and detour together never cost more than
+/// twice the better of the two. An obstacle that blocks the path for long is taken to stay.
+fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> bool {
+    let settings = state.settings;
+    let (length_m, left_m) = (plan.smoothed.length_m(), state.route.left_m());
+    let driven_m = |time_s: f64| time_s * state.robot.limits.max_vel_x;
+    match reason {
+        Reason::Strayed => true,
+        Reason::Blocked => {
+            blocked_s > settings.detour_patience_s
+                || length_m - left_m <= SMALL_DETOUR_M + driven_m(blocked_s)
         }
+        Reason::HeldUp => length_m - left_m <= driven_m(state.stuck_s),
+        Reason::Shortcut => length_m < left_m * (1.0 - settings.min_shortcut_share),
     }
 }

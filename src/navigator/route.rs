@@ -1,31 +1,30 @@
-//! Where on the path the robot is, and the key node it makes for.
+//! The path that the robot follows, and the key node it drives to.
 
 use super::{NavigatorFeatures, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{Path, Plan};
 
-/// A global path with its key nodes: the local targets, taken one after the other; the last is the goal.
+/// A global path with its key nodes. They are the local targets, one after the other; the last one is the goal.
 #[derive(Clone, Debug)]
-pub struct Route {
+pub(crate) struct Route {
     path: Path,
-    /// Arc lengths of the key nodes, increasing; the last is the path's length.
+    /// Arc lengths of the key nodes, metres, increasing; the last is the path's length.
     key_nodes_m: Vec<f64>,
     progress_m: f64,
-    /// Key nodes touched so far, where that is what counts.
+    /// Number of key nodes touched so far; nothing where progress along the path counts.
     touched: Option<usize>,
 }
 
-/// How far back, and ahead, of the last known progress the robot is looked for on the path, metres: so that a path that
-/// passes near itself is not skipped.
+/// The robot is searched on the path within these distances back and ahead of its last progress, metres: a path may pass near
+/// itself.
 const SEARCH_BACK_M: f64 = 1.0;
 const SEARCH_AHEAD_M: f64 = 3.0;
-/// A key node this near is touched, metres. The paper does not say when it is.
+/// Distance at which a key node is touched, metres. The paper gives none.
 const TOUCH_M: f64 = 0.5;
 
 impl Route {
-    /// The route of a plan: its key nodes are the pruned path's nodes and, where those are further apart than the settings
-    /// allow, points between them. Fewer nodes, or only the goal, where the features say so.
-    #[must_use]
+    /// The route of a plan. Its key nodes are the nodes of the pruned path, and points between them at most
+    /// `key_node_spacing_m` apart. Without some features there are fewer nodes, or only the goal.
     pub fn new(plan: &Plan, settings: &NavigatorSettings) -> Self {
         let NavigatorFeatures {
             global_path,
@@ -70,7 +69,6 @@ impl Route {
     }
 
     /// The path.
-    #[must_use]
     pub const fn path(&self) -> &Path {
         &self.path
     }
@@ -80,19 +78,17 @@ impl Route {
         self.key_nodes_m.iter().map(|&arc| self.path.point_at(arc))
     }
 
-    /// Arc length reached, metres.
-    #[must_use]
+    /// Arc length that the robot has reached, metres.
     pub const fn progress_m(&self) -> f64 {
         self.progress_m
     }
 
     /// Arc length left, metres.
-    #[must_use]
     pub fn left_m(&self) -> f64 {
         self.path.length_m() - self.progress_m
     }
 
-    /// Finds the robot on the path; returns its distance from it, metres.
+    /// Updates the progress of the robot and returns its distance from the path, metres.
     pub fn advance(&mut self, robot: &Point) -> f64 {
         if let Some(touched) = &mut self.touched {
             let is_touched = |&&arc: &&f64| (self.path.point_at(arc) - robot).norm() <= TOUCH_M;
@@ -107,10 +103,9 @@ impl Route {
         found.distance_m
     }
 
-    /// The key node to make for: of those from the first at least `nearest_m` further along the path to the first at least
-    /// `farthest_m`, the last that is in sight, or the first of them; but the first that was not touched where that is what
-    /// counts; the goal when there is none.
-    #[must_use]
+    /// The key node to drive to. The candidates are those from the first at least `nearest_m` further along the path to the
+    /// first at least `farthest_m`. Returns the last candidate in sight, else the first candidate. Where touched nodes count
+    /// instead of progress, returns the first that is not touched. Returns the goal where there is no such node.
     pub fn key_node(
         &self,
         nearest_m: f64,
@@ -135,7 +130,7 @@ impl Route {
             .unwrap_or_else(|| node(nearest))
     }
 
-    /// Points of the path's next `ahead_m` metres, `spacing_m` apart.
+    /// Points on the next `ahead_m` metres of the path, `spacing_m` apart.
     pub fn ahead(&self, ahead_m: f64, spacing_m: f64) -> impl Iterator<Item = Point> + '_ {
         let stretch_m = ahead_m.min(self.left_m());
         let count = (stretch_m / spacing_m) as usize;

@@ -1,4 +1,4 @@
-//! Global planning for a robot: the same map at two distances from walls.
+//! Global planning for a robot, at two distances from walls.
 
 use super::NavigatorSettings;
 use crate::geometry::Point;
@@ -6,19 +6,19 @@ use crate::global::{self, ClearanceCosts, Plan, PlanError, PlanningSpace, Search
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::robot::Footprint;
 
-/// Within so many comfort margins of the start and the goal a path need not keep that margin: either may be anywhere that
-/// is safe, and the way between them should be none the worse for it.
+/// A path need not keep the comfort margin within this many margins of start and goal: either may be anywhere that is safe,
+/// and the path between them must not become worse by it.
 const END_REACH_MARGINS: f64 = 4.0;
 
-/// Within so many least radii of its start a robot that is caught there may squeeze out.
+/// A robot that is caught at its start may pass obstacles more closely within this many least radii of the start.
 const SQUEEZE_WITHIN_RADII: f64 = 3.0;
 
-/// Plans paths that keep a comfortable distance from walls where there is room, and the least safe one where not.
+/// Plans paths that keep a comfortable distance from walls where there is room, else the least safe distance.
 #[derive(Clone, Debug)]
 pub struct RoutePlanner {
     settings: global::Settings,
     searcher: Searcher,
-    /// That of the last plan, for the next one on the same map.
+    /// Terrain of the last plan, for the next one on the same map.
     terrain: Option<Terrain>,
     body_radius_m: f64,
     least_radius_m: f64,
@@ -27,7 +27,7 @@ pub struct RoutePlanner {
     comfort_detour: f64,
 }
 
-/// What a map makes of the ground.
+/// Free space and costs of a map.
 #[derive(Clone, Debug)]
 struct Terrain {
     obstacles: ObstacleGrid,
@@ -37,9 +37,9 @@ struct Terrain {
 }
 
 impl RoutePlanner {
-    /// A planner for a robot on maps of this resolution.
+    /// A planner for a robot, on maps of this resolution in metres.
     ///
-    /// The least radius is that of the footprint's circle, with the margin that the local planner keeps as well.
+    /// The least radius is that of the footprint's circumscribed circle plus the margin of the local planner.
     #[must_use]
     pub fn new(
         footprint: &Footprint,
@@ -64,24 +64,24 @@ impl RoutePlanner {
         }
     }
 
-    /// The least distance kept between a path and an obstacle, metres.
+    /// The least distance between a path and an obstacle, metres.
     #[must_use]
     pub const fn least_radius_m(&self) -> f64 {
         self.least_radius_m
     }
 
-    /// A path among obstacles; what only the map decides is kept for the next plan on the same one. Times its stages by
-    /// `clock`, in seconds.
+    /// Plans a path among obstacles, and keeps what depends only on them for the next plan. Times its stages by `clock`, in
+    /// seconds.
     ///
-    /// It keeps the comfortable distance, unless that makes it much longer. Where both paths had to be found to tell, the
-    /// times and cells expanded are those of both.
+    /// The path keeps the comfortable distance unless that makes it much longer. Where both paths had to be found to compare
+    /// them, times and expanded cells are the sums.
     ///
-    /// A robot that stands nearer to an obstacle than a path may, but clear of it, gets a path that begins at the
-    /// nearest point where one may. Where no path leads on from there, it gets one that comes as near to obstacles as the
-    /// robot's own width allows while it is near its start: out of where it got in.
+    /// For a robot that stands nearer to an obstacle than a path may, but clear of it, the path begins at the nearest free
+    /// point. Where no path leads on from there, the path may pass obstacles near the start as closely as the robot's own
+    /// width allows: the robot leaves where it came in.
     ///
     /// # Errors
-    /// When there is none even at the least radius.
+    /// When there is no path even at the least radius.
     pub fn plan(
         &mut self,
         obstacles: &ObstacleGrid,
@@ -128,7 +128,7 @@ impl RoutePlanner {
                 smoothing: least,
                 costs: terrain.costs.as_ref(),
             };
-            let from = self.way_out(&terrain.obstacles, search, start);
+            let from = self.free_start(&terrain.obstacles, search, start);
             let settings = &self.settings;
             global::plan(&mut self.searcher, &ground, from, goal, settings, clock)
         };
@@ -137,7 +137,7 @@ impl RoutePlanner {
                 .or_else(|error| self.squeezed(terrain, start, goal, clock, error));
         };
         let is_detour = |shortest_m: f64| wide.smoothed.length_m() > detour * shortest_m;
-        // No way is shorter than the straight one.
+        // No path is shorter than the straight line.
         if !is_detour((goal - start).norm()) {
             return Ok(wide);
         }
@@ -155,7 +155,7 @@ impl RoutePlanner {
         })
     }
 
-    /// A path that may squeeze past obstacles near its start; the error where there is none even so.
+    /// A path that may pass obstacles near its start more closely; the given error where there is none.
     fn squeezed(
         &mut self,
         terrain: &Terrain,
@@ -178,13 +178,13 @@ impl RoutePlanner {
             smoothing: &space,
             costs: terrain.costs.as_ref(),
         };
-        let from = self.way_out(&terrain.obstacles, &space, start);
+        let from = self.free_start(&terrain.obstacles, &space, start);
         let settings = &self.settings;
         global::plan(&mut self.searcher, &ground, from, goal, settings, clock).map_err(|_| error)
     }
 
-    /// The nearest free point to a start within a margin. It is nearer than any free point beyond a wall can be.
-    fn way_out(&self, obstacles: &ObstacleGrid, space: &FreeSpace, start: Point) -> Point {
+    /// The nearest free point to a start that is within a margin. Any free point beyond a wall is farther away.
+    fn free_start(&self, obstacles: &ObstacleGrid, space: &FreeSpace, start: Point) -> Point {
         let frame = space.frame();
         let Some(cell) = frame.cell_of(&start) else {
             return start;
@@ -201,16 +201,14 @@ impl RoutePlanner {
     }
 }
 
-/// What the local planner adds to the footprint: the margin asked for, and what the map's coarseness demands.
-#[must_use]
-pub fn local_margin_m(settings: &NavigatorSettings, resolution_m: f64) -> f64 {
+/// Margin that the local planner adds to the footprint, metres: that of the settings, and that for the map's resolution.
+pub(super) fn local_margin_m(settings: &NavigatorSettings, resolution_m: f64) -> f64 {
     settings.safety_margin_m + coarseness_m(resolution_m)
 }
 
-/// Half a cell's diagonal because a clearance is looked up by the cell, and another because obstacle cells are squares
-/// while the field measures to their centres.
-#[must_use]
-pub fn coarseness_m(resolution_m: f64) -> f64 {
+/// Margin for the map's resolution, metres. Half a cell's diagonal because a clearance is looked up by the cell, and another
+/// because obstacle cells are squares while the field measures to their centres.
+pub(super) fn coarseness_m(resolution_m: f64) -> f64 {
     core::f64::consts::SQRT_2 * resolution_m
 }
 
@@ -222,7 +220,7 @@ mod tests {
     use crate::map::{Cell, GridFrame};
 
     #[test]
-    fn a_start_close_to_a_wall_does_not_cost_the_whole_path_its_comfort() {
+    fn path_from_a_start_near_a_wall_keeps_the_comfort_margin() {
         let frame = GridFrame {
             width: 400,
             height: 80,
@@ -231,7 +229,7 @@ mod tests {
         };
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         for column in 0..400 {
-            // A drift 3 m wide with a pillar half way.
+            // A roadway 3 m wide with a pillar in the middle.
             let is_pillar = (190..210).contains(&column);
             for row in (0..10)
                 .chain(70..80)
@@ -251,7 +249,7 @@ mod tests {
         let close_m = 0.5 + planner.least_radius_m() + 0.06;
         let ends = [Point::new(2.0, close_m), Point::new(18.0, close_m)];
         let plan = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);
-        let smoothed = plan.expect("a way past the pillar").smoothed;
+        let smoothed = plan.expect("a path past the pillar").smoothed;
         let middle = (0..100).map(|step| smoothed.point_at(5.0 + f64::from(step) / 10.0));
         let kept_m = min_clearance_m(&Path::new(middle.collect()), &obstacles);
         assert!(kept_m > planner.least_radius_m() + 0.1, "{kept_m} m");
@@ -259,10 +257,10 @@ mod tests {
     }
 
     #[test]
-    fn comfort_is_worth_a_detour_but_not_any() {
+    fn comfort_margin_is_worth_a_limited_detour() {
         let frame = GridFrame::new(200, 100, 0.1, Pose::default()).expect("a sound size");
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        // A wall with a narrow door near both ends, and a wide one far off.
+        // A wall with a narrow door near both ends, and a wide one far away.
         for row in (0..100).filter(|row| !(10..23).contains(row) && *row < 80) {
             obstacles.set(Cell::new(100, row), true);
         }
@@ -281,9 +279,8 @@ mod tests {
         assert!(length_m(1.5) < 6.5 && length_m(10.0) > 12.0);
     }
 
-    /// What is kept of one map must not be taken for another's.
     #[test]
-    fn a_planner_that_is_used_again_plans_as_a_new_one() {
+    fn used_planner_plans_as_a_new_one() {
         let frame = GridFrame::new(100, 60, 0.1, Pose::default()).expect("a sound size");
         let walled = |column: i32| {
             let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
@@ -299,10 +296,10 @@ mod tests {
         for (column, goal_x) in [(40, 8.0), (40, 7.0), (60, 7.0), (60, 2.0), (40, 8.0)] {
             let obstacles = walled(column);
             let ends = [Point::new(2.0, 2.0), Point::new(goal_x, 2.0)];
-            let [again, anew] = [&mut used, &mut new()]
+            let [by_used, by_new] = [&mut used, &mut new()]
                 .map(|planner| planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0));
-            assert_eq!(again, anew);
-            assert!(again.is_ok());
+            assert_eq!(by_used, by_new);
+            assert!(by_used.is_ok());
         }
     }
 }

@@ -1,11 +1,11 @@
-//! What one revolution of the lidar says of a place: was it seen through?
+//! Whether a lidar scan saw through a place.
 
 use core::f64::consts::TAU;
 
 use crate::geometry::{Point, Pose, bearing};
 use crate::map::Scan;
 
-/// A scan, and where the robot was when it was made.
+/// A scan with the pose from which it was made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StampedScan {
     pub pose: Pose,
@@ -13,7 +13,7 @@ pub(super) struct StampedScan {
 }
 
 impl StampedScan {
-    /// Takes over another scan, in the memory that this one has.
+    /// Copies another scan into the memory of this one.
     pub fn copy(&mut self, pose: &Pose, scan: &Scan) {
         self.pose = *pose;
         self.scan.angle_min = scan.angle_min;
@@ -23,14 +23,14 @@ impl StampedScan {
     }
 }
 
-/// Poses are off by less than this, radians and metres: three deviations of each of two poses.
+/// Largest error of a pose, radians and metres: three standard deviations of each of two poses.
 const YAW_ERROR: f64 = 0.012;
 const PLACE_ERROR_M: f64 = 0.03;
-/// Distances err by this share as well: what lies far off is met at a slant more often.
+/// Error of a distance as a share of it: beams meet far surfaces at a flatter angle.
 const MARGIN_SHARE: f64 = 0.01;
 
-/// The shortest range of the beams within an angle of a direction in the map frame, and of the two beside it at least.
-/// A beam that met nothing saw as far as the sensor does. None where a beam measured nothing or there is none.
+/// The shortest range of the beams within an angle of a direction in the map frame, metres, and of the two next to it at least.
+/// A beam without a return saw to the sensor's range. Nothing where a beam has no measurement or there is no beam.
 pub(super) fn seen_to_m(pose: &Pose, scan: &Scan, direction: f64, half_angle: f64) -> Option<f64> {
     let beams = scan.ranges.len() as i64;
     if beams == 0 {
@@ -62,11 +62,11 @@ pub(super) fn is_full_turn(scan: &Scan) -> bool {
     scan.ranges.len() as f64 * scan.angle_increment > TAU - 0.5 * scan.angle_increment
 }
 
-/// Whether the beams of a scan about a point all went on beyond it by a margin, metres, although the pose was not quite
-/// what it was said to be: then nothing was there.
+/// Whether the beams of a scan around a point all went beyond it by a margin, metres, for every pose within the error: then the
+/// point was free.
 ///
-/// A wall seen at a glance is far nearer for the beam on its one side than on the other; looking at the beams on both
-/// sides is what keeps a small turn of the robot from seeing through it.
+/// The ranges of two neighbouring beams to a wall at a flat angle differ much. The beams on both sides count, so that a small
+/// rotation of the robot does not let the scan see through the wall.
 pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, margin_m: f64) -> bool {
     let robot = pose.position();
     let distance = (point - robot).norm();

@@ -1,93 +1,119 @@
-//! How the navigator behaves, under the names that ROS users know where there is one.
+//! Settings of the navigator, under Nav2's names where Nav2 has one.
 
 use core::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Fault, NavigatorFeatures};
+use super::Fault;
 use crate::documented::documented;
 
 documented! {
-    /// Distances, tolerances and patience. The defaults drive the default robot through mine drifts.
+    /// Distances, tolerances and times of the navigator. The defaults drive the default robot through mine roadways.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct NavigatorSettings {
         /// The goal is reached when the robot stands within this distance of it, metres, above zero and at most 10000.
         pub xy_goal_tolerance: f64,
-        /// Where the goal asks for a yaw, the robot must stand within this of it, radians, above zero and at most pi.
+        /// Where the goal has a yaw, the robot must stand within this of it, radians, above zero and at most pi.
         pub yaw_goal_tolerance: f64,
         /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal, metres, above
         /// zero and at most 10000.
         pub xy_parking_tolerance: f64,
-        /// And within this of the yaw asked for, radians, above zero and at most pi.
+        /// Parking tries to stand within this of the goal's yaw, radians, above zero and at most pi.
         pub yaw_parking_tolerance: f64,
-        /// A goal this near and straight ahead is driven at by distance alone, metres, 0 to 10000.
+        /// The robot parks straight at a goal ahead that is nearer than this, metres, 0 to 10000.
         pub parking_distance_m: f64,
-        /// When this is over and it stands within the goal's tolerances, it has arrived all the same, seconds, 0 to 10000.
+        /// After this time a parking robot has arrived if it stands within the goal's tolerances, seconds, 0 to 10000.
         pub parking_timeout_s: f64,
-        /// How long it stands at each stop of a tour, seconds, 0 to 10000.
+        /// Pause at each waypoint, seconds, 0 to 10000.
         pub waypoint_pause_s: f64,
-        /// From a command to its effect, seconds, 0 to 10000: the robot's motion until then is taken for granted.
+        /// Time from a command to its effect, seconds, 0 to 10000. The navigator predicts the robot's motion until then.
         pub actuation_delay_s: f64,
-        /// Gap kept to everything beyond the footprint, metres, 0 to 10000, on top of the map's own coarseness.
+        /// Distance that the robot keeps to static obstacles, metres, 0 to 10000, on top of the margin for the map's resolution.
         pub safety_margin_m: f64,
-        /// Gap kept to moving obstacles, metres, 0 to 10000: they may turn round at any moment.
+        /// Distance that the robot keeps to moving obstacles, metres, 0 to 10000: they may turn at any moment.
         pub moving_margin_m: f64,
-        /// Gap kept to somebody who came within that margin, metres, 0 to 10000: enough to pass slowly.
+        /// Distance that the robot keeps to an obstacle that came within that margin, metres, 0 to 10000: enough to pass slowly.
         pub passing_margin_m: f64,
-        /// Highest speed while something is within its margin, m/s, above zero and at most 10000.
+        /// Highest speed while an obstacle is within its margin, m/s, above zero and at most 10000.
         pub passing_speed: f64,
-        /// Extra distance to walls that the global path keeps where there is room, metres, 0 to 10000.
+        /// Additional distance to walls that the global path keeps where there is room, metres, 0 to 10000.
         pub comfort_margin_m: f64,
-        /// A path that keeps it is taken if it is at most this many times as long as one that does not, 1 to 10000.
+        /// A path that keeps it may be at most this many times as long as one that does not, 1 to 10000.
         pub comfort_detour: f64,
-        /// Key nodes are at most this far apart along the path, metres, 0.01 to 10000.
+        /// Largest distance between two key nodes along the path, metres, 0.01 to 10000.
         pub key_node_spacing_m: f64,
         /// The local target is the first key node at least this far ahead along the path, metres, above zero and at most
-        /// 10000, if it is in sight: as far as the robot gets within the horizon, or it would dawdle.
+        /// 10000, if it is in sight. With less than the distance driven within the horizon the robot drives slowly.
         pub lookahead_m: f64,
-        /// And if not, one nearer that is, down to the first at least this far ahead, metres, 0 to 10000.
+        /// Where that key node is not in sight, a nearer one is, at least this far ahead, metres, 0 to 10000.
         pub min_lookahead_m: f64,
         /// The path is checked for new obstacles this far ahead, metres, 0 to 10000, as far as the local window shows.
         pub path_check_distance_m: f64,
-        /// The robot turns in place when the target lies further off its heading than this, radians, above zero and at most
-        /// pi.
+        /// The robot rotates in place when the target lies further off its heading than this, radians, above zero and at
+        /// most pi.
         pub rotate_in_place_from: f64,
-        /// It drives on when the target lies within this, radians, above zero and at most `rotate_in_place_from`.
+        /// The rotation ends when the target lies within this of the heading, radians, above zero and at most
+        /// `rotate_in_place_from`.
         pub rotate_in_place_until: f64,
-        /// It tries something else after standing or creeping for this long, seconds, 0 to 10000.
+        /// The robot escapes after it has stood or crept for this long, seconds, 0 to 10000.
         pub stuck_patience_s: f64,
-        /// Time from one attempt to plan anew to the next, seconds, 0 to 10000.
+        /// Shortest time between two requests for a plan, seconds, 0 to 10000.
         pub replan_period_s: f64,
-        /// Age of a scan, seconds, above zero and at most 10000, from which the robot stops: Nav2's
+        /// Age of a scan, seconds, above zero and at most 10000, from which the robot brakes: Nav2's
         /// `costmap_update_timeout`.
         pub scan_timeout_s: f64,
-        /// It gives up when its senses could not be believed for so many seconds' worth of ticks, 0 to 10000.
+        /// The mission fails after faulty observations for this long, seconds, 0 to 10000.
         pub sensor_fault_patience_s: f64,
-        /// The same of a robot whose localisation says that it is lost, 0 to 10000: it stands until it is found.
+        /// The mission fails after the localisation has not known the pose for this long, seconds, 0 to 10000; the robot
+        /// stands meanwhile.
         pub localization_patience_s: f64,
-        /// A new plan is followed so long after it was asked for, seconds, 0 to 10000; planning runs beside the control
-        /// loop.
+        /// Time from the request for a plan until the robot follows it, seconds, 0 to 10000; planning runs on its own thread.
         pub planning_budget_s: f64,
-        /// Whether to stop the control loop for a plan that takes longer than that. It keeps a simulated run the same at each
-        /// repetition; a robot goes on and takes the plan when it is there.
+        /// Whether the control loop waits for a plan that takes longer than that. A simulated run is then the same at each
+        /// repetition. A real robot goes on and takes the plan when it is ready.
         pub wait_for_plans: bool,
-        /// What a decision may take, seconds, above zero and at most 10000, such as 0.05: one that takes longer is not
-        /// sent. None: no decision is ever late, which keeps a simulated run the same at each repetition.
+        /// Longest duration of a decision, seconds, above zero and at most 10000, such as 0.05; a later decision is not
+        /// sent. Without a value no decision is late, and a simulated run is the same at each repetition.
         pub deadline_s: Option<f64>,
-        /// What has blocked the path for so long is taken to stay, however long the way round is, seconds, 0 to 10000.
+        /// An obstacle that has blocked the path for this long is taken to stay, however long the detour is, seconds, 0 to
+        /// 10000.
         pub detour_patience_s: f64,
-        /// A way found that is shorter than the rest of the path by this share is taken, 0 to 1, though nothing blocks the path.
+        /// The robot takes a shortcut that saves at least this share of the remaining path, 0 to 1.
         pub min_shortcut_share: f64,
-        /// Progress along the path that counts as such, metres, above zero and at most 10000 (Nav2:
+        /// Shortest advance along the path that counts as progress, metres, above zero and at most 10000 (Nav2:
         /// `required_movement_radius`).
         pub required_movement_radius: f64,
-        /// The mission is given up after this long without progress, seconds, above zero and at most 10000.
+        /// The mission fails after this long without progress, seconds, above zero and at most 10000 (Nav2:
+        /// `movement_time_allowance`).
         pub movement_time_allowance: f64,
-        /// Speed at which the robot backs out of a dead end, m/s, above zero and at most 10000.
+        /// Speed at which the robot escapes, m/s, above zero and at most 10000.
         pub escape_speed: f64,
-        /// What it does beyond the dynamic window.
+        /// Features beyond the dynamic window.
         pub features: NavigatorFeatures,
+    }
+}
+
+documented! {
+    /// What the navigator does beyond the dynamic window. All is on by default; without a feature an experiment shows what it
+    /// gains.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct NavigatorFeatures {
+        /// The robot follows a global path. Off: the goal itself is the local target.
+        pub global_path: bool,
+        /// The robot passes key nodes, half a metre apart, by progress along the path. Off: the local targets are the nodes of
+        /// the pruned path, and the robot must touch each before the next, as in the paper (section 3.3.3, step 4).
+        pub progress: bool,
+        /// Moving obstacles are tracked and predicted. Off: they are marked as static ones.
+        pub tracking: bool,
+        /// Paths are replanned. Off: the robot follows the first one to the end.
+        pub replanning: bool,
+        /// The robot can stop before a moving obstacle reaches it, even if that turns (passive safety). Off for a race among
+        /// obstacles that ignore the robot, where standing does not help.
+        pub passive_safety: bool,
+        /// The robot rotates in place towards its path, evades moving obstacles, and escapes where it is stuck.
+        pub recovery: bool,
     }
 }
 
@@ -132,11 +158,24 @@ impl Default for NavigatorSettings {
     }
 }
 
+impl Default for NavigatorFeatures {
+    fn default() -> Self {
+        Self {
+            global_path: true,
+            progress: true,
+            tracking: true,
+            replanning: true,
+            passive_safety: true,
+            recovery: true,
+        }
+    }
+}
+
 impl NavigatorSettings {
-    /// Checks every number.
+    /// Checks the range of every number.
     ///
     /// # Errors
-    /// [`Fault::BadSetting`] names the first that is out of range.
+    /// [`Fault::BadSetting`] with the first one out of range.
     pub fn validate(&self) -> Result<(), Fault> {
         let above_zero = "above zero and at most 10000";
         let at_least_zero = "0 to 10000";

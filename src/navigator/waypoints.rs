@@ -1,85 +1,102 @@
-//! The stops of a mission, one after the other.
+//! Goals of a mission, one after the other.
 
-use super::{Goal, Waypoints};
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 
-/// A goal, and those after it with the way that leads there.
+/// A position to reach, and optionally the yaw to stand there with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// Position, metres in the map frame.
+    pub position: Point,
+    /// Yaw, radians.
+    pub yaw: Option<f64>,
+}
+
+/// Start and goals of a mission. Every goal but the last is a waypoint, at which the robot pauses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Waypoints {
+    /// Position of the robot.
+    pub start: Point,
+    /// Goals in order; at least one.
+    pub goals: Vec<Goal>,
+}
+
+/// The present goal, and those after it with the plans that lead there.
 #[derive(Clone, Debug)]
 pub(super) struct WaypointQueue {
     goal: Goal,
-    done: usize,
+    passed: usize,
     /// The next one last.
     ahead: Vec<(Goal, Plan)>,
-    /// When the robot goes on from where it stands, seconds.
-    goes_on_s: f64,
+    /// End of the pause at the present goal, seconds.
+    pause_until_s: f64,
 }
 
 impl WaypointQueue {
-    /// A journey with the way to each stop, and the way to the first: so that one that cannot be done is refused before
-    /// the robot moves.
+    /// Plans to every goal, so that an unreachable one is an error before the robot moves. Returns the queue and the plan to
+    /// the first goal.
     ///
     /// # Errors
-    /// Where there is no way to a stop.
+    /// Where there is no path to a goal.
     pub fn planned(
-        journey: &Waypoints,
+        waypoints: &Waypoints,
         mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
     ) -> Result<(Self, Plan), PlanError> {
-        let mut ahead = Vec::with_capacity(journey.stops.len());
-        let mut from = journey.start;
-        for goal in &journey.stops {
+        let mut ahead = Vec::with_capacity(waypoints.goals.len());
+        let mut from = waypoints.start;
+        for goal in &waypoints.goals {
             ahead.push((*goal, plan(from, goal.position)?));
             from = goal.position;
         }
         ahead.reverse();
-        let Some((goal, first)) = ahead.pop() else {
-            // No stop at all: it stays where it is.
-            let goal = Goal {
-                position: from,
-                yaw: None,
-            };
-            return plan(from, from).map(|stay| (Self::of(goal, ahead), stay));
+        let (goal, first) = match ahead.pop() {
+            Some(next) => next,
+            // Without a goal the robot stays where it is.
+            None => (
+                Goal {
+                    position: from,
+                    yaw: None,
+                },
+                plan(from, from)?,
+            ),
         };
-        Ok((Self::of(goal, ahead), first))
-    }
-
-    const fn of(goal: Goal, ahead: Vec<(Goal, Plan)>) -> Self {
-        Self {
+        let queue = Self {
             goal,
-            done: 0,
+            passed: 0,
             ahead,
-            goes_on_s: f64::NEG_INFINITY,
-        }
+            pause_until_s: f64::NEG_INFINITY,
+        };
+        Ok((queue, first))
     }
 
-    /// The stop it makes for or stands at.
+    /// The goal that the robot drives to or stands at.
     pub const fn goal(&self) -> &Goal {
         &self.goal
     }
 
-    /// Stops before that.
-    pub const fn done(&self) -> usize {
-        self.done
+    /// Number of goals before that.
+    pub const fn passed(&self) -> usize {
+        self.passed
     }
 
-    /// Whether another stop follows.
-    pub const fn goes_on(&self) -> bool {
+    /// Whether another goal follows.
+    pub const fn has_next(&self) -> bool {
         !self.ahead.is_empty()
     }
 
-    /// Stands here until a time.
-    pub const fn stand_until(&mut self, time_s: f64) {
-        self.goes_on_s = time_s;
+    /// Pauses at the present goal until a time, seconds.
+    pub const fn pause_until(&mut self, time_s: f64) {
+        self.pause_until_s = time_s;
     }
 
-    /// The way to the next stop, which is the goal from now on, if there is one and it is time.
+    /// Takes the next goal as the present one and returns the plan to it; nothing during the pause or after the last goal.
     pub fn next(&mut self, now_s: f64) -> Option<Plan> {
-        if now_s < self.goes_on_s {
+        if now_s < self.pause_until_s {
             return None;
         }
         let (goal, plan) = self.ahead.pop()?;
         self.goal = goal;
-        self.done += 1;
+        self.passed += 1;
         Some(plan)
     }
 }

@@ -45,7 +45,7 @@ impl DriveMetadata {
             config: config.clone(),
             waypoints: Waypoints {
                 start: mission.start.position(),
-                stops: mission.stops(),
+                goals: mission.stops(),
             },
             map: Arc::clone(&mission.map),
             engine,
@@ -66,7 +66,7 @@ impl DriveMetadata {
                 resolution_m: frame.resolution_m,
                 origin: frame.origin,
             },
-            stops: self.waypoints.stops.iter().map(Stop::of).collect(),
+            stops: self.waypoints.goals.iter().map(Stop::of).collect(),
         };
         Ok([
             (CONFIG, toml(CONFIG, &self.config)?),
@@ -104,7 +104,7 @@ impl DriveMetadata {
             config,
             waypoints: Waypoints {
                 start: Point::new(x, y),
-                stops: drive.stops.iter().map(Stop::goal).collect(),
+                goals: drive.stops.iter().map(Stop::goal).collect(),
             },
             map: Arc::new(OccupancyGrid::new(frame, cells)),
             engine: drive.engine,
@@ -188,7 +188,7 @@ mod tests {
             config,
             waypoints: Waypoints {
                 start: Point::new(third, 5e-324),
-                stops: vec![goal(None), goal(Some(third.next_up()))],
+                goals: vec![goal(None), goal(Some(third.next_up()))],
             },
             map: Arc::new(OccupancyGrid::new(frame, vec![-1, 0, 1, 65, 99, 100])),
             engine: "CPU \"of\" some\tkind".to_owned(),

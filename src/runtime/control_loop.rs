@@ -43,7 +43,7 @@ impl<'a> ControlLoop<'a> {
             known,
             &Waypoints {
                 start: mission.start.position(),
-                stops: mission.stops(),
+                goals: mission.stops(),
             },
             config.robot.model(),
             planner,
@@ -177,9 +177,9 @@ impl<'a> ControlLoop<'a> {
 
     /// Records once for each stop but the last how far from it the robot stands.
     fn record_stop(&mut self, mode: Mode, pose: &Pose) {
-        let (stop, number) = self.navigator.stop();
+        let number = self.navigator.goals_passed();
         if mode == Mode::AtWaypoint && self.stop_errors.len() == number {
-            self.stop_errors.push(StopError::of(pose, stop));
+            self.stop_errors.push(StopError::of(pose, self.navigator.goal()));
         }
     }
 

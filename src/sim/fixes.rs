@@ -9,7 +9,7 @@ use super::error::{at_least_zero, require};
 use super::rng::{RngStream, generator, normal};
 use crate::documented::documented;
 use crate::geometry::{Pose, wrap_angle};
-use crate::navigator::{PoseFilter, PoseMeasurement};
+use crate::localization::{PoseFilter, PoseMeasurement};
 
 documented! {
     /// How often and how well the true pose is measured.
@@ -131,9 +131,9 @@ impl SimulatedPositioning {
 
     /// Returns the filtered pose at a time, seconds, that ascends from call to call.
     pub fn pose(&mut self, time_s: f64, odometry: &Pose, truth: &Pose) -> Pose {
-        self.filter.moved(odometry);
+        self.filter.predict(odometry);
         if let Some(pose) = self.source.fix(time_s, truth) {
-            self.filter.fixed(&PoseMeasurement {
+            self.filter.correct(&PoseMeasurement {
                 pose,
                 ..self.accuracy
             });

@@ -1,4 +1,4 @@
-//! Runs of returns that belong together: what one thing shows of itself.
+//! Clusters: consecutive returns of one object.
 
 use crate::geometry::{Point, Pose};
 use crate::map::Scan;
@@ -11,16 +11,16 @@ pub(super) struct Return {
     pub beam: usize,
     pub range_m: f64,
     pub point: Point,
-    /// Whether it may belong to something new or moving.
+    /// Whether it may belong to a new or moving object.
     pub is_candidate: bool,
-    /// The track, by its place in the list, on whose expected disc it falls.
+    /// Index of the track on whose expected disc it falls.
     pub owner: Option<usize>,
 }
 
-/// Consecutive returns of one thing.
+/// Consecutive returns of one object.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cluster {
-    /// Place of the first in the list of returns; the run may go on at the list's beginning.
+    /// Index of the first return; the cluster may continue at the beginning of the list.
     pub first: usize,
     /// Number of returns.
     pub count: usize,
@@ -30,27 +30,27 @@ pub(super) struct Cluster {
     pub right: f64,
     /// Angle from there to its left edge, radians.
     pub spread: f64,
-    /// Whether its right and left edges are its own: the beams beside them go on beyond it.
+    /// Whether its right and left edges are its own: the beams next to them go beyond it.
     pub own_edges: [bool; 2],
-    /// Whether it goes on to its right and to its left in something that has stood there for a while.
+    /// Whether it is connected to settled marks at its right and at its left.
     pub joins: [bool; 2],
     /// Distance from the first return to the last, metres.
     pub length_m: f64,
 }
 
-/// Returns of neighbouring beams are this near to each other, metres, and so many beam spacings more: 0.1 m lies
-/// between two people who pass close by each other, and more between a person and the wall behind.
+/// Returns of neighbouring beams belong together within this distance, metres, plus this many beam spacings. Two people who
+/// pass each other are 0.1 m apart, and a person and the wall behind are farther apart.
 const NEAR_M: f64 = 0.1;
 const NEAR_SPACINGS: f64 = 2.0;
-/// So many beams without a measurement do not part what they lie between.
-const MOST_MISSING: usize = 3;
-/// A beam goes on beyond an edge if it is this much longer than the one on the edge, metres.
+/// At most this many beams without a measurement may lie within a cluster.
+const MAX_MISSING: usize = 3;
+/// A beam goes beyond an edge if it is this much longer than the one on the edge, metres.
 const BEYOND_EDGE_M: f64 = 0.05;
-/// What is longer than this, metres, is no disc of at most 0.7 m radius.
+/// A longer cluster is no disc with a radius of at most 0.7 m, metres.
 pub(super) const LONGEST_M: f64 = 1.5;
 
-/// Finds the runs; those too long for a disc are cut where the expected disc of a moving thing ends.
-pub(super) fn sightings(
+/// Finds the clusters. One that is too long for a disc is split where the expected disc of a moving object ends.
+pub(super) fn find(
     pose: &Pose,
     scan: &Scan,
     returns: &[Return],
@@ -74,7 +74,7 @@ pub(super) fn sightings(
     }
     join_at_seam(scan, returns, spare);
     for &(first, count) in spare.iter() {
-        let whole = sighting(pose, scan, returns, first, count);
+        let whole = cluster(pose, scan, returns, first, count);
         if whole.length_m <= LONGEST_M {
             found.push(whole);
             continue;
@@ -83,7 +83,7 @@ pub(super) fn sightings(
         let mut from = 0;
         for step in 1..=count {
             if step == count || owner(step) != owner(from) {
-                let part = sighting(
+                let part = cluster(
                     pose,
                     scan,
                     returns,
@@ -97,7 +97,7 @@ pub(super) fn sightings(
     }
 }
 
-/// On a full turn the last beam's neighbour is the first.
+/// Joins the last run with the first one: in a full turn their beams are neighbours.
 fn join_at_seam(scan: &Scan, returns: &[Return], runs: &mut Vec<(usize, usize)>) {
     let (Some(&(first, count)), Some(&(last, last_count))) = (runs.first(), runs.last()) else {
         return;
@@ -110,11 +110,11 @@ fn join_at_seam(scan: &Scan, returns: &[Return], runs: &mut Vec<(usize, usize)>)
     }
 }
 
-/// Whether a return and the next go on without a jump.
+/// Whether a return and the next one belong to one object.
 fn belong_together(scan: &Scan, one: &Return, next: &Return) -> bool {
     let beams = scan.ranges.len();
     let steps = (next.beam + beams - one.beam) % beams;
-    if steps == 0 || steps > MOST_MISSING + 1 {
+    if steps == 0 || steps > MAX_MISSING + 1 {
         return false;
     }
     let missing = |step: usize| scan.ranges[(one.beam + step) % beams].is_nan();
@@ -130,7 +130,7 @@ fn belong_together(scan: &Scan, one: &Return, next: &Return) -> bool {
     (next.point - one.point).norm() < NEAR_M + NEAR_SPACINGS * spacing_m
 }
 
-fn sighting(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: usize) -> Cluster {
+fn cluster(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: usize) -> Cluster {
     let beams = scan.ranges.len();
     let at = |step: usize| &returns[(first + step) % returns.len()];
     let (begin, end) = (at(0), at(count - 1));
@@ -154,26 +154,26 @@ fn sighting(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: u
     }
 }
 
-/// Whether what is seen beside a return, to its left or its right, has stood there for a while and is near to it.
+/// Whether the return next to one, at its left or right, belongs to it and to a settled mark.
 fn joins_settled(scan: &Scan, returns: &[Return], place: usize, to_left: bool) -> bool {
     let all = returns.len();
-    let beside = if to_left {
+    let next_to = if to_left {
         (place + 1) % all
     } else {
         (place + all - 1) % all
     };
     let (one, next) = if to_left {
-        (place, beside)
+        (place, next_to)
     } else {
-        (beside, place)
+        (next_to, place)
     };
-    !returns[beside].is_candidate && belong_together(scan, &returns[one], &returns[next])
+    !returns[next_to].is_candidate && belong_together(scan, &returns[one], &returns[next])
 }
 
-/// Whether the beam beside a return, to its left or its right, goes on beyond it.
+/// Whether the beam next to a return, at its left or right, goes beyond it.
 fn is_edge(scan: &Scan, edge: &Return, to_left: bool) -> bool {
     let beams = scan.ranges.len();
-    let beside = if to_left {
+    let next_to = if to_left {
         edge.beam + 1
     } else {
         edge.beam + beams - 1
@@ -186,5 +186,5 @@ fn is_edge(scan: &Scan, edge: &Return, to_left: bool) -> bool {
     if leaves_fan && !is_full_turn(scan) {
         return false;
     }
-    scan.ranges[beside % beams] > edge.range_m + BEYOND_EDGE_M
+    scan.ranges[next_to % beams] > edge.range_m + BEYOND_EDGE_M
 }

@@ -1,29 +1,29 @@
-//! Which disc shows itself so?
+//! Fits a disc to a cluster of lidar returns.
 
 use nalgebra::Matrix2;
 
 use super::cluster::Cluster;
 use crate::geometry::{Point, Vector};
 
-/// Radii of people and of what else may move, metres.
+/// Least and largest radius of a moving obstacle, metres.
 pub(super) const RADII_M: (f64, f64) = (0.1, 0.7);
 
-/// Deviation of a return from a disc's outline, metres: noise of the range and that nobody is quite round.
+/// Standard deviation of a return from a disc's outline, metres: noise of the range, and bodies that are not round.
 const OUTLINE_DEVIATION_M: f64 = 0.02;
-/// Deviation of the robot's place, metres, and of its heading, radians.
+/// Standard deviation of the robot's position, metres, and of its heading, radians.
 const PLACE_DEVIATION_M: f64 = 0.01;
 const YAW_DEVIATION: f64 = 0.005;
-/// Steps of the fit; each squares what is left of the error.
+/// Steps of the fit; each squares the remaining relative error.
 const STEPS: usize = 3;
 
-/// A disc's centre and how sure it is.
+/// The centre of a disc with its covariance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit {
     pub center: Point,
     pub covariance: Matrix2<f64>,
 }
 
-/// A radius and the variance of its error, metres and square metres.
+/// A radius and its variance, metres and square metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Radius {
     pub radius_m: f64,
@@ -31,31 +31,31 @@ pub(super) struct Radius {
 }
 
 impl Cluster {
-    /// The direction, radians, in which the centre of a disc of this radius lies, and the deviation of the centre
-    /// across it, metres.
+    /// The direction to the centre of a disc of this radius, radians, and the standard deviation of the centre across it,
+    /// metres.
     fn toward(&self, radius_m: f64, increment: f64) -> (f64, f64) {
         let distance = self.near_m + radius_m;
-        // An edge lies anywhere between two beams.
+        // The edge is anywhere between two beams.
         let edge_m = distance * increment / 12.0_f64.sqrt();
         let half = libm::asin((radius_m / distance).min(1.0));
         let left = self.right + self.spread;
         match self.own_edges {
             [true, true] => (self.right + self.spread / 2.0, edge_m / 2.0_f64.sqrt()),
-            // The radius counts as off by as much again as the edge.
+            // The error of the radius counts as much as that of the edge.
             [true, false] => (self.right + half, 2.0 * edge_m),
             [false, true] => (left - half, 2.0 * edge_m),
             [false, false] => (self.right + self.spread / 2.0, radius_m / 2.0),
         }
     }
 
-    /// Where the centre of a disc of this radius lies, but for what the shape of the returns says.
+    /// The approximate centre of a disc of this radius, by its direction and nearest return.
     pub fn rough_center(&self, robot: &Point, radius_m: f64, increment: f64) -> Point {
         let (direction, _) = self.toward(radius_m, increment);
         let (sin, cos) = libm::sincos(direction);
         robot + Vector::new(cos, sin) * (self.near_m + radius_m)
     }
 
-    /// The disc of this radius that fits the returns and the edges best, by least squares (Gauss and Newton).
+    /// The disc of this radius that fits returns and edges best, by least squares (Gauss-Newton).
     pub fn fit<'a>(
         &self,
         points: &(impl Iterator<Item = &'a Point> + Clone),
@@ -101,8 +101,8 @@ impl Cluster {
         }
     }
 
-    /// The radius of a disc whose nearest point is at a distance, metres, by the angle between its edges; none where
-    /// one of them is hidden.
+    /// The radius of a disc whose nearest point is at a distance, metres, by the angle between its edges; nothing where an edge
+    /// is hidden.
     ///
     /// A disc of radius `r` at a distance `d` from its outline has a half width `a` with `sin a = r / (d + r)`.
     pub fn radius(&self, distance_m: f64, increment: f64) -> Option<Radius> {

@@ -1,13 +1,13 @@
-//! Where something is and how fast it moves: a Kalman filter of constant velocity.
+//! Kalman filter of constant velocity in the plane.
 
 use nalgebra::{Matrix2, Matrix4, SMatrix, SVector};
 
 use crate::geometry::{Point, Vector};
 
-/// Variance of the velocity, (m/s)^2 on each axis, of something seen for the first time: people walk at 1 m/s or so.
+/// Variance of the first velocity, (m/s)^2 on each axis: people walk at about 1 m/s.
 const FIRST_SPEED_VARIANCE: f64 = 1.0;
 
-/// An estimate of position and velocity in the plane, and its covariance.
+/// An estimate of position and velocity with its covariance.
 ///
 /// The model is white noise of acceleration, in m^2/s^3 (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to
 /// Tracking and Navigation, 2001, section 6.2.2).
@@ -19,7 +19,7 @@ pub(super) struct Filter {
 }
 
 impl Filter {
-    /// Something seen once, velocity unknown.
+    /// A filter after one measured position, with unknown velocity.
     pub fn new(center: &Point, covariance: &Matrix2<f64>) -> Self {
         let mut whole = Matrix4::identity() * FIRST_SPEED_VARIANCE;
         whole.fixed_view_mut::<2, 2>(0, 0).copy_from(covariance);
@@ -29,7 +29,7 @@ impl Filter {
         }
     }
 
-    /// Moves on by a time, seconds, under noise of acceleration, m^2/s^3.
+    /// Predicts over a time, seconds, with noise of acceleration, m^2/s^3.
     pub fn predict(&mut self, time_s: f64, noise: f64) {
         let mut motion = Matrix4::identity();
         motion
@@ -37,11 +37,11 @@ impl Filter {
             .copy_from(&(Matrix2::identity() * time_s));
         self.state = motion * self.state;
         self.covariance = motion * self.covariance * motion.transpose();
-        self.loosen(time_s, noise);
+        self.add_noise(time_s, noise);
     }
 
-    /// Adds what noise of acceleration, m^2/s^3, makes of it in a time, seconds.
-    pub fn loosen(&mut self, time_s: f64, noise: f64) {
+    /// Increases the covariance by noise of acceleration, m^2/s^3, over a time, seconds.
+    pub fn add_noise(&mut self, time_s: f64, noise: f64) {
         let identity = Matrix2::identity();
         let mut add = |row, column, value: f64| {
             let mut block = self.covariance.fixed_view_mut::<2, 2>(row, column);
@@ -53,7 +53,7 @@ impl Filter {
         add(2, 2, time_s);
     }
 
-    /// The squared distance of a measured position from the expected one, in deviations of both.
+    /// The squared Mahalanobis distance of a measured position from the expected one.
     pub fn squared_deviations(&self, measured: &Point, covariance: &Matrix2<f64>) -> f64 {
         let error = measured - self.center();
         let sum = self.covariance.fixed_view::<2, 2>(0, 0) + covariance;
@@ -61,8 +61,8 @@ impl Filter {
             .map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)))
     }
 
-    /// Takes in a measured position.
-    pub fn measure(&mut self, measured: &Point, covariance: &Matrix2<f64>) {
+    /// Corrects with a measured position.
+    pub fn correct(&mut self, measured: &Point, covariance: &Matrix2<f64>) {
         let error = measured - self.center();
         let sum = self.covariance.fixed_view::<2, 2>(0, 0) + covariance;
         let Some(inverse) = sum.try_inverse() else {
@@ -72,11 +72,11 @@ impl Filter {
         let gain = cross * inverse;
         self.state += gain * error;
         let left = self.covariance - gain * cross.transpose();
-        // Rounding must not make it lopsided.
+        // Keeps the matrix symmetric in spite of rounding.
         self.covariance = (left + left.transpose()) * 0.5;
     }
 
-    /// Puts it elsewhere at the same velocity.
+    /// Shifts the position and keeps the velocity.
     pub fn shift(&mut self, by: &Vector) {
         let mut position = self.state.fixed_rows_mut::<2>(0);
         position += by;

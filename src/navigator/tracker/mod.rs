@@ -1,10 +1,9 @@
-//! What moves, from scans alone: discs with a velocity.
+//! Tracks moving obstacles from scans alone: discs with a velocity.
 //!
-//! Returns that no map explains are cut into runs of neighbours, each run is fitted by a disc, and discs are followed by
-//! filters of constant velocity. That something moves must be proved by what no standing thing does, however the robot
-//! moves and whatever it sees of it: its points fall on ground that an earlier scan saw through, or the present scan sees
-//! through ground where its points were. Corners that come into view, walls behind a doorway and posts that merge into
-//! one do neither.
+//! Returns that the map does not explain form clusters of neighbours. A disc is fitted to each cluster, and a filter of constant
+//! velocity tracks each disc. Motion needs evidence that no static obstacle gives, however the robot moves: points of the
+//! cluster fall on ground that an earlier scan saw through, or the present scan sees through ground where its points were.
+//! Corners that come into view, walls behind a doorway and posts that merge into one do neither.
 
 mod cluster;
 mod disc_fit;
@@ -14,69 +13,72 @@ mod track;
 
 use nalgebra::Matrix2;
 
-use super::local_map::Known;
+use super::local_map::ReturnOrigin;
 use super::scan_visibility::{proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Return};
 use disc_fit::Fit;
 use history::{History, free_margin_m};
-use track::{Proof, Track};
+use track::{MotionEvidence, Track};
 
-/// Returns from beyond this distance, metres, are left alone: a person shows no three beams of 1 degree there.
+/// Returns from beyond this distance do not count, metres: a person has no three beams of 1 degree there.
 pub(super) const FARTHEST_M: f64 = 12.0;
-/// Returns that a new track needs, and that it goes on with.
-const LEAST_RETURNS: usize = 3;
-const LEAST_TO_GO_ON: usize = 2;
-/// A sighting belongs to a track if it lies within so many squared deviations of where that is expected, and metres.
+/// Returns that a new track needs, and that a track continues with.
+const MIN_NEW_RETURNS: usize = 3;
+const MIN_RETURNS: usize = 2;
+/// A cluster belongs to a track if it is within this many squared deviations of the expected place, and within this distance,
+/// metres.
 const GATE: f64 = 16.0;
 const GATE_M: f64 = 0.6;
-/// The same for what never moved, metres: 3 m/s for a tenth of a second.
+/// The same distance for a track that never moved, metres: 3 m/s for a tenth of a second.
 const FIRST_GATE_M: f64 = 0.35;
-/// Variance of that, square metres on each axis, besides the noise: who walks may turn and stop at once.
+/// Additional variance of the place, square metres on each axis: a walking person may turn and stop at once.
 const SUDDEN_M2: f64 = 0.1 * 0.1;
-/// Returns within this of the outline of an expected disc, metres, are taken for its own.
+/// Returns within this distance of the outline of an expected disc belong to it, metres.
 const OWN_M: f64 = 0.15;
-/// Points of a sighting that are asked whether they were free.
-const MOST_ASKED: usize = 24;
-/// Scans further apart than this, seconds, tell nothing of motion.
+/// Largest number of points of a cluster that are checked for free ground.
+const MAX_CHECKED: usize = 24;
+/// Two scans further apart than this say nothing about motion, seconds.
 const LONGEST_GAP_S: f64 = 1.0;
 
-/// A sighting that may belong to a track.
+/// A cluster that may belong to a track.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     cost: f64,
     track: usize,
-    sighting: usize,
+    cluster: usize,
     fit: Fit,
 }
 
-/// Follows everything that the map does not explain, and tells what of it moves.
+/// Tracks everything that the map does not explain, and finds what moves.
 ///
-/// It holds no clock and no chance: the same scans give the same discs.
+/// It has no clock and no random numbers: the same scans give the same discs.
 #[derive(Debug, Default)]
-pub struct Tracker {
+pub(super) struct Tracker {
     last_s: Option<f64>,
     tracks: Vec<Track>,
     history: History,
     moving: Vec<MovingDisc>,
-    /// Ground that something moved over, and since when its track is followed.
-    moved_over: Vec<(MovingDisc, f64)>,
+    /// Discs that a moving obstacle covered, and the begin of its track, seconds.
+    swept: Vec<(MovingDisc, f64)>,
     returns: Vec<Return>,
     runs: Vec<(usize, usize)>,
-    sightings: Vec<Cluster>,
+    clusters: Vec<Cluster>,
     pairs: Vec<Pair>,
+    /// For each cluster the track that it belongs to.
     taken: Vec<Option<usize>>,
 }
 
 impl Tracker {
-    /// Takes in a scan made at a time, seconds, from a pose in the map frame; `known` tells what is known of a point.
-    pub(super) fn update(
+    /// Updates the tracks with a scan made at a time, seconds, from a pose in the map frame; `origin` returns what a return at a
+    /// point belongs to.
+    pub fn update(
         &mut self,
         time_s: f64,
         pose: &Pose,
         scan: &Scan,
-        known: impl Fn(&Point) -> Known,
+        origin: impl Fn(&Point) -> ReturnOrigin,
     ) {
         let gap_s = self.last_s.map_or(0.0, |last_s| time_s - last_s);
         if !(0.0..=LONGEST_GAP_S).contains(&gap_s) {
@@ -88,45 +90,44 @@ impl Tracker {
             }
         }
         self.last_s = Some(time_s);
-        self.history.look_back_from(time_s);
-        self.moved_over.clear();
-        self.collect(pose, scan, known);
-        cluster::sightings(
+        self.history.select(time_s);
+        self.swept.clear();
+        self.collect(pose, scan, origin);
+        cluster::find(
             pose,
             scan,
             &self.returns,
             &mut self.runs,
-            &mut self.sightings,
+            &mut self.clusters,
         );
-        self.pair(pose, scan);
-        self.follow((time_s, gap_s), pose, scan);
-        self.bury(time_s, pose, scan);
-        self.begin(time_s, pose, scan);
+        self.associate(pose, scan);
+        self.update_tracks((time_s, gap_s), pose, scan);
+        self.drop_lost(time_s, pose, scan);
+        self.start_tracks(time_s, pose, scan);
         self.history.push(time_s, pose, scan);
         self.moving.clear();
         for track in self.tracks.iter().filter(|track| track.is_moving) {
             self.moving.push(track.disc());
-            self.moved_over.push((track.disc(), track.born_s));
+            self.swept.push((track.disc(), track.born_s));
         }
     }
 
-    /// What moves, or moved until a moment ago, in the map frame at the time of the last scan.
-    #[must_use]
+    /// Obstacles that move, or moved until a moment ago, in the map frame at the time of the last scan.
     pub fn moving(&self) -> &[MovingDisc] {
         &self.moving
     }
 
-    /// The returns of the last scan, from not too far off, that the map does not explain.
-    pub(super) fn points(&self) -> impl Iterator<Item = Point> + '_ {
-        self.returns.iter().map(|seen| seen.point)
+    /// The returns of the last scan that the map does not explain, up to a distance.
+    pub fn points(&self) -> impl Iterator<Item = Point> + '_ {
+        self.returns.iter().map(|one| one.point)
     }
 
-    /// Discs that something covered while it moved, and since when it is followed, seconds.
-    pub(super) fn places_moved_over(&self) -> impl Iterator<Item = (MovingDisc, f64)> + '_ {
-        self.moved_over.iter().copied()
+    /// Discs that a moving obstacle covered, and the begin of its track, seconds.
+    pub fn swept_discs(&self) -> impl Iterator<Item = (MovingDisc, f64)> + '_ {
+        self.swept.iter().copied()
     }
 
-    fn collect(&mut self, pose: &Pose, scan: &Scan, known: impl Fn(&Point) -> Known) {
+    fn collect(&mut self, pose: &Pose, scan: &Scan, origin: impl Fn(&Point) -> ReturnOrigin) {
         self.returns.clear();
         for (beam, &range_m) in scan.ranges.iter().enumerate() {
             if !(0.0..=scan.range_max.min(FARTHEST_M)).contains(&range_m) {
@@ -134,8 +135,8 @@ impl Tracker {
             }
             let (sin, cos) = libm::sincos(pose.yaw + scan.angle(beam));
             let point = pose.position() + Vector::new(cos, sin) * range_m;
-            let known = known(&point);
-            if known == Known::Mapped {
+            let origin = origin(&point);
+            if origin == ReturnOrigin::Mapped {
                 continue;
             }
             let owner = nearest(&self.tracks, &point);
@@ -143,18 +144,18 @@ impl Tracker {
                 beam,
                 range_m,
                 point,
-                is_candidate: known == Known::Unknown || owner.is_some(),
+                is_candidate: origin == ReturnOrigin::New || owner.is_some(),
                 owner,
             });
         }
     }
 
-    /// Finds which sightings may belong to which tracks, and gives each to the nearest.
-    fn pair(&mut self, pose: &Pose, scan: &Scan) {
+    /// Assigns each cluster to the nearest track that it may belong to.
+    fn associate(&mut self, pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         self.pairs.clear();
-        for (place, sighting) in self.sightings.iter().enumerate() {
-            if sighting.count < LEAST_TO_GO_ON || sighting.length_m > LONGEST_M {
+        for (place, cluster) in self.clusters.iter().enumerate() {
+            if cluster.count < MIN_RETURNS || cluster.length_m > LONGEST_M {
                 continue;
             }
             for (number, track) in self.tracks.iter().enumerate() {
@@ -164,12 +165,12 @@ impl Tracker {
                 } else {
                     FIRST_GATE_M
                 };
-                let rough = sighting.rough_center(&robot, radius_m, scan.angle_increment);
+                let rough = cluster.rough_center(&robot, radius_m, scan.angle_increment);
                 if (rough - track.center()).norm() > gate_m {
                     continue;
                 }
-                let fit = sighting.fit(
-                    &points(&self.returns, sighting, 1),
+                let fit = cluster.fit(
+                    &points(&self.returns, cluster, 1),
                     &robot,
                     radius_m,
                     scan.angle_increment,
@@ -183,78 +184,78 @@ impl Tracker {
                     self.pairs.push(Pair {
                         cost,
                         track: number,
-                        sighting: place,
+                        cluster: place,
                         fit,
                     });
                 }
             }
         }
-        // Ties go to the older track and the earlier beam.
+        // A tie goes to the older track, then to the earlier beam.
         self.pairs.sort_unstable_by(|one, other| {
             one.cost
                 .total_cmp(&other.cost)
                 .then(one.track.cmp(&other.track))
-                .then(one.sighting.cmp(&other.sighting))
+                .then(one.cluster.cmp(&other.cluster))
         });
         self.taken.clear();
-        self.taken.resize(self.sightings.len(), None);
-        let mut followed = vec![false; self.tracks.len()];
+        self.taken.resize(self.clusters.len(), None);
+        let mut updated = vec![false; self.tracks.len()];
         let taken = &mut self.taken;
         self.pairs.retain(|pair| {
-            let is_best = taken[pair.sighting].is_none() && !followed[pair.track];
+            let is_best = taken[pair.cluster].is_none() && !updated[pair.track];
             if is_best {
-                taken[pair.sighting] = Some(pair.track);
-                followed[pair.track] = true;
+                taken[pair.cluster] = Some(pair.track);
+                updated[pair.track] = true;
             }
             is_best
         });
     }
 
-    /// Lets each track take in its sighting, and judges whether it moves.
-    fn follow(&mut self, (time_s, gap_s): (f64, f64), pose: &Pose, scan: &Scan) {
+    /// Updates each track with its cluster and with the evidence of motion.
+    fn update_tracks(&mut self, (time_s, gap_s): (f64, f64), pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         for pair in &self.pairs {
-            let sighting = &self.sightings[pair.sighting];
+            let cluster = &self.clusters[pair.cluster];
             let track = &mut self.tracks[pair.track];
             let distance_m = (pair.fit.center - robot).norm() - track.radius_m();
-            let seen = sighting.radius(distance_m, scan.angle_increment);
-            let sample = sample(&self.returns, sighting);
-            track.look((time_s, gap_s), &pair.fit, seen, &robot, sample);
-            // What hangs together with something settled is a part of it, however its ends seem to shift.
-            let stands_alone = sighting.joins == [false, false];
-            let proof = if stands_alone && track.seems_moving() {
-                let stride = sighting.count.div_ceil(MOST_ASKED);
-                let entered = points(&self.returns, sighting, stride)
+            let seen = cluster.radius(distance_m, scan.angle_increment);
+            let sample = sample(&self.returns, cluster);
+            track.update((time_s, gap_s), &pair.fit, seen, &robot, sample);
+            // A cluster connected to a settled mark is a part of it, even if its ends seem to move.
+            let stands_alone = cluster.joins == [false, false];
+            let evidence = if stands_alone && track.seems_moving() {
+                let stride = cluster.count.div_ceil(MAX_CHECKED);
+                let entered = points(&self.returns, cluster, stride)
                     .filter(|point| self.history.was_free(point))
                     .count();
                 let left = track
                     .earlier_points(time_s)
                     .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))
                     .count();
-                Proof {
+                MotionEvidence {
                     entered: entered as u32,
                     left: left as u32,
                 }
             } else {
-                Proof::default()
+                MotionEvidence::default()
             };
-            if track.judge(time_s, proof) {
+            if track.update_motion(time_s, evidence) {
                 let since_s = track.born_s;
                 let discs = track.earlier_discs().map(|disc| (disc, since_s));
-                self.moved_over.extend(discs);
+                self.swept.extend(discs);
             }
         }
     }
 
-    /// Ends tracks that were not seen for too long.
-    fn bury(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
+    /// Drops tracks that were not seen for too long.
+    fn drop_lost(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         let mut number = 0;
         let pairs = &self.pairs;
         self.tracks.retain(|track| {
-            let is_followed = pairs.iter().any(|pair| pair.track == number);
+            let is_updated = pairs.iter().any(|pair| pair.track == number);
             number += 1;
-            if is_followed {
+            if is_updated {
                 return true;
             }
             let distance = (track.center() - robot).norm();
@@ -265,32 +266,32 @@ impl Tracker {
         });
     }
 
-    /// Begins a track for each sighting that no track explains.
-    fn begin(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
+    /// Starts a track for each cluster that belongs to none.
+    fn start_tracks(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let robot = pose.position();
-        for (sighting, taken) in self.sightings.iter().zip(&self.taken) {
-            let may_be_disc = sighting.joins != [true, true]
-                && sighting.count >= LEAST_RETURNS
-                && sighting.length_m <= LONGEST_M;
+        for (cluster, taken) in self.clusters.iter().zip(&self.taken) {
+            let may_be_disc = cluster.joins != [true, true]
+                && cluster.count >= MIN_NEW_RETURNS
+                && cluster.length_m <= LONGEST_M;
             if taken.is_some() || !may_be_disc {
                 continue;
             }
             let increment = scan.angle_increment;
-            let radius = Track::first_radius(sighting.radius(sighting.near_m, increment));
-            let points = points(&self.returns, sighting, 1);
-            let fit = sighting.fit(&points, &robot, radius.radius_m, increment);
-            let sample = sample(&self.returns, sighting);
+            let radius = Track::first_radius(cluster.radius(cluster.near_m, increment));
+            let points = points(&self.returns, cluster, 1);
+            let fit = cluster.fit(&points, &robot, radius.radius_m, increment);
+            let sample = sample(&self.returns, cluster);
             self.tracks.push(Track::new(time_s, &fit, radius, sample));
         }
     }
 }
 
-/// The track that moves, as far as is known, and whose expected disc covers a point, the nearest if several do.
+/// The moving track whose expected disc covers a point: the nearest one if several do.
 fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
     tracks
         .iter()
         .enumerate()
-        .filter(|(_, track)| track.stands_out())
+        .filter(|(_, track)| track.claims_returns())
         .map(|(number, track)| {
             let beyond_m = (point - track.center()).norm() - track.radius_m();
             (number, beyond_m)
@@ -300,20 +301,20 @@ fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
         .map(|(number, _)| number)
 }
 
-/// Every so-manieth point of a sighting.
+/// Every n-th point of a cluster, where n is the stride.
 fn points<'a>(
     returns: &'a [Return],
-    sighting: &Cluster,
+    cluster: &Cluster,
     stride: usize,
 ) -> impl Iterator<Item = &'a Point> + Clone {
-    let first = sighting.first;
-    (0..sighting.count)
+    let first = cluster.first;
+    (0..cluster.count)
         .step_by(stride)
         .map(move |step| &returns[(first + step) % returns.len()].point)
 }
 
-/// The first, middle and last point of a sighting.
-fn sample(returns: &[Return], sighting: &Cluster) -> [Point; 3] {
-    [0, sighting.count / 2, sighting.count - 1]
-        .map(|step| returns[(sighting.first + step) % returns.len()].point)
+/// The first, middle and last point of a cluster.
+fn sample(returns: &[Return], cluster: &Cluster) -> [Point; 3] {
+    [0, cluster.count / 2, cluster.count - 1]
+        .map(|step| returns[(cluster.first + step) % returns.len()].point)
 }

@@ -1,4 +1,4 @@
-//! One thing followed through the scans, and the proof that it moves.
+//! A tracked object, and the evidence that it moves.
 
 use std::collections::VecDeque;
 
@@ -8,53 +8,53 @@ use super::history::{AGES_S, INTERVAL_S, KEPT};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
-/// Noise of acceleration, m^2/s^3, of something that walks on, and of something that turns or stops.
+/// Noise of acceleration, m^2/s^3, of steady motion, and of a turn or stop.
 const STEADY_NOISE: f64 = 0.05;
 const TURNING_NOISE: f64 = 2.0;
-/// Noise of acceleration, m^2/s^3, that explains a measurement out of the ordinary: a turn from one scan to the next.
+/// Noise of acceleration, m^2/s^3, that explains an unexpected measurement: a turn from one scan to the next.
 const SUDDEN_NOISE: f64 = 4.0;
-/// Squared deviations of a measurement from which something turned or stopped, and those smoothed over two scans; two
-/// are usual.
+/// Squared deviations of a measurement that show a turn or stop, and the same smoothed over two scans; two are usual.
 const SUDDEN: f64 = 14.0;
 const SURPRISE: f64 = 6.0;
-/// A radius not yet seen whole, metres, and the variance of all radii.
+/// Radius of an object that is partly hidden, metres, and the variance of all radii.
 const USUAL_RADIUS_M: f64 = 0.3;
 const RADIUS_VARIANCE: f64 = 0.15 * 0.15;
-/// Growth of the variance of a radius with each look: nobody is quite round.
+/// Growth of the variance of a radius with each update: bodies are not round.
 const RADIUS_NOISE: f64 = 0.002 * 0.002;
 
-/// Slower than this is standing, m/s; faster, and by so many deviations, may be moving.
+/// An object below the first speed stands, m/s; one above the second, and by this many deviations, may move.
 const STANDING: f64 = 0.1;
 const WALKING: f64 = 0.15;
 const SURE_DEVIATIONS: f64 = 2.5;
-/// Something moving has moved this far, metres, within the last two seconds.
-const LEAST_WAY_M: f64 = 0.12;
-/// Nobody walks faster, m/s.
+/// A moving object has moved at least this far within the last two seconds, metres.
+const MIN_MOTION_M: f64 = 0.12;
+/// No tracked object is faster, m/s.
 const FASTEST: f64 = 3.5;
-/// Over the last so many seconds, or two, it moved as its velocity says, but for this share of the way.
+/// Over this time, or two seconds, its motion agrees with its velocity except for this share of the distance.
 const STRAIGHT_FOR_S: f64 = 0.65;
-const MOST_ASTRAY: f64 = 0.5;
-/// It has been looked at so often.
-const LEAST_LOOKS: u32 = 4;
-/// Points of it that fell on free ground, or left it free: so many prove that it moves, at most so many in a scan.
-const PROOF: u32 = 5;
-const MOST_PROOF_OF_SCAN: u32 = 3;
-const MOST_PROOF: u32 = 8;
-/// What moved goes on as moving without a further proof for so long, seconds.
-const PROOF_HOLDS_S: f64 = 1.5;
-/// All that holds for so long, seconds, before it counts as moving.
+const MAX_DEVIATION: f64 = 0.5;
+/// Least number of updates.
+const MIN_UPDATES: u32 = 4;
+/// Points that fell on free ground, or left it free: this many show motion; a scan adds at most the second number, and the sum
+/// stays below the third.
+const MIN_EVIDENCE: u32 = 5;
+const MAX_EVIDENCE_OF_SCAN: u32 = 3;
+const MAX_EVIDENCE: u32 = 8;
+/// A moving object counts as moving without further evidence for this long, seconds.
+const EVIDENCE_HOLDS_S: f64 = 1.5;
+/// Every condition must hold for this long before an object counts as moving, seconds.
 const SEEMS_FOR_S: f64 = 0.09;
-/// What stopped stays a disc for so long, seconds, before it becomes marks; unless it was taken to move for less than
-/// the second number: that was a mistake.
+/// A stopped object stays a disc for this long before it becomes marks, seconds, unless it moved for less than the second time:
+/// that was an error.
 const STANDS_FOR_S: f64 = 2.0;
 const WALKED_FOR_S: f64 = 0.5;
-/// A track ends after so long, seconds, without a look at it: where its place was seen free, where it never moved,
-/// and where it moved and is hidden.
+/// A track ends after this long without an update, seconds: where a scan saw its place free, where it never moved, and where it
+/// moved and is hidden.
 const GONE_AFTER_S: f64 = 0.25;
 const FORGOTTEN_AFTER_S: f64 = 0.35;
 const HIDDEN_FOR_S: f64 = 1.0;
 
-/// Where a track was, and some points of it that were seen then.
+/// An earlier place of a track, with some of its points.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     time_s: f64,
@@ -62,62 +62,63 @@ struct Step {
     points: [Point; 3],
 }
 
-/// What a scan says of a track's motion.
+/// Points of a track in a scan that show motion.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Proof {
-    /// Points of it on ground that was seen free.
+pub(super) struct MotionEvidence {
+    /// Number of points on ground that was free.
     pub entered: u32,
-    /// Points where it was, on ground that is seen free.
+    /// Number of earlier points on ground that is free now.
     pub left: u32,
 }
 
-/// One thing that is followed.
+/// A tracked object.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     filter: Filter,
     radius: Radius,
     pub born_s: f64,
     seen_s: f64,
-    looks: u32,
+    updates: u32,
     surprise: f64,
-    proof: u32,
-    proved_s: f64,
-    /// Since when it meets every condition, if it does.
+    evidence: u32,
+    /// Time of the last evidence, seconds.
+    evidence_s: f64,
+    /// Since when it meets every condition of motion.
     seems_since_s: Option<f64>,
-    /// Since when it is taken to move.
+    /// Since when it counts as moving.
     moves_since_s: f64,
-    /// Since when it stands, if it does.
+    /// Since when it stands.
     stands_since_s: Option<f64>,
     pub is_moving: bool,
     pub has_moved: bool,
-    /// The oldest first.
-    trail: VecDeque<Step>,
+    /// Earlier places, the oldest first.
+    places: VecDeque<Step>,
 }
 
 impl Track {
-    /// Something seen for the first time, with its radius if both its edges were seen.
+    /// A track after its first cluster.
     pub fn new(time_s: f64, fit: &Fit, radius: Radius, points: [Point; 3]) -> Self {
         let mut track = Self {
             filter: Filter::new(&fit.center, &fit.covariance),
             radius,
             born_s: time_s,
             seen_s: time_s,
-            looks: 1,
+            updates: 1,
             surprise: 0.0,
-            proof: 0,
-            proved_s: time_s,
+            evidence: 0,
+            evidence_s: time_s,
             seems_since_s: None,
             moves_since_s: time_s,
             stands_since_s: None,
             is_moving: false,
             has_moved: false,
-            trail: VecDeque::with_capacity(KEPT),
+            places: VecDeque::with_capacity(KEPT),
         };
         track.remember(time_s, points);
         track
     }
 
-    /// The radius that a first look gives.
+    /// The first radius, from a measured one if both edges were visible.
     pub fn first_radius(seen: Option<Radius>) -> Radius {
         let usual = Radius {
             radius_m: USUAL_RADIUS_M,
@@ -126,7 +127,7 @@ impl Track {
         seen.map_or(usual, |seen| merged(usual, seen))
     }
 
-    /// Moves on by a time, seconds.
+    /// Predicts over a time, seconds.
     pub fn predict(&mut self, time_s: f64) {
         let noise = if self.surprise > SURPRISE {
             TURNING_NOISE
@@ -144,13 +145,13 @@ impl Track {
         self.radius.radius_m
     }
 
-    /// See [`Filter::squared_deviations`].
+    /// The squared deviations of a fit, as [`Filter::squared_deviations`].
     pub fn squared_deviations(&self, fit: &Fit) -> f64 {
         self.filter.squared_deviations(&fit.center, &fit.covariance)
     }
 
-    /// Takes in a look at it by a robot at a place, at a time and so long after the last scan, seconds.
-    pub fn look(
+    /// Updates with a fit from a robot at a place, at a time and this long after the last scan, both in seconds.
+    pub fn update(
         &mut self,
         (time_s, gap_s): (f64, f64),
         fit: &Fit,
@@ -161,11 +162,11 @@ impl Track {
         let deviations = self.squared_deviations(fit);
         self.surprise = self.surprise.midpoint(deviations);
         if self.has_moved && deviations > SUDDEN {
-            self.filter.loosen(gap_s, SUDDEN_NOISE);
+            self.filter.add_noise(gap_s, SUDDEN_NOISE);
         }
-        self.filter.measure(&fit.center, &fit.covariance);
+        self.filter.correct(&fit.center, &fit.covariance);
         if let Some(seen) = seen {
-            // Its near side is where it was seen; a greater radius puts its centre further off, which is no motion.
+            // The scan shows its near side. A larger radius moves its centre away, which is no motion.
             let before_m = self.radius.radius_m;
             self.radius.variance += RADIUS_NOISE;
             self.radius = merged(self.radius, seen);
@@ -173,86 +174,87 @@ impl Track {
             if let Some(direction) = away.try_normalize(1e-6) {
                 let shift = direction * (self.radius.radius_m - before_m);
                 self.filter.shift(&shift);
-                for step in &mut self.trail {
+                for step in &mut self.places {
                     step.center += shift;
                 }
             }
         }
         self.seen_s = time_s;
-        self.looks += 1;
+        self.updates += 1;
         self.remember(time_s, points);
     }
 
     fn remember(&mut self, time_s: f64, points: [Point; 3]) {
         if self
-            .trail
+            .places
             .back()
             .is_some_and(|last| time_s - last.time_s < INTERVAL_S)
         {
             return;
         }
-        if self.trail.len() == KEPT {
-            self.trail.pop_front();
+        if self.places.len() == KEPT {
+            self.places.pop_front();
         }
-        self.trail.push_back(Step {
+        self.places.push_back(Step {
             time_s,
             center: self.center(),
             points,
         });
     }
 
-    /// Whether it goes as if it moved, and a proof is worth looking for.
+    /// Whether its velocity makes a search for evidence worthwhile.
     pub fn seems_moving(&self) -> bool {
         self.is_moving || self.filter.velocity().norm() > STANDING
     }
 
-    /// Whether it moved, or there is some proof that it does: what is seen where it is expected is taken for its own, so that
-    /// two that pass close by each other are not lost in one.
-    pub fn stands_out(&self) -> bool {
-        self.has_moved || self.proof > 0 && self.looks >= LEAST_LOOKS && self.is_sure_to_move()
+    /// Whether it moved, or there is some evidence that it does. Returns at its expected place then belong to it, so that two
+    /// tracks that pass close to each other do not merge.
+    pub fn claims_returns(&self) -> bool {
+        self.has_moved
+            || self.evidence > 0 && self.updates >= MIN_UPDATES && self.has_certain_velocity()
     }
 
-    /// Whether its velocity is that of something that moves, and known well enough.
-    fn is_sure_to_move(&self) -> bool {
+    /// Whether its velocity is that of a moving object, and certain enough.
+    fn has_certain_velocity(&self) -> bool {
         let speed = self.filter.velocity().norm();
         (WALKING..FASTEST).contains(&speed)
             && speed > SURE_DEVIATIONS * self.filter.speed_deviation()
     }
 
-    /// Points of it that were seen at the ages that are asked for, and their ages, seconds.
+    /// Its points at the checked ages, with the ages in seconds.
     pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = (Point, f64)> + '_ {
         let mut last = None;
         AGES_S.into_iter().flat_map(move |age_s| {
             let place = self
-                .trail
+                .places
                 .iter()
                 .rposition(|step| time_s - step.time_s >= age_s);
             let fresh = place.filter(|_| place != last);
             last = place;
             fresh.into_iter().flat_map(move |place| {
-                let step = &self.trail[place];
+                let step = &self.places[place];
                 step.points.map(|point| (point, time_s - step.time_s))
             })
         })
     }
 
-    /// Decides anew whether it moves. Answers whether it just began to.
-    pub fn judge(&mut self, time_s: f64, proof: Proof) -> bool {
-        let found = (proof.entered + proof.left).min(MOST_PROOF_OF_SCAN);
+    /// Updates whether it moves, with the evidence of a scan. Returns whether motion was just established.
+    pub fn update_motion(&mut self, time_s: f64, evidence: MotionEvidence) -> bool {
+        let found = (evidence.entered + evidence.left).min(MAX_EVIDENCE_OF_SCAN);
         if found > 0 {
-            self.proof = (self.proof + found).min(MOST_PROOF);
-            self.proved_s = time_s;
+            self.evidence = (self.evidence + found).min(MAX_EVIDENCE);
+            self.evidence_s = time_s;
         } else {
-            self.proof = self.proof.saturating_sub(1);
+            self.evidence = self.evidence.saturating_sub(1);
         }
         let speed = self.filter.velocity().norm();
         if self.is_moving {
-            self.judge_standing(time_s, speed);
+            self.update_standing(time_s, speed);
             return false;
         }
-        let moves = self.proof >= PROOF
-            && self.looks >= LEAST_LOOKS
-            && self.is_sure_to_move()
+        let moves = self.evidence >= MIN_EVIDENCE
+            && self.updates >= MIN_UPDATES
+            && self.has_certain_velocity()
             && self.surprise < SURPRISE
             && self.has_gone_straight(time_s);
         if !moves {
@@ -268,24 +270,24 @@ impl Track {
         self.is_moving
     }
 
-    /// Whether it has gone a way, and at the velocity that it is taken to have: what jumps about has not.
+    /// Whether it has moved some distance at its estimated velocity, without jumps.
     fn has_gone_straight(&self, time_s: f64) -> bool {
         let velocity = self.filter.velocity();
         let is_at_velocity = |step: &Step| {
-            let way = self.center() - step.center;
+            let moved = self.center() - step.center;
             let expected = velocity * (time_s - step.time_s);
-            way.norm() > LEAST_WAY_M
-                && (way - expected).norm() < MOST_ASTRAY * expected.norm().max(way.norm())
+            moved.norm() > MIN_MOTION_M
+                && (moved - expected).norm() < MAX_DEVIATION * expected.norm().max(moved.norm())
         };
         let recent = |step: &&Step| time_s - step.time_s < STRAIGHT_FOR_S;
-        let first = self.trail.iter().find(recent);
-        first.is_some_and(is_at_velocity) || self.trail.front().is_some_and(is_at_velocity)
+        let first = self.places.iter().find(recent);
+        first.is_some_and(is_at_velocity) || self.places.front().is_some_and(is_at_velocity)
     }
 
-    fn judge_standing(&mut self, time_s: f64, speed: f64) {
+    fn update_standing(&mut self, time_s: f64, speed: f64) {
         if speed > STANDING {
             self.stands_since_s = None;
-            if time_s - self.proved_s > PROOF_HOLDS_S {
+            if time_s - self.evidence_s > EVIDENCE_HOLDS_S {
                 self.settle();
             }
             return;
@@ -297,18 +299,18 @@ impl Track {
         }
     }
 
-    /// From now on it stands; to move again it must go a way from here.
+    /// Makes it stand; to move again it must move away from here.
     fn settle(&mut self) {
         self.is_moving = false;
         self.seems_since_s = None;
         self.stands_since_s = None;
-        self.proof = 0;
-        while self.trail.len() > 1 {
-            self.trail.pop_front();
+        self.evidence = 0;
+        while self.places.len() > 1 {
+            self.places.pop_front();
         }
     }
 
-    /// Whether it is given up, not having been seen at this time; `is_gone` where its place was seen free.
+    /// Whether the track ends without an update at this time; `is_gone` where a scan saw its place free.
     pub fn is_over(&self, time_s: f64, is_gone: bool) -> bool {
         let limit_s = if is_gone {
             GONE_AFTER_S
@@ -320,7 +322,7 @@ impl Track {
         time_s - self.seen_s > limit_s
     }
 
-    /// The disc as it moves; one that stands has no velocity.
+    /// The disc with its velocity; zero while it stands.
     pub fn disc(&self) -> MovingDisc {
         let velocity = self.filter.velocity();
         let velocity = if velocity.norm() > STANDING {
@@ -331,9 +333,9 @@ impl Track {
         self.disc_at(&self.center(), &velocity)
     }
 
-    /// The disc where it was in the last two seconds.
+    /// The disc at its places of the last two seconds.
     pub fn earlier_discs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
-        self.trail
+        self.places
             .iter()
             .map(|step| self.disc_at(&step.center, &Vector::zeros()))
     }
@@ -349,7 +351,7 @@ impl Track {
     }
 }
 
-/// The best guess of two.
+/// The estimate that combines two.
 fn merged(one: Radius, other: Radius) -> Radius {
     let share = one.variance / (one.variance + other.variance);
     let radius_m = one.radius_m + share * (other.radius_m - one.radius_m);

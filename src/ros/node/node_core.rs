@@ -243,7 +243,7 @@ impl NodeCore {
         let route_planner = config.route_planner(known.frame().resolution_m);
         let waypoints = Waypoints {
             start: pose.position(),
-            stops: vec![*goal],
+            goals: vec![*goal],
         };
         let engine = Box::new(self.engine.clone());
         Some(Navigator::new(
@@ -258,7 +258,7 @@ impl NodeCore {
     }
 
     fn start(&mut self, navigator: Navigator) {
-        let to = navigator.stop().0.position;
+        let to = navigator.goal().position;
         self.notices
             .push(format!("driving to ({:.2}, {:.2})", to.x, to.y));
         if self.inputs.lidar_mount().is_none() {

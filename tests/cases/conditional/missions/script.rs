@@ -70,7 +70,7 @@ impl Script {
             ground.obstacles(),
             &Waypoints {
                 start: start.position(),
-                stops: vec![goal],
+                goals: vec![goal],
             },
             config.robot.model(),
             LocalPlanner::new(engine, config.local.clone()),

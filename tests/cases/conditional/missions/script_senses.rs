@@ -137,7 +137,7 @@ fn lost() {
     let counts = serde_json::to_value(script.navigator.observation_faults());
     assert_eq!(
         counts.expect("an object"),
-        serde_json::json!({ "lost_blind": 100 })
+        serde_json::json!({ "lost_no_returns": 100 })
     );
     assert_eq!(
         script.navigator.observation_faults().get(&doubt),
@@ -188,7 +188,7 @@ fn jumps() {
     let to_and_fro = |tick: u32, seen: &mut Observation| {
         seen.pose.y += if tick.is_multiple_of(2) { 3.0 } else { -3.0 };
     };
-    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Jump, &to_and_fro)
+    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::PoseJump, &to_and_fro)
         .expect("jumps");
     // A correction is no jump, and a place that stays is believed.
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 0.3);
@@ -217,12 +217,12 @@ fn frozen() {
             .observation_faults()
             .keys()
             .collect::<Vec<_>>(),
-        [&ObservationFault::Frozen]
+        [&ObservationFault::PoseFrozen]
     );
     assert!(matches!(
         script.navigator.fault(),
         Some(Fault::FaultyObservation {
-            fault: ObservationFault::Frozen,
+            fault: ObservationFault::PoseFrozen,
             ..
         })
     ));
@@ -236,7 +236,7 @@ fn reversed() {
         script
             .navigator
             .observation_faults()
-            .contains_key(&ObservationFault::Reversed)
+            .contains_key(&ObservationFault::MotionReversed)
     );
     let moved_m = script.observation.pose.position() - begin.position();
     assert!(moved_m.norm() < 1.5, "{moved_m}");
@@ -253,7 +253,7 @@ fn clocks() {
         .map(|decision| decision.mode == Mode::SensorFault)
         .collect();
     assert_eq!(doubted, [true, false, false, false, false, false]);
-    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::Clock, &|_, seen| {
+    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::ClockJump, &|_, seen| {
         seen.scan_s += 1.0
     })
     .expect("scans from the future");

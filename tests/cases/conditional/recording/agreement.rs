@@ -141,7 +141,7 @@ fn reader_returns_drive() {
     assert_eq!(recording.metadata().config, config);
     assert_eq!(*recording.metadata().map, *simulation.mission.map);
     assert_eq!(
-        recording.metadata().waypoints.stops,
+        recording.metadata().waypoints.goals,
         simulation.mission.stops()
     );
     for row in &result.trace.rows {

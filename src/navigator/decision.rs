@@ -1,6 +1,9 @@
-//! What the navigator does at a tick.
+//! The decision of a tick.
 
 use serde::Serialize;
+
+use crate::geometry::{Point, Twist};
+use crate::local::Counts;
 
 /// What the navigator does at a tick: the behaviour that decided it, or the state of the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -44,6 +47,31 @@ impl Mode {
             Self::AtWaypoint => "at_waypoint",
             Self::Evading => "evading",
             Self::SensorFault => "sensor_fault",
+        }
+    }
+}
+
+/// The decision of a tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decision {
+    /// The velocity to send to the base.
+    pub command: Twist,
+    /// What the navigator does.
+    pub mode: Mode,
+    /// The key node that the robot drives to.
+    pub local_target: Point,
+    /// Number of samples by outcome; nothing where the tick needed no sampling.
+    pub counts: Option<Counts>,
+}
+
+impl Decision {
+    /// A decision without sampling.
+    pub(super) const fn new(command: Twist, mode: Mode, local_target: Point) -> Self {
+        Self {
+            command,
+            mode,
+            local_target,
+            counts: None,
         }
     }
 }

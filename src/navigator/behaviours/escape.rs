@@ -1,0 +1,221 @@
+//! Escapes from a place where the local planner finds no way on.
+//!
+//! The dynamic window admits a velocity if the robot can stop within its clearance (eq. 30). Next to a wall there is no
+//! clearance, and the robot could only creep. Here a motion is admissible if it comes no nearer to an obstacle than the
+//! robot is already, by the exact distance to every occupied cell nearby. The robot moves slowly, to more clearance and back
+//! towards where it came from.
+
+use super::super::exact_clearance::ExactClearance;
+use super::super::progress_checker::ConditionTimer;
+use super::super::state::State;
+use super::super::{Decision, Fault, Mode};
+use super::{Behaviour, Override, Proposal};
+use crate::geometry::{Point, Pose, Twist};
+use crate::map::MovingDisc;
+
+/// Duration of the first attempt, seconds. Each further one lasts twice as long, up to this many doublings.
+const FIRST_ATTEMPT_S: f64 = 2.0;
+const MAX_DOUBLINGS: u32 = 3;
+/// A robot without progress for this many times the patience escapes too, even if it moves.
+const WIGGLING_PATIENCES: f64 = 3.0;
+/// A robot below this speed that does not rotate is held up, m/s.
+const CREEPING: f64 = 0.05;
+/// Time and time step of the prediction, seconds.
+const HORIZON_S: f64 = 1.5;
+const STEP_S: f64 = 0.1;
+/// Obstacles within this distance of the robot's circle count, metres.
+const RANGE_M: f64 = 0.5;
+/// The robot approaches nothing to less than this, metres. It does not approach at all what is nearer already.
+const MIN_GAP_M: f64 = 0.04;
+/// The same for moving obstacles, metres.
+const MIN_MOVING_GAP_M: f64 = 0.1;
+/// More clearance than this has no further value, metres.
+const ENOUGH_GAP_M: f64 = 0.25;
+/// Clearance that is worth as much as one metre nearer to where the robot came from, metres.
+const RETURN_WEIGHT: f64 = 0.3;
+/// Tried shares of the escape speed, and turn rates, rad/s.
+const SPEEDS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
+const TURN_RATES: [f64; 7] = [0.0, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8];
+
+/// Leaves a place where the robot is held up; each attempt lasts longer until there is progress.
+pub(super) struct Escape {
+    breadcrumbs: Breadcrumbs,
+    held_up: ConditionTimer,
+    attempts: u32,
+    /// End of the attempt under way, and earliest begin of the next one, seconds.
+    until_s: f64,
+    next_s: f64,
+}
+
+impl Default for Escape {
+    fn default() -> Self {
+        Self {
+            breadcrumbs: Breadcrumbs::default(),
+            held_up: ConditionTimer::default(),
+            attempts: 0,
+            until_s: f64::NEG_INFINITY,
+            next_s: f64::NEG_INFINITY,
+        }
+    }
+}
+
+impl Behaviour for Escape {
+    fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
+        if state.now.time_s >= self.until_s {
+            return Ok(None);
+        }
+        let pose = &state.now.pose;
+        // Straight back where the robot came from nowhere.
+        let behind = self.breadcrumbs.behind(&pose.position());
+        let behind = behind.unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)));
+        let wanted = best_motion(state, &behind);
+        let command = state.towards(&wanted);
+        Ok(Some(Proposal::Decide(
+            Decision::new(command, Mode::Escaping, state.local_target),
+            Override::ByEvasion,
+        )))
+    }
+
+    fn observe(&mut self, state: &State<'_>, decision: &Decision) {
+        match decision.mode {
+            Mode::Escaping => self.breadcrumbs.forget_near(&state.now.pose.position()),
+            Mode::Rotating => self.held_up = ConditionTimer::default(),
+            Mode::Driving | Mode::Blocked if state.settings.features.recovery => self.drove(state),
+            _ => {}
+        }
+    }
+}
+
+impl Escape {
+    /// Starts an attempt where the robot was held up for longer than its patience.
+    fn drove(&mut self, state: &State<'_>) {
+        let (now, stuck_s) = (state.now, state.stuck_s);
+        let patience_s = state.settings.stuck_patience_s;
+        self.breadcrumbs.push(&now.pose.position());
+        if stuck_s == 0.0 {
+            self.attempts = 0;
+        }
+        let creeps = now.twist.linear.abs() < CREEPING;
+        let held_up_s = self.held_up.update(now.time_s, creeps);
+        let is_patient = held_up_s <= patience_s && stuck_s <= WIGGLING_PATIENCES * patience_s;
+        if is_patient || now.time_s < self.next_s {
+            return;
+        }
+        // Each attempt lasts longer than the one before, so that two robots that block each other part at last.
+        let doublings = self.attempts.min(MAX_DOUBLINGS);
+        self.attempts += 1;
+        self.held_up = ConditionTimer::default();
+        self.until_s = now.time_s + FIRST_ATTEMPT_S * f64::from(1_u32 << doublings);
+        // The path found after the attempt gets its chance before the next one.
+        self.next_s = self.until_s + 2.0 * patience_s;
+    }
+}
+
+/// Places that the robot passed, oldest first.
+#[derive(Clone, Debug, Default)]
+struct Breadcrumbs(Vec<Point>);
+
+/// Distance between two breadcrumbs, metres.
+const SPACING_M: f64 = 0.25;
+/// The robot escapes to a breadcrumb at least this far away, metres.
+const MIN_DISTANCE_M: f64 = 0.5;
+
+impl Breadcrumbs {
+    fn push(&mut self, robot: &Point) {
+        let moved = |last: &Point| (robot - last).norm() >= SPACING_M;
+        if self.0.last().is_none_or(moved) {
+            self.0.push(*robot);
+        }
+    }
+
+    /// The latest breadcrumb that is not near the robot.
+    fn behind(&self, robot: &Point) -> Option<Point> {
+        let is_near = |crumb: &&Point| (*robot - **crumb).norm() < MIN_DISTANCE_M;
+        self.0.iter().rev().find(|crumb| !is_near(crumb)).copied()
+    }
+
+    /// Removes the latest breadcrumbs that are near the robot: it is back there.
+    fn forget_near(&mut self, robot: &Point) {
+        while self
+            .0
+            .pop_if(|last| (*robot - *last).norm() < MIN_DISTANCE_M)
+            .is_some()
+        {}
+    }
+}
+
+/// The slow motion with the best end; standing where none is admissible.
+fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
+    let limits = &state.robot.limits;
+    let footprint = &state.robot.footprint;
+    let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
+    let clearance = ExactClearance::new(state.field, &state.now.pose.position(), reach_m);
+    let mut best = (f64::NEG_INFINITY, Twist::STOP);
+    for share in SPEEDS {
+        for rate in TURN_RATES {
+            let linear = share * state.settings.escape_speed;
+            let wanted = limits.clamp(&Twist::new(linear, rate));
+            let Some(end) = end_of(state, &wanted, &clearance) else {
+                continue;
+            };
+            let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
+            let score = gap_m - RETURN_WEIGHT * (behind - end.position()).norm();
+            if score > best.0 && state.is_safe_towards(&wanted) {
+                best = (score, wanted);
+            }
+        }
+    }
+    best.1
+}
+
+/// The last pose of a motion; nothing where the motion comes too near to an obstacle.
+fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Option<Pose> {
+    let footprint = &state.robot.footprint;
+    let moving_gap_m = |pose: &Pose| {
+        let gap_m = |disc: &MovingDisc| {
+            let center = disc.center();
+            footprint.gap_to_disc_m(pose, &center, disc.radius)
+        };
+        let gaps_m = state.now.moving.iter().map(gap_m);
+        gaps_m.fold(f64::INFINITY, f64::min)
+    };
+    let (mut pose, mut twist) = (state.now.pose, state.now.twist);
+    let least_m = clearance.gap_m(footprint, &pose).min(MIN_GAP_M);
+    let least_moving_m = moving_gap_m(&pose).min(MIN_MOVING_GAP_M);
+    for _ in 0..(HORIZON_S / STEP_S) as u32 {
+        (pose, twist) = state.robot.limits.advance(&pose, &twist, wanted, STEP_S);
+        if clearance.gap_m(footprint, &pose) < least_m || moving_gap_m(&pose) < least_moving_m {
+            return None;
+        }
+    }
+    Some(pose)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn breadcrumbs_lead_back_place_by_place() {
+        let mut breadcrumbs = Breadcrumbs::default();
+        for step in 0..31 {
+            breadcrumbs.push(&Point::new(f64::from(step) * 0.1, 0.0));
+        }
+        let mut back_m = |x| {
+            let robot = Point::new(x, 0.0);
+            let behind = breadcrumbs.behind(&robot);
+            breadcrumbs.forget_near(&robot);
+            assert_eq!(behind, breadcrumbs.behind(&robot));
+            behind.map(|point| x - point.x)
+        };
+        for x in [3.0, 2.0, 1.1, 0.7] {
+            let back_m = back_m(x);
+            assert!(
+                back_m.is_some_and(|back_m| (0.5..0.9).contains(&back_m)),
+                "from {x}: {back_m:?}"
+            );
+        }
+        assert_eq!(back_m(0.2), None);
+        assert_eq!(back_m(3.0), None);
+    }
+}

@@ -1,0 +1,106 @@
+//! Rotates in place towards the local target where there is room for it.
+
+use core::f64::consts::TAU;
+
+use super::super::exact_clearance::ExactClearance;
+use super::super::state::State;
+use super::super::{Decision, Fault, Mode};
+use super::goal_handling::rotation;
+use super::{Behaviour, Override, Overriding, Proposal};
+use crate::geometry::Pose;
+
+/// A robot above this speed does not begin to rotate in place, m/s.
+const MAX_SPEED: f64 = 0.2;
+/// A creeping robot rotates until its target lies within this of its heading, radians.
+const CREEPING_UNTIL: f64 = 0.05;
+/// Step of the collision check, radians: 4 cm at the ends of a robot of 0.84 m.
+const STEP_RAD: f64 = 0.1;
+/// Least distance to static obstacles while rotating, metres. It covers a pose error of a centimetre, and the motion between
+/// two steps.
+const MIN_GAP_M: f64 = 0.03;
+
+/// Turns a robot that faces away from its target, or that only creeps towards it.
+#[derive(Debug, Default)]
+pub(super) struct RotateInPlace {
+    /// The rotation under way ends when the target lies within this of the heading, radians.
+    until: f64,
+    /// As `until`, for the rotation proposed at this tick.
+    proposed_until: f64,
+}
+
+impl Behaviour for RotateInPlace {
+    fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
+        let settings = state.settings;
+        let is_rotating = state.mode == Mode::Rotating;
+        let from = if is_rotating {
+            self.until
+        } else {
+            settings.rotate_in_place_from
+        };
+        if !settings.features.recovery || state.heading_error.abs() <= from {
+            return Ok(None);
+        }
+        let Some(angle) = clear_rotation(state) else {
+            return Ok(None);
+        };
+        // A faster robot first slows down: it may be avoiding something, or turn by itself soon.
+        if state.now.twist.linear.abs() >= MAX_SPEED {
+            return Ok(Some(Proposal::SpeedLimit(MAX_SPEED / 2.0)));
+        }
+        self.proposed_until = if is_rotating {
+            self.until
+        } else {
+            settings.rotate_in_place_until
+        };
+        Ok(Some(Proposal::Decide(
+            decision(state, angle),
+            Override::ByEvasion,
+        )))
+    }
+
+    fn observe(&mut self, _state: &State<'_>, decision: &Decision) {
+        if decision.mode == Mode::Rotating {
+            self.until = self.proposed_until;
+        }
+    }
+}
+
+impl Overriding for RotateInPlace {
+    fn replace(&mut self, state: &State<'_>, allowed: Override) -> Option<Decision> {
+        let may_rotate = state.settings.features.recovery
+            && allowed == Override::ByEvasionOrRotation
+            && state.heading_error.abs() > CREEPING_UNTIL;
+        if !may_rotate {
+            return None;
+        }
+        let angle = clear_rotation(state)?;
+        self.proposed_until = CREEPING_UNTIL;
+        Some(decision(state, angle))
+    }
+}
+
+fn decision(state: &State<'_>, angle: f64) -> Decision {
+    let command = state.safe_towards(&rotation(angle, &state.robot.limits));
+    Decision::new(command, Mode::Rotating, state.local_target)
+}
+
+/// The rotation to the local target that touches nothing, radians: the shorter one, else the longer one.
+fn clear_rotation(state: &State<'_>) -> Option<f64> {
+    let footprint = &state.robot.footprint;
+    let pose = state.now.pose;
+    let reach_m = footprint.circumscribed_radius_m() + MIN_GAP_M;
+    let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
+    let is_clear = |angle: &f64| {
+        let steps = (angle.abs() / STEP_RAD).ceil().max(1.0);
+        (1..=steps as u32).all(|step| {
+            let yaw = pose.yaw + angle * f64::from(step) / steps;
+            let there = Pose { yaw, ..pose };
+            clearance.gap_m(footprint, &there) >= MIN_GAP_M
+                && state.inflated.is_clear_of_moving(&there, 0.0)
+        })
+    };
+    let angle = state.heading_error;
+    [angle, angle - TAU.copysign(angle)]
+        .into_iter()
+        .find(is_clear)
+}
