@@ -1,8 +1,8 @@
 //! Footprint and moving obstacles with their margins, for the local planner.
 
 use super::NavigatorSettings;
+use super::predicted_state::PredictedState;
 use super::route_planner::{coarseness_m, local_margin_m};
-use super::state::PredictedState;
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;

@@ -18,6 +18,7 @@ mod navigator;
 mod observation_validator;
 mod obstacle_model;
 mod passive_safety;
+mod predicted_state;
 mod progress_checker;
 mod replanning;
 mod route;

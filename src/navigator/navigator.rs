@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use super::behaviours::Behaviours;
 use super::deadline::Deadline;
 use super::observation_validator::ObservationValidator;
+use super::predicted_state::PredictedState;
 use super::progress_checker::ProgressChecker;
 use super::replanning::Replanner;
-use super::state::{Leg, PredictedState, RobotModel, State};
+use super::state::{Leg, RobotModel, State};
 use super::waypoints::WaypointQueue;
 use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,

@@ -4,7 +4,7 @@
 //! robot's own motion brings it nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe vehicle navigation in dynamic urban
 //! scenarios, 2009). It prevents no contact with an obstacle that comes from behind, or at a standing robot.
 
-use super::state::PredictedState;
+use super::predicted_state::PredictedState;
 use crate::geometry::{Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};

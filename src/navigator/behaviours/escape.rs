@@ -9,7 +9,7 @@ use super::super::exact_clearance::ExactClearance;
 use super::super::progress_checker::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
-use super::{Behaviour, Override, Proposal};
+use super::proposal::{Behaviour, Override, Proposal};
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 

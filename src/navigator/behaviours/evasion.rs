@@ -6,7 +6,7 @@
 
 use super::super::state::State;
 use super::super::{Decision, Mode};
-use super::{Override, Overriding};
+use super::proposal::{Override, Overriding};
 use crate::geometry::Twist;
 use crate::map::MovingDisc;
 

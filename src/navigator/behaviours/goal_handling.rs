@@ -8,7 +8,8 @@ use core::f64::consts::FRAC_PI_2;
 
 use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
-use super::{Behaviour, Override, Proposal};
+use super::proposal::{Behaviour, Override, Proposal};
+use super::rotate_in_place::{RATE_PER_RAD, rotation};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::robot::Limits;
 
@@ -17,9 +18,8 @@ const LEAVES_GOAL: f64 = 2.0;
 /// Time within which the parking tolerance grows by itself, seconds: a robot must not chase a pose that it does not know so
 /// well.
 const TOLERANCE_GROWTH_S: f64 = 10.0;
-/// Speed for each metre left, 1/s, and turn rate for each radian, 1/s. Slow enough for a base that answers within 0.2 s.
+/// Speed for each metre left, 1/s. Slow enough for a base that answers within 0.2 s.
 const SPEED_PER_M: f64 = 1.5;
-const RATE_PER_RAD: f64 = 2.5;
 /// The robot stops to aim where the goal lies this far off its nose or tail, radians, and drives on below the second angle.
 const AIM_FROM: f64 = 0.35;
 const AIM_UNTIL: f64 = 0.05;
@@ -162,15 +162,6 @@ fn can_begin(pose: &Pose, goal: &Goal, settings: &NavigatorSettings) -> bool {
     let to_goal = pose.inverse_transform(&goal.position);
     let off_nose = libm::atan2(to_goal.y, to_goal.x);
     to_goal.coords.norm() <= settings.parking_distance_m && off_nose.abs() <= AIM_FROM
-}
-
-/// A rotation in place by an angle, at a rate from which the robot stops in time.
-pub(super) fn rotation(angle: f64, limits: &Limits) -> Twist {
-    let rate = (-limits.decel_lim_theta * angle.abs())
-        .sqrt()
-        .min(RATE_PER_RAD * angle.abs())
-        .min(limits.max_vel_theta);
-    Twist::new(0.0, rate.copysign(angle))
 }
 
 /// Whether a robot that keeps a velocity touches nothing within the horizon.

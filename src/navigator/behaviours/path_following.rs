@@ -2,7 +2,7 @@
 
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
-use super::{Behaviour, Override, Proposal};
+use super::proposal::{Behaviour, Override, Proposal};
 use crate::geometry::Twist;
 use crate::local::{LocalPlanner, DecisionInput};
 use crate::robot::Limits;

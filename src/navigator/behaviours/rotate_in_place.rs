@@ -5,12 +5,14 @@ use core::f64::consts::TAU;
 use super::super::exact_clearance::ExactClearance;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
-use super::goal_handling::rotation;
-use super::{Behaviour, Override, Overriding, Proposal};
-use crate::geometry::Pose;
+use super::proposal::{Behaviour, Override, Overriding, Proposal};
+use crate::geometry::{Pose, Twist};
+use crate::robot::Limits;
 
 /// A robot above this speed does not begin to rotate in place, m/s.
 const MAX_SPEED: f64 = 0.2;
+/// Turn rate for each radian, 1/s. Slow enough for a base that answers within 0.2 s.
+pub(super) const RATE_PER_RAD: f64 = 2.5;
 /// A creeping robot rotates until its target lies within this of its heading, radians.
 const CREEPING_UNTIL: f64 = 0.05;
 /// Step of the collision check, radians: 4 cm at the ends of a robot of 0.84 m.
@@ -103,4 +105,13 @@ fn clear_rotation(state: &State<'_>) -> Option<f64> {
     [angle, angle - TAU.copysign(angle)]
         .into_iter()
         .find(is_clear)
+}
+
+/// A rotation in place by an angle, at a rate from which the robot stops in time.
+pub(super) fn rotation(angle: f64, limits: &Limits) -> Twist {
+    let rate = (-limits.decel_lim_theta * angle.abs())
+        .sqrt()
+        .min(RATE_PER_RAD * angle.abs())
+        .min(limits.max_vel_theta);
+    Twist::new(0.0, rate.copysign(angle))
 }

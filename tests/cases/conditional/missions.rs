@@ -1,8 +1,7 @@
-//! The closed loop: a robot that knows its map, sees its world and drives in it, from start to goal or to a reason why
-//! not.
+//! Missions in closed loop: from start to goal, or to a reason why not.
 //!
-//! Everything runs in simulated time. See `support/adapters.rs` for what happens where there is no adapter, and
-//! `mine.rs` for what happens without the development data.
+//! Everything runs in simulated time. `support/adapters.rs` describes what happens without a GPU adapter, and `mine.rs` what
+//! happens without the development data.
 
 use libtest_mimic::Trial;
 
@@ -13,11 +12,11 @@ mod doors;
 mod driving;
 mod ground;
 mod mine;
+mod observation_faults;
 mod people;
 mod places;
 mod scene_drives;
 mod script;
-mod script_senses;
 mod traces;
 
 /// A test by its name.
@@ -31,7 +30,7 @@ pub fn trials() -> Vec<Trial> {
         places::TESTS,
         scene_drives::TESTS,
         script::TESTS,
-        script_senses::TESTS,
+        observation_faults::TESTS,
         traces::TESTS,
     ];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();

@@ -1,5 +1,4 @@
-//! Decisions that come too late, by a clock that was written beforehand: what is sent, how densely the next ones sample,
-//! what is counted.
+//! Late decisions, by a scripted clock: what the navigator sends, how densely it samples next, and what it counts.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -14,7 +13,7 @@ const DEADLINE_S: f64 = 0.05;
 const LATE_S: f64 = 0.08;
 const QUICK_S: f64 = 0.01;
 
-/// Drives out of a blind heading for 20 s. `took_s` says what the decision of each tick takes.
+/// Drives out of the dead end for 20 s. `took_s` is the duration of the decision at each tick, seconds.
 fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResult {
     let scene = dead_end();
     let goal = Goal {
@@ -31,7 +30,7 @@ fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResul
     let mut config = Config::default();
     config.navigator.deadline_s = deadline_s;
     let (tick, now_s) = (Cell::new(0), Cell::new(0.0));
-    // Between the two readings of a tick lies what it takes.
+    // The clock advances by the duration between the two readings of a tick.
     let mut clock = || {
         now_s.set(now_s.get() + took_s(tick.get()));
         now_s.get()
@@ -60,11 +59,11 @@ fn is_late(tick: usize) -> bool {
     bursts(tick) > DEADLINE_S
 }
 
-/// What is wrong with the commands of a drive, by what [`inbye::navigator::CommandDecay`] promises.
-fn faults(rows: &[TraceRow]) -> Vec<String> {
+/// Violations of the decay of late commands in a drive.
+fn violations(rows: &[TraceRow]) -> Vec<String> {
     let limits = Config::default().robot.limits;
     let period_s = Config::default().local.control_period_s;
-    let mut faults = Vec::new();
+    let mut violations = Vec::new();
     let (mut last, mut share) = ((0.0, Twist::STOP), 0.0);
     for (tick, row) in rows.iter().enumerate() {
         if !is_late(tick) {
@@ -81,31 +80,31 @@ fn faults(rows: &[TraceRow]) -> Vec<String> {
             fallen(linear, limits.decel_lim_x).max(fallen(angular, limits.decel_lim_theta));
         let mut check = |good: bool, what: &str| {
             if !good {
-                faults.push(format!(
+                violations.push(format!(
                     "tick {tick}: {what}, {sent} of {last:?} after {share}"
                 ));
             }
         };
         check((v * angular - w * linear).abs() < 1e-9, "another arc");
         check(hardest < 1.0 + 1e-9, "braked too hard");
-        check(sent >= by_age - 1e-9, "less than its age is worth");
+        check(sent >= by_age - 1e-9, "less than for its age");
         check(sent <= share + 1e-9, "grows");
         let is_at_limit = hardest > 1.0 - 1e-9;
         check(
             is_at_limit || sent < by_age.min(share) + 1e-9,
-            "more than its age is worth",
+            "more than for its age",
         );
         share = sent;
     }
-    faults
+    violations
 }
 
 #[test]
-fn late_ticks_send_the_last_command_fading_and_lower_the_density() {
+fn late_ticks_send_the_decayed_command_and_lower_the_density() {
     let result = drive(Some(DEADLINE_S), bursts);
     let rows = &result.trace.rows;
     assert!(rows.len() == 200 && !result.collided);
-    assert_eq!(faults(rows), Vec::<String>::new());
+    assert_eq!(violations(rows), Vec::<String>::new());
     let stats = result.deadline_stats.expect("there is a deadline");
     let sampling = |vx_samples, vtheta_samples| Sampling {
         vx_samples,
@@ -130,14 +129,13 @@ fn late_ticks_send_the_last_command_fading_and_lower_the_density() {
     assert!(sampled > 150, "{sampled}");
 }
 
-/// The check of the commands must be able to fail.
 #[test]
-fn a_late_command_that_does_not_fade_is_noticed() {
+fn check_finds_a_late_command_that_does_not_decay() {
     let rows = drive(Some(DEADLINE_S), bursts).trace.rows;
     let plant = |tick: usize, change: fn(&mut Twist)| {
         let mut rows = rows.clone();
         change(&mut rows[tick].command);
-        faults(&rows)
+        violations(&rows)
     };
     let held = rows[59].command;
     assert!(held.linear > 0.3, "{held:?}");
@@ -147,11 +145,11 @@ fn a_late_command_that_does_not_fade_is_noticed() {
         assert!(!plant(tick, |command| *command = Twist::STOP).is_empty());
     }
     let late_sent = drive(None, bursts).trace.rows;
-    assert!(!faults(&late_sent).is_empty());
+    assert!(!violations(&late_sent).is_empty());
 }
 
 #[test]
-fn without_a_deadline_or_without_a_miss_the_clock_changes_no_bit() {
+fn clock_changes_no_bit_without_a_missed_deadline() {
     let plain = drive(None, |_| 0.0);
     assert_eq!(plain.deadline_stats, None);
     let digest = plain.trace.digest();
@@ -163,7 +161,7 @@ fn without_a_deadline_or_without_a_miss_the_clock_changes_no_bit() {
 }
 
 #[test]
-fn a_robot_whose_decisions_are_all_late_stands() {
+fn robot_stands_when_all_decisions_are_late() {
     let result = drive(Some(DEADLINE_S), |_| LATE_S);
     let rows = &result.trace.rows;
     assert!(rows.iter().all(|row| row.command == Twist::STOP));

@@ -1,4 +1,4 @@
-//! What moves by a script, at random, or from a moment on.
+//! Simulated moving obstacles: timed paths, patrols, random waypoints and spawn triggers.
 
 use inbye::geometry::{Point, Pose, Vector};
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
@@ -7,7 +7,7 @@ use inbye::sim::{
     MovingObstacle, MovingObstacles, SimError, SpawnTrigger, TimedPath, World, YIELD_GAP_M,
 };
 
-/// Where the robot is out of everybody's way.
+/// A pose far from all obstacles.
 const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);
 
 const FRAME: GridFrame = GridFrame {
@@ -25,7 +25,7 @@ fn one(moving: MovingObstacle) -> MovingObstacles {
     MovingObstacles::new(vec![moving])
 }
 
-/// The only obstacle after some more seconds without the robot.
+/// The only obstacle after this many seconds without the robot.
 fn after(moving_obstacles: &mut MovingObstacles, time_s: f64) -> MovingDisc {
     moving_obstacles.step(time_s, &AWAY, &robot());
     moving_obstacles.discs()[0]
@@ -37,7 +37,7 @@ fn assert_at(disc: &MovingDisc, center: [f64; 2], velocity: [f64; 2]) {
     assert!(apart.norm() < 1e-9 && off.norm() < 1e-9, "{disc:?}");
 }
 
-/// Ground with a wall from the bottom to a gap 1.2 m wide at the top, 5 m from the left.
+/// A world with a wall from the bottom to a gap 1.2 m wide at the top, 5 m from the left.
 fn two_halves() -> ObstacleGrid {
     let mut ground = ObstacleGrid::new(FRAME, vec![false; FRAME.len()]);
     for row in 0..76 {
@@ -62,7 +62,7 @@ fn scripted(loop_s: Option<f64>) -> MovingObstacle {
 }
 
 #[test]
-fn a_script_played_once_interpolates_and_then_stands() {
+fn timed_path_interpolates_and_stands_at_its_end() {
     let mut moving_obstacles = one(scripted(None));
     assert_at(&moving_obstacles.discs()[0], [1.0, 1.0], [0.0, 0.0]);
     assert_at(&after(&mut moving_obstacles, 0.5), [1.0, 1.0], [0.0, 0.0]);
@@ -73,7 +73,7 @@ fn a_script_played_once_interpolates_and_then_stands() {
 }
 
 #[test]
-fn a_script_that_loops_jumps_from_its_last_place_to_its_first() {
+fn looping_timed_path_jumps_from_its_end_to_its_begin() {
     let mut moving_obstacles = one(scripted(Some(4.0)));
     assert_at(&after(&mut moving_obstacles, 3.9), [5.0, 2.35], [0.0, 1.5]);
     assert_at(&after(&mut moving_obstacles, 0.2), [1.0, 1.0], [0.0, 0.0]);
@@ -82,14 +82,14 @@ fn a_script_that_loops_jumps_from_its_last_place_to_its_first() {
 }
 
 #[test]
-fn a_longer_period_is_spent_at_the_last_place() {
+fn timed_path_waits_at_its_end_for_a_longer_period() {
     let mut moving_obstacles = one(scripted(Some(6.0)));
     assert_at(&after(&mut moving_obstacles, 5.9), [5.0, 2.5], [0.0, 0.0]);
     assert_at(&after(&mut moving_obstacles, 2.1), [3.0, 1.0], [2.0, 0.0]);
 }
 
 #[test]
-fn a_script_minds_the_robot_only_when_told_to() {
+fn timed_path_yields_to_the_robot_only_when_set() {
     let pose = Pose::new(3.0, 1.0, 0.0);
     let smallest_gap = |moving| {
         let mut moving_obstacles = one(moving);
@@ -102,15 +102,15 @@ fn a_script_minds_the_robot_only_when_told_to() {
         smallest
     };
     assert!(smallest_gap(scripted(None)) < -0.6);
-    let minding = smallest_gap(scripted(None).yielding(true));
+    let yielding = smallest_gap(scripted(None).yielding(true));
     assert!(
-        (YIELD_GAP_M - 1e-9..YIELD_GAP_M + 0.05).contains(&minding),
-        "{minding}"
+        (YIELD_GAP_M - 1e-9..YIELD_GAP_M + 0.05).contains(&yielding),
+        "{yielding}"
     );
 }
 
 #[test]
-fn a_script_that_yielded_goes_on_where_it_stopped() {
+fn timed_path_resumes_where_it_yielded() {
     let mut moving_obstacles = one(scripted(None).yielding(true));
     moving_obstacles.step(10.0, &Pose::new(3.0, 1.0, 0.0), &robot());
     let held = moving_obstacles.discs()[0];
@@ -125,7 +125,7 @@ fn walker() -> MovingObstacle {
 }
 
 #[test]
-fn who_appears_at_a_time_is_not_there_before_and_begins_at_its_start() {
+fn spawn_at_a_time_begins_at_the_start() {
     let late = walker().spawned_by(SpawnTrigger::AtTime(2.0)).unwrap();
     let mut moving_obstacles = MovingObstacles::new(vec![late, walker()]);
     let mut seen_s = None;
@@ -133,7 +133,7 @@ fn who_appears_at_a_time_is_not_there_before_and_begins_at_its_start() {
         let time_s = 0.1 * f64::from(tick);
         let places = moving_obstacles.places();
         assert_eq!((places.len(), moving_obstacles.radii().len()), (2, 2));
-        assert!(places[1].is_some(), "the other is there all the time");
+        assert!(places[1].is_some(), "the other one is always there");
         assert_eq!(
             moving_obstacles.discs().len(),
             places.iter().flatten().count()
@@ -152,7 +152,7 @@ fn who_appears_at_a_time_is_not_there_before_and_begins_at_its_start() {
 }
 
 #[test]
-fn who_appears_before_the_robot_waits_for_it_to_come_near() {
+fn spawn_within_a_distance_waits_for_the_robot() {
     let hidden = walker()
         .spawned_by(SpawnTrigger::WithinDistance(3.0))
         .unwrap();
@@ -161,12 +161,12 @@ fn who_appears_before_the_robot_waits_for_it_to_come_near() {
     assert!(moving_obstacles.discs().is_empty());
     moving_obstacles.step(0.1, &Pose::new(2.0, 3.9, 0.0), &robot());
     assert_eq!(moving_obstacles.discs().len(), 1);
-    // Once there it stays, wherever the robot goes.
+    // Once spawned it stays, wherever the robot goes.
     assert!(after(&mut moving_obstacles, 1.0).x > 2.9);
 }
 
 #[test]
-fn who_yields_does_not_appear_on_top_of_the_robot() {
+fn yielding_obstacle_does_not_spawn_on_the_robot() {
     let on_top = Pose::new(2.2, 1.0, 0.0);
     let now = SpawnTrigger::AtTime(1.0);
     let mut polite = one(walker().spawned_by(now).unwrap());
@@ -181,7 +181,7 @@ fn who_yields_does_not_appear_on_top_of_the_robot() {
 }
 
 #[test]
-fn who_is_not_there_is_neither_touched_nor_seen() {
+fn unspawned_obstacle_has_no_gap_to_the_robot() {
     let hidden = walker().spawned_by(SpawnTrigger::AtTime(1.0)).unwrap();
     let mut moving_obstacles = one(hidden);
     let mut world = World::new(two_halves());
@@ -199,7 +199,7 @@ fn wanderer(seed: u64) -> MovingObstacle {
 }
 
 #[test]
-fn wanderers_stay_on_free_ground_near_home_and_get_about() {
+fn random_waypoints_stay_on_free_ground_near_home() {
     let world = World::new(two_halves());
     let (mut left, mut right) = (0, 0);
     for seed in 0..20 {
@@ -226,17 +226,17 @@ fn wanderers_stay_on_free_ground_near_home_and_get_about() {
             left += u32::from(disc.x < 4.0);
             right += u32::from(disc.x > 6.0);
         }
-        assert!(highest - lowest > 2.0, "{seed}: it hardly moved");
+        assert!(highest - lowest > 2.0, "{seed}: it did not move enough");
     }
-    // Behind the wall there is ground to reach as well.
+    // The ground behind the wall is reachable too.
     assert!(left > 2400 && right > 2400, "{left} {right}");
 }
 
 #[test]
-fn a_wanderer_that_waited_for_the_robot_goes_elsewhere() {
+fn random_waypoints_change_after_waiting_for_the_robot() {
     let mut moving_obstacles = one(wanderer(3));
     let mut held_s = 0.0;
-    // The robot stands in its way wherever it wants to go.
+    // The robot blocks every path of the obstacle.
     for _ in 0..2000 {
         let disc = moving_obstacles.discs()[0];
         let ahead = Vector::new(disc.vx, disc.vy);
@@ -251,7 +251,7 @@ fn a_wanderer_that_waited_for_the_robot_goes_elsewhere() {
                     assert!((2.9..3.1).contains(&held_s), "{held_s}");
                     let now = moving_obstacles.discs()[0];
                     let turned = Vector::new(now.vx, now.vy).dot(&ahead) / ahead.norm_squared();
-                    assert!(turned < 0.999, "it goes on as before");
+                    assert!(turned < 0.999, "the direction did not change");
                     return;
                 }
                 moving_obstacles.step(0.02, &pose, &robot());
@@ -259,11 +259,11 @@ fn a_wanderer_that_waited_for_the_robot_goes_elsewhere() {
         }
         moving_obstacles.step(0.02, &AWAY, &robot());
     }
-    panic!("it never held");
+    panic!("it never waited");
 }
 
 #[test]
-fn the_same_seed_wanders_the_same_and_another_does_not() {
+fn random_waypoints_depend_on_the_seed_alone() {
     let json = r#"[{"x": 4, "y": 3, "radius": 0.3, "speed": 0.7, "wander_m": 4},
                    {"x": 4, "y": 3, "radius": 0.3, "speed": 0.7, "wander_m": 4}]"#;
     let run = |seed| {
@@ -283,7 +283,7 @@ fn the_same_seed_wanders_the_same_and_another_does_not() {
 }
 
 #[test]
-fn a_wanderer_needs_free_ground() {
+fn random_waypoints_need_free_ground() {
     let inside =
         MovingObstacle::random_waypoint(0.3, 0.7, Point::new(5.0, 1.0), 4.0, &two_halves(), 1);
     assert!(matches!(inside, Err(SimError::NowhereToGo { .. })));
@@ -293,7 +293,7 @@ fn a_wanderer_needs_free_ground() {
 }
 
 #[test]
-fn files_say_what_the_constructors_say() {
+fn files_and_constructors_give_equal_obstacles() {
     let ground = two_halves();
     let parse = |text: &str, name: &str| MovingObstacles::parse(text, name, &ground, 1).unwrap();
     let json = r#"[{"radius": 0.3, "keyframes": [[1, 1, 1], [3, 5, 1], [4, 5, 2.5]], "loop_s": 4},
@@ -321,7 +321,7 @@ fn files_say_what_the_constructors_say() {
 }
 
 #[test]
-fn scripts_walks_and_moments_out_of_range_are_refused_by_name() {
+fn constructors_reject_values_out_of_range_by_name() {
     let refusal = |moving: Result<MovingObstacle, SimError>| moving.unwrap_err().to_string();
     let place = Point::new(1.0, 1.0);
     let nowhere = Point::new(f64::NAN, 1.0);
@@ -335,7 +335,7 @@ fn scripts_walks_and_moments_out_of_range_are_refused_by_name() {
             "time of a keyframe is -1",
         ),
         (
-            // A way at once would be one at an infinite speed.
+            // A path without duration has an infinite speed.
             refusal(scripted_by(0.3, &[(0.0, place), (1e-7, place)], None)),
             "time of a keyframe is 0.0000001",
         ),

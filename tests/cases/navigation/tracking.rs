@@ -1,6 +1,6 @@
-//! What moves is found from scans alone, soon and well; what stands is never taken for moving.
+//! The tracker finds moving obstacles soon and accurately from scans alone, and never takes a static one for moving.
 //!
-//! The simulator's lidar looks at a world that the tracker's map does not show, from poses that are a little off.
+//! The simulated lidar scans a world that the tracker's map does not show, from poses with small errors.
 
 mod field;
 mod people;

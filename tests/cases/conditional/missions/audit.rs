@@ -1,4 +1,4 @@
-//! The checks themselves must be able to fail: a fault put in on purpose is found.
+//! Checks of the checks: they find a fault that a test injects.
 
 use inbye::geometry::Twist;
 use inbye::local::CpuEngine;
@@ -8,43 +8,40 @@ use inbye::sim::World;
 
 use super::Test;
 use super::driving::{
-    arrive, drive, everybody, is_lawful, mission, people, reach_s, story, try_drive,
+    arrive, drive, is_lawful, mission, moving_at, people, reach_s, story, try_drive,
 };
 use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
-    ("the gaps of a trace are those of its world", gaps_are_true),
+    ("trace gaps equal the distances in its world", gaps_are_true),
     (
-        "planned too small, the robot is seen to touch the posts of a gate",
+        "gap check finds contact of a robot planned too small",
         too_small,
     ),
-    ("contact ends a run and is told", contact_ends_a_run),
-    (
-        "one bit of one number of one row changes the digest",
-        one_bit,
-    ),
-    ("an unlawful command is noticed", unlawful),
+    ("contact ends a run as a collision", contact_ends_a_run),
+    ("trace digest changes with any single bit", one_bit),
+    ("command check finds a command outside the limits", unlawful),
 ];
 
-/// A room parted by a wall with a gate of 0.8 m.
+/// A hall divided by a wall with a gate of 0.8 m.
 fn gate() -> Ground {
     hall(10.0, 5.0)
         .wall([5.3, 0.0, 5.7, 2.6])
         .wall([5.3, 3.4, 5.7, 6.0])
 }
 
-/// The smallest gap of a footprint that took the way of a trace.
+/// The smallest gap of a footprint along a trace, metres.
 fn least_gap_m(trace: &Trace, ground: &Ground, footprint: &Footprint) -> f64 {
     let mut world = World::new(ground.obstacles());
     let mut least = f64::INFINITY;
     for row in &trace.rows {
-        world.moving = everybody(trace, row);
+        world.moving = moving_at(trace, row);
         least = least.min(world.gap_m(footprint, &row.pose));
     }
     least
 }
 
-fn with_somebody() -> MissionResult {
+fn with_pedestrian() -> MissionResult {
     let mut task = mission(&hall(10.0, 5.0), [1.5, 3.0, 0.0], [9.5, 3.0]);
     task.moving_obstacles = people(
         &task,
@@ -54,7 +51,7 @@ fn with_somebody() -> MissionResult {
 }
 
 fn gaps_are_true() {
-    let result = with_somebody();
+    let result = with_pedestrian();
     let footprint = Config::default().robot.footprint;
     let least = least_gap_m(&result.trace, &hall(10.0, 5.0), &footprint);
     assert!(
@@ -77,11 +74,11 @@ fn too_small() {
     // A body 0.9 m wide went through a gate of 0.8 m.
     let wide = Footprint::round(0.45);
     let true_gap = least_gap_m(&result.trace, &gate(), &wide.expect("one disc"));
-    assert!(true_gap < 0.0, "contact went unseen: {true_gap}");
+    assert!(true_gap < 0.0, "contact was not found: {true_gap}");
 }
 
 fn contact_ends_a_run() {
-    // Nobody can drive away from somebody faster than the robot who does not look.
+    // The robot cannot avoid a pedestrian that is faster and ignores it.
     let mut task = mission(&hall(12.0, 2.0), [2.0, 1.5, 0.0], [11.5, 1.5]);
     task.moving_obstacles = people(
         &task,
@@ -97,11 +94,11 @@ fn contact_ends_a_run() {
     );
 }
 
-/// Changes one number of a row, by what is given where it is a real one.
+/// Changes one number of a row, by the given function where it is a float.
 type Change = fn(&mut Trace, usize, &dyn Fn(&mut f64));
 
 fn one_bit() {
-    let trace = with_somebody().trace;
+    let trace = with_pedestrian().trace;
     let digest = trace.digest();
     let flip = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ 1);
     let middle = trace.rows.len() / 2;
@@ -113,7 +110,7 @@ fn one_bit() {
         |trace, row, flip| flip(&mut trace.rows[row].command.angular),
         |trace, row, flip| flip(&mut trace.rows[row].local_target.y),
         |trace, row, flip| flip(&mut trace.rows[row].gap_m),
-        |trace, row, flip| flip(&mut trace.rows[row].moving[0].as_mut().expect("somebody").x),
+        |trace, row, flip| flip(&mut trace.rows[row].moving[0].as_mut().expect("a pedestrian").x),
         |trace, row, _| trace.rows[row].admissible ^= 1,
         |trace, _, flip| flip(&mut trace.paths[0][1].x),
         |trace, _, flip| flip(&mut trace.moving_radii[0]),
@@ -122,7 +119,7 @@ fn one_bit() {
     for (number, change) in changes.iter().enumerate() {
         let mut other = trace.clone();
         change(&mut other, middle, &flip);
-        assert_ne!(other.digest(), digest, "change {number} went unseen");
+        assert_ne!(other.digest(), digest, "change {number} was not found");
     }
 }
 
@@ -131,7 +128,7 @@ fn unlawful() {
     let config = Config::default();
     let (limits, reach_s) = (config.robot.limits, reach_s(&config));
     let row = result.trace.rows.iter().find(|row| row.twist.linear > 0.5);
-    let mut row = row.expect("it drives faster than that").clone();
+    let mut row = row.expect("the robot drives faster than that").clone();
     for command in [
         Twist::new(row.twist.linear - 0.3, 0.0),
         Twist::new(row.twist.linear, 0.6),
@@ -142,7 +139,7 @@ fn unlawful() {
         let lawful = std::mem::replace(&mut row.command, command);
         assert!(
             !is_lawful(&row, &limits, reach_s),
-            "{command:?} went unseen"
+            "{command:?} was not found"
         );
         row.command = lawful;
     }

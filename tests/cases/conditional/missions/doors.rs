@@ -1,4 +1,4 @@
-//! Ground that differs from the map: what the lidar sees counts.
+//! Worlds that differ from the map: the lidar counts.
 
 use inbye::global::PlanError;
 use inbye::navigator::{Fault, Mode};
@@ -9,29 +9,26 @@ use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
     (
-        "before a closed door the robot takes the other way",
-        takes_the_other_way,
+        "robot replans through the far passage when the near door is closed",
+        replans_through_the_far_passage,
     ),
     (
-        "a door that the map has closed and the world open stays unused",
+        "door that is closed in the map stays unused",
         trusts_the_map,
     ),
     (
-        "where the only door is closed it gives up with a reason",
-        gives_up,
+        "mission fails with a reason when the only door is closed",
+        fails_with_a_reason,
     ),
     (
-        "walled in on all sides it never moves, and says why",
+        "robot walled in on all sides stands and fails with a reason",
         walled_in,
     ),
-    ("it finds out of an unmapped trap", out_of_a_trap),
-    (
-        "an unmapped pillar on the path is driven round",
-        round_a_pillar,
-    ),
+    ("robot leaves an unmapped trap", out_of_a_trap),
+    ("robot drives around an unmapped pillar", around_a_pillar),
 ];
 
-/// Two rooms joined by two passages, the near one straight ahead.
+/// Two halls joined by two passages, the near one straight ahead.
 fn two_passages() -> Ground {
     Ground::rock(16.0, 12.0)
         .room([0.5, 0.5, 5.0, 11.5])
@@ -45,7 +42,7 @@ const FAR_DOOR: [f64; 4] = [8.0, 8.0, 8.3, 10.2];
 const START: [f64; 3] = [2.5, 2.6, 0.0];
 const GOAL: [f64; 2] = [13.5, 2.6];
 
-fn takes_the_other_way() {
+fn replans_through_the_far_passage() {
     let ground = two_passages();
     let open = arrive(&mission(&ground, START, GOAL));
     assert_eq!(open.plans.len(), 1, "{}", story(&open));
@@ -60,7 +57,7 @@ fn takes_the_other_way() {
         "{}",
         story(&result)
     );
-    // It does not go to the door to find it closed: the lidar sees it from the room.
+    // The robot need not drive to the door: the lidar sees it from the hall.
     assert!(
         result.travelled_m < open.travelled_m + 18.0,
         "{}",
@@ -80,7 +77,7 @@ fn trusts_the_map() {
     );
 }
 
-fn gives_up() {
+fn fails_with_a_reason() {
     let ground = two_passages().wall(FAR_DOOR);
     let mut task = mission(&ground, START, GOAL);
     task.truth = Some(ground.wall(NEAR_DOOR).obstacles());
@@ -94,7 +91,7 @@ fn gives_up() {
         "{}",
         story(&result)
     );
-    // Well before the run's own end, and standing.
+    // Well before the time limit, and standing.
     assert!(result.time_s < 200.0, "{}", story(&result));
     let last = result.trace.rows.last().expect("a drive has ticks");
     assert_eq!(last.mode, Mode::Failed);
@@ -131,7 +128,7 @@ fn walled_in() {
 fn out_of_a_trap() {
     let ground = hall(16.0, 12.0);
     let mut task = mission(&ground, [2.0, 6.5, 0.0], [14.5, 6.5]);
-    // A U that opens towards the robot, across its straight way.
+    // A U that opens towards the robot, across its straight line to the goal.
     let trap = ground
         .wall([7.0, 3.5, 10.3, 3.8])
         .wall([7.0, 9.2, 10.3, 9.5])
@@ -141,7 +138,7 @@ fn out_of_a_trap() {
     assert!(result.plans.len() > 1, "{}", story(&result));
 }
 
-fn round_a_pillar() {
+fn around_a_pillar() {
     let ground = hall(12.0, 5.0);
     let mut task = mission(&ground, [1.5, 3.0, 0.0], [11.0, 3.0]);
     task.truth = Some(ground.wall([6.0, 2.7, 6.5, 3.3]).obstacles());

@@ -1,4 +1,4 @@
-//! Missions, how they are driven, and what holds of every one of them.
+//! Missions, and the conditions that every drive must meet.
 
 use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Engine};
@@ -10,7 +10,7 @@ use inbye::sim::{MovingObstacles, SimError, Simulation};
 
 use super::ground::Ground;
 
-/// A mission over known ground where nothing moves, for up to 400 s.
+/// A mission in a known static world, for at most 400 s.
 pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Simulation {
     let goal = Goal {
         position: Point::new(goal_x, goal_y),
@@ -25,14 +25,14 @@ pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2
     }
 }
 
-/// People from JSON, as a file would have them.
+/// Pedestrians from JSON, as in a file.
 pub fn people(mission: &Simulation, json: &str) -> MovingObstacles {
     let ground = mission.mission.map.obstacles(Config::default().unknown);
-    MovingObstacles::parse(json, "people.json", &ground, 0).expect("people on the map")
+    MovingObstacles::parse(json, "people.json", &ground, 0).expect("pedestrians on the map")
 }
 
-/// Everybody as they were at a row of a trace, taken to stand.
-pub fn everybody(trace: &Trace, row: &TraceRow) -> Vec<MovingDisc> {
+/// The moving obstacles at a row of a trace, without velocity.
+pub fn moving_at(trace: &Trace, row: &TraceRow) -> Vec<MovingDisc> {
     let discs = row.moving.iter().zip(&trace.moving_radii);
     discs
         .filter_map(|(center, &radius)| {
@@ -59,7 +59,7 @@ pub fn try_drive(
     mission.run(config, engine, &mut observer)
 }
 
-/// Drives with the default robot, and checks what holds of every drive: lawful commands and no contact.
+/// Drives with the default robot, and checks what every drive must meet: lawful commands and no contact.
 pub fn drive(mission: &Simulation) -> MissionResult {
     let config = Config::default();
     let engine = Box::new(CpuEngine::single_threaded());
@@ -73,7 +73,7 @@ pub fn drive(mission: &Simulation) -> MissionResult {
     result
 }
 
-/// Drives to the goal.
+/// Drives, and checks that the robot arrives.
 pub fn arrive(mission: &Simulation) -> MissionResult {
     let result = drive(mission);
     assert!(
@@ -90,7 +90,7 @@ pub fn arrive(mission: &Simulation) -> MissionResult {
     result
 }
 
-/// Every command within the limits, and within what is reached from the speed at the time until the next command acts.
+/// Checks that every command is within the limits, and that the robot reaches it before the next one takes effect.
 pub fn assert_lawful(result: &MissionResult, config: &Config) {
     let reach_s = reach_s(config);
     for row in &result.trace.rows {
@@ -101,16 +101,16 @@ pub fn assert_lawful(result: &MissionResult, config: &Config) {
     }
 }
 
-/// How long the command before it, and a command itself, act until the next one does, seconds.
+/// Time that a command and the one before it act until the next one does, seconds.
 pub fn reach_s(config: &Config) -> f64 {
     config.local.control_period_s + config.navigator.actuation_delay_s
 }
 
 pub fn is_lawful(row: &TraceRow, limits: &Limits, reach_s: f64) -> bool {
-    // The robot goes by its own measure of its speed; tracks that slip, encoders and a gyro put it off by less than this.
+    // The robot decides from its measured speed. Track slip, encoders and gyro err by less than this.
     const MEASURED: f64 = 0.1;
     let (command, twist) = (row.command, row.twist);
-    // The motors lag, so that the speed may stand a hair outside the limits; then only braking is left.
+    // The motors lag, so the speed may be slightly outside the limits; then only braking is lawful.
     let steps =
         |change: f64, gain: f64, brake: f64| change.abs() <= gain.max(-brake) * reach_s + MEASURED;
     command.is_finite()
@@ -132,7 +132,7 @@ pub fn has_mode(result: &MissionResult, mode: Mode) -> bool {
     result.trace.rows.iter().any(|row| row.mode == mode)
 }
 
-/// How a drive went, in one line.
+/// Describes a drive in one line.
 pub fn story(result: &MissionResult) -> String {
     format!(
         "reached {}, collided {}, {:.1} m in {:.1} s, {} plans, least gap {:.3} m, {:?}, ends {:?}",

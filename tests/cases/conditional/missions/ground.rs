@@ -1,4 +1,4 @@
-//! Small mines: rooms cut out of rock.
+//! Small mines: halls cut out of rock.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use inbye::map::{ObstacleGrid, OccupancyGrid, UnknownPolicy};
 /// Side of a cell, metres.
 pub const RESOLUTION_M: f64 = 0.1;
 
-/// Ground under way. Rectangles are `[x0, y0, x1, y1]`, metres.
+/// A world under construction. Rectangles are `[x0, y0, x1, y1]`, metres.
 #[derive(Clone)]
 pub struct Ground {
-    /// From the largest y down, as a map is drawn.
+    /// From the largest y downwards, as in a map file.
     rows: Vec<Vec<char>>,
 }
 
@@ -24,12 +24,12 @@ impl Ground {
         }
     }
 
-    /// Cuts a room.
+    /// Cuts a hall.
     pub fn room(self, place: [f64; 4]) -> Self {
         self.fill(place, '.')
     }
 
-    /// Puts a wall.
+    /// Adds a wall.
     pub fn wall(self, place: [f64; 4]) -> Self {
         self.fill(place, '#')
     }
@@ -47,7 +47,7 @@ impl Ground {
     pub fn map(&self) -> Arc<OccupancyGrid> {
         let rows: Vec<String> = self.rows.iter().map(|row| row.iter().collect()).collect();
         let map = OccupancyGrid::from_rows(&rows, RESOLUTION_M, Pose::default());
-        Arc::new(map.expect("equal rows of rock and rooms"))
+        Arc::new(map.expect("rows of equal length"))
     }
 
     pub fn obstacles(&self) -> ObstacleGrid {
@@ -55,7 +55,7 @@ impl Ground {
     }
 }
 
-/// One room of this size inside rock half a metre thick; its lower left corner is at (0.5, 0.5).
+/// A hall of this size inside rock half a metre thick; its lower left corner is at (0.5, 0.5).
 pub fn hall(width_m: f64, height_m: f64) -> Ground {
     Ground::rock(width_m + 1.0, height_m + 1.0).room([0.5, 0.5, width_m + 0.5, height_m + 0.5])
 }

@@ -1,4 +1,4 @@
-//! A real mine, where the development data lie beside the repository: across it, among five people.
+//! A real mine, if the development data are next to the repository: across it, among five pedestrians.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,12 +18,12 @@ const MAP: &str = concat!(
     "/../shared/data/mine/niosh_sr_coal_mine.yaml"
 );
 
-/// By wheel odometry that slips 5 % and scans alone, more than 300 m.
+/// More than 300 m, with wheel odometry that slips 5 % and scans alone.
 pub fn trial_by_scans() -> Trial {
-    Trial::ignorable_test("the mine is toured by scans matched to its map", || {
+    Trial::ignorable_test("robot tours the mine with scan matching", || {
         if !Path::new(MAP).exists() {
             return Ok(Completion::ignored_with(
-                "the development data are not beside the repository",
+                "the development data are not next to the repository",
             ));
         }
         tours_by_scans()?;
@@ -58,10 +58,10 @@ fn tours_by_scans() -> Result<(), Failed> {
 }
 
 pub fn trial() -> Trial {
-    Trial::ignorable_test("the mine is crossed among five people", || {
+    Trial::ignorable_test("robot crosses the mine among five pedestrians", || {
         if !Path::new(MAP).exists() {
             return Ok(Completion::ignored_with(
-                "the development data are not beside the repository",
+                "the development data are not next to the repository",
             ));
         }
         crosses()?;

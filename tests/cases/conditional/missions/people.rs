@@ -1,42 +1,39 @@
-//! People who cross, follow, come towards the robot, stand in its way or appear before it.
+//! Pedestrians that cross, follow or approach the robot, stand on its path or appear in front of it.
 
 use inbye::geometry::{Pose, wrap_angle};
 use inbye::runtime::{Config, MissionResult};
 use inbye::sim::{Simulation, World};
 
 use super::Test;
-use super::driving::{arrive, drive, everybody, mission, people, story, try_drive};
+use super::driving::{arrive, drive, mission, moving_at, people, story, try_drive};
 use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
-    ("people who cross are let through", crossing),
+    ("robot arrives among crossing pedestrians", crossing),
     (
-        "somebody who comes head on and does not yield is evaded in a wide drift",
+        "robot evades an oncoming pedestrian that does not yield in a wide roadway",
         head_on,
     ),
     (
-        "somebody who overtakes and does not yield is left alone",
+        "robot is not hit by an overtaking pedestrian that does not yield",
         from_behind,
     ),
-    ("somebody who stands in the way is driven round", standing),
+    ("robot drives around a standing pedestrian", standing),
+    ("robot passes two standing pedestrians", standing_pair),
+    ("robot starts next to a standing pedestrian", next_to_one),
     (
-        "two who stand close leave a way through the rest of the drift",
-        standing_pair,
-    ),
-    (
-        "somebody who stands beside does not freeze the robot",
-        beside,
-    ),
-    (
-        "somebody who steps out at braking distance is not touched",
+        "robot does not touch a pedestrian that steps out at braking distance",
         steps_out,
     ),
-    ("behind somebody slow the robot does not push", slow_ahead),
-    ("a gate shut by somebody opens when they leave", gate),
+    (
+        "robot keeps its distance behind a slow pedestrian",
+        slow_ahead,
+    ),
+    ("robot passes a gate after a pedestrian has left it", gate),
 ];
 
-/// A drift 6 m wide, and a drive along it.
-fn drift() -> Simulation {
+/// A drive along a roadway 6 m wide.
+fn roadway() -> Simulation {
     mission(&hall(24.0, 6.0), [2.0, 3.5, 0.0], [23.0, 3.5])
 }
 
@@ -47,7 +44,7 @@ fn with(mut task: Simulation, json: &str) -> Simulation {
 
 fn crossing() {
     let task = with(
-        drift(),
+        roadway(),
         r#"[{"x": 7, "y": 1.2, "radius": 0.3, "speed": 0.5, "route": [[7, 5.8]]},
             {"x": 12, "y": 5.8, "radius": 0.3, "speed": 0.7, "route": [[11, 1.2]]},
             {"x": 16, "y": 1.2, "radius": 0.3, "speed": 0.35, "route": [[17, 5.8]]}]"#,
@@ -56,15 +53,15 @@ fn crossing() {
     assert!(result.time_s < 90.0, "{}", story(&result));
 }
 
-/// Whether the robot moved towards what it touched: contact is its own doing only then.
-fn is_to_blame(result: &MissionResult) -> bool {
+/// Whether the robot moved towards what it touched: only then it caused the contact.
+fn caused_contact(result: &MissionResult) -> bool {
     let footprint = Config::default().robot.footprint;
     let rows = &result.trace.rows;
     let Some(last) = rows.last().filter(|row| row.gap_m <= 0.0) else {
         return false;
     };
     let mut world = World::new(hall(24.0, 6.0).obstacles());
-    world.moving = everybody(&result.trace, last);
+    world.moving = moving_at(&result.trace, last);
     let step = last.twist.linear * 0.05;
     let ahead = Pose {
         x: last.pose.x + step * libm::cos(last.pose.yaw),
@@ -77,13 +74,13 @@ fn is_to_blame(result: &MissionResult) -> bool {
 fn head_on() {
     for (lane, speed) in [(3.5, 0.5), (3.2, 0.8), (4.2, 0.3), (2.6, 0.6)] {
         let task = with(
-            drift(),
+            roadway(),
             &format!(
                 r#"[{{"x": 22, "y": {lane}, "radius": 0.3, "speed": {speed}, "route": [[3, {lane}]], "yields": false}}]"#
             ),
         );
-        let result = drive_on(&task);
-        assert!(!is_to_blame(&result), "{}", story(&result));
+        let result = drive_unchecked(&task);
+        assert!(!caused_contact(&result), "{}", story(&result));
         assert!(
             result.reached && !result.collided,
             "lane {lane}, speed {speed}: {}",
@@ -94,22 +91,22 @@ fn head_on() {
 
 fn from_behind() {
     let task = with(
-        drift(),
+        roadway(),
         r#"[{"x": 1.2, "y": 4.6, "radius": 0.3, "speed": 1.1, "route": [[23, 4.2]], "yields": false}]"#,
     );
-    let result = drive_on(&task);
+    let result = drive_unchecked(&task);
     assert!(result.reached && !result.collided, "{}", story(&result));
 }
 
-/// Drives without the demand that nobody touches the robot.
-fn drive_on(task: &Simulation) -> MissionResult {
+/// Drives without the check for contact.
+fn drive_unchecked(task: &Simulation) -> MissionResult {
     let engine = Box::new(inbye::local::CpuEngine::single_threaded());
     try_drive(task, &Config::default(), engine).expect("a mission that can start")
 }
 
 fn standing() {
     let task = with(
-        drift(),
+        roadway(),
         r#"[{"x": 12, "y": 3.5, "radius": 0.3, "speed": 0}]"#,
     );
     let result = arrive(&task);
@@ -118,17 +115,17 @@ fn standing() {
 
 fn standing_pair() {
     let task = with(
-        drift(),
+        roadway(),
         r#"[{"x": 12, "y": 3.6, "radius": 0.3, "speed": 0}, {"x": 12.3, "y": 2.7, "radius": 0.3, "speed": 0}]"#,
     );
     let result = arrive(&task);
     assert!(result.time_s < 90.0, "{}", story(&result));
 }
 
-fn beside() {
-    // 0.2 m from its left side, within the margin that it keeps by itself.
+fn next_to_one() {
+    // 0.2 m from its left side, within its margin for moving obstacles.
     let task = with(
-        drift(),
+        roadway(),
         r#"[{"x": 2.1, "y": 4.3, "radius": 0.3, "speed": 0}]"#,
     );
     let result = arrive(&task);
@@ -142,7 +139,7 @@ fn beside() {
 }
 
 fn steps_out() {
-    // A niche beside the drift hides whoever walks out of it in front of the robot.
+    // A niche next to the roadway hides a pedestrian that steps out in front of the robot.
     let ground = hall(16.0, 5.5)
         .wall([0.5, 3.5, 8.0, 6.0])
         .wall([9.2, 3.5, 16.5, 6.0]);
@@ -178,7 +175,7 @@ fn gate() {
     let result = arrive(&task);
     assert!(
         result.time_s > 20.0,
-        "nobody was in the way: {}",
+        "the gate was free: {}",
         story(&result)
     );
 }

@@ -1,4 +1,4 @@
-//! Starts and goals that are awkward.
+//! Difficult starts and goals.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -15,25 +15,22 @@ use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
     (
-        "a start that faces the wrong way begins with a turn",
+        "robot that faces away from its path rotates first",
         turns_first,
     ),
     (
-        "a goal deep in a narrow dead end is reached",
+        "robot reaches a goal deep in a narrow dead end",
         into_a_dead_end,
     ),
     (
-        "out of a narrow dead end, nose to its end",
+        "robot leaves a narrow dead end that it faces",
         out_of_a_dead_end,
     ),
-    ("a goal's yaw is met, whatever it is", meets_a_yaw),
-    ("a start within the margins is left", leaves_a_margin),
-    (
-        "a start against a wall, or in it, is refused with a reason",
-        refuses_a_start,
-    ),
-    ("a goal a hand away is parked at", stands_at_its_goal),
-    ("hairpins are driven", hairpins),
+    ("robot parks at any yaw of the goal", meets_a_yaw),
+    ("robot leaves a start within the margins", leaves_a_margin),
+    ("start on or in a wall is rejected", rejects_a_start),
+    ("robot parks at a goal 0.1 m away", stands_at_its_goal),
+    ("robot drives hairpins", hairpins),
 ];
 
 fn turns_first() {
@@ -45,7 +42,7 @@ fn turns_first() {
     }
 }
 
-/// A room with a dead end of 1.5 m width off it.
+/// A hall with a dead end 1.5 m wide.
 fn dead_end() -> Ground {
     Ground::rock(11.0, 10.0)
         .room([0.5, 0.5, 10.5, 4.5])
@@ -76,8 +73,8 @@ fn meets_a_yaw() {
 }
 
 fn leaves_a_margin() {
-    // 0.36 m from a wall to its left, behind it or before it: the body, 0.3 m to the side and 0.42 m to the ends, is
-    // clear, yet no path may come so near.
+    // 0.36 m from a wall to its left, behind it or in front of it: the body, 0.3 m to the side and 0.42 m to the ends, is
+    // clear, but no path may come so near.
     for start in [
         [4.0, 4.14, 0.0],
         [4.0, 4.14, PI],
@@ -93,18 +90,18 @@ fn leaves_a_margin() {
     }
 }
 
-fn refuses_a_start() {
+fn rejects_a_start() {
     for (x, y) in [(4.0, 4.4), (4.0, 4.7)] {
         let task = mission(&hall(10.0, 4.0), [x, y, 0.0], [7.0, 1.5]);
         let engine = Box::new(CpuEngine::single_threaded());
-        let refused = try_drive(&task, &Config::default(), engine).map(|result| story(&result));
+        let rejected = try_drive(&task, &Config::default(), engine).map(|result| story(&result));
         let occupied = matches!(
-            refused,
+            rejected,
             Err(SimError::Fault(Fault::Plan(
                 PlanError::StartOccupied { .. }
             )))
         );
-        assert!(occupied, "{refused:?}");
+        assert!(occupied, "{rejected:?}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! The embedded scenes, with the people in them.
+//! The built-in scenes with their pedestrians.
 
 use std::sync::Arc;
 
@@ -12,29 +12,30 @@ use super::Test;
 use super::driving::{arrive, try_drive};
 
 pub const TESTS: &[Test] = &[
-    ("the roadway is driven among people", || drives(&roadway())),
-    (
-        "the crossing is driven among people",
-        || drives(&crossing()),
-    ),
-    ("the dead end is passed by, among people", || {
+    ("robot drives the roadway scene among pedestrians", || {
+        drives(&roadway())
+    }),
+    ("robot drives the crossing scene among pedestrians", || {
+        drives(&crossing())
+    }),
+    ("robot drives the dead end scene among pedestrians", || {
         drives(&dead_end());
     }),
     (
-        "a scene driven twice leaves the same trace, another seed another",
-        same_again,
+        "trace of a scene depends on its seed alone",
+        depends_on_its_seed_alone,
     ),
 ];
 
-/// A scene's task with other people and other noise than its own, by so much.
-fn task(scene: &Scene, other: u64) -> Simulation {
+/// A mission in a scene, with this offset to the seed of pedestrians and noise.
+fn task(scene: &Scene, offset: u64) -> Simulation {
     let config = Config::default();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
     let mut planner = config.route_planner(scene.map.frame().resolution_m);
     let start = scene.start.position();
     let plan = planner.plan(&obstacles, start, scene.goal, &mut || 0.0);
-    let path = plan.expect("a scene has a way").smoothed;
-    let seed = scene.seed + other;
+    let path = plan.expect("a scene has a path").smoothed;
+    let seed = scene.seed + offset;
     let spawner = PedestrianSpawner::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
     let goal = Goal {
@@ -44,7 +45,7 @@ fn task(scene: &Scene, other: u64) -> Simulation {
     Simulation {
         moving_obstacles: spawner
             .spawn(&obstacles, path.points(), &ends)
-            .expect("room for people"),
+            .expect("free space for pedestrians"),
         seed,
         ..Simulation::new(Mission {
             time_limit_s: 600.0,
@@ -59,13 +60,13 @@ fn drives(scene: &Scene) {
         let direct_m = (scene.goal - scene.start.position()).norm();
         assert!(
             result.travelled_m > direct_m - 0.5,
-            "{}: the way cannot be so short",
+            "{}: the path cannot be so short",
             scene.name
         );
     }
 }
 
-fn same_again() {
+fn depends_on_its_seed_alone() {
     let digest = |other| {
         let engine = Box::new(CpuEngine::single_threaded());
         let result = try_drive(&task(&dead_end(), other), &Config::default(), engine);

@@ -1,4 +1,4 @@
-//! The navigator alone: what it is told it sees, tick by tick, and what it does.
+//! The navigator alone: scripted observations, tick by tick, and its decisions.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -16,38 +16,38 @@ use super::driving::reach_s;
 use super::ground::{Ground, RESOLUTION_M, hall};
 
 pub const TESTS: &[Test] = &[
-    ("it arrives, brakes in time and stands", arrives),
+    ("navigator arrives, brakes in time and stands", arrives),
     (
-        "it takes the key nodes in order, each near the path, the goal last",
+        "local targets are the key nodes in order, the goal last",
         key_nodes_in_order,
     ),
     (
-        "a body that appears at braking distance is not reached",
+        "navigator stops before an obstacle that appears at braking distance",
         brakes_for_a_body,
     ),
     (
-        "a body that appears on the robot stops it until it is gone",
+        "navigator stands while an obstacle touches the robot",
         stands_while_touched,
     ),
-    ("walls seen on all sides stop it", stops_between_walls),
     (
-        "after arrival it stands, whatever it sees",
-        stands_after_arrival,
+        "navigator stands between walls on all sides",
+        stops_between_walls,
     ),
+    ("navigator stands after arrival", stands_after_arrival),
     (
-        "a speed outside the limits is brought back into them",
+        "command is within the limits from a speed outside them",
         from_outside_the_limits,
     ),
 ];
 
-/// A robot that does exactly as it is told.
+/// A robot that follows every command exactly.
 pub struct Script {
     pub navigator: Navigator,
     pub observation: Observation,
     config: Config,
 }
 
-/// One that sees nothing in all directions.
+/// A scan without any return.
 pub fn empty_scan() -> Scan {
     Scan {
         angle_min: 0.0,
@@ -79,7 +79,7 @@ impl Script {
             &mut || 0.0,
         );
         Self {
-            navigator: navigator.expect("a way through the hall"),
+            navigator: navigator.expect("a path through the hall"),
             observation: Observation {
                 time_s: 0.0,
                 pose: start,
@@ -92,7 +92,7 @@ impl Script {
         }
     }
 
-    /// Decides, checks the command, and moves by it for one period.
+    /// Decides, checks the command, and follows it for one period.
     pub fn step(&mut self) -> Decision {
         let before = self.observation.clone();
         let decision = self.step_on(&before);
@@ -100,7 +100,7 @@ impl Script {
         decision
     }
 
-    /// The same, but it decides on something else than what is.
+    /// As [`Self::step`], but decides from another observation than the true one, without the check.
     pub fn step_on(&mut self, seen: &Observation) -> Decision {
         let decision = self.navigator.step(seen);
         let period_s = self.config.local.control_period_s;
@@ -138,7 +138,7 @@ impl Script {
         assert!(command.angular.abs() <= limits.max_vel_theta, "{command:?}");
     }
 
-    /// Steps until the mission is over, at most so long.
+    /// Steps until the mission is over, for at most this time in seconds.
     pub fn finish(&mut self, most_s: f64) -> Decision {
         loop {
             let decision = self.step();
@@ -167,7 +167,7 @@ fn arrives() {
         fastest = fastest.max(script.step().command.linear);
         assert!(script.observation.time_s < 40.0);
     }
-    assert!(fastest > 0.5, "it crept: {fastest}");
+    assert!(fastest > 0.5, "too slow: {fastest}");
     let last = script.finish(45.0);
     assert_eq!((last.mode, last.command), (Mode::Arrived, Twist::STOP));
     let miss = (script.observation.pose.position() - Point::new(9.5, 3.0)).norm();
@@ -198,7 +198,7 @@ fn key_nodes_in_order() {
         furthest_m = place.arc_m.max(furthest_m);
         assert!(script.observation.time_s < 90.0, "{decision:?}");
     }
-    // Half a metre apart, over a way of more than 20 m.
+    // Half a metre apart, on a path of more than 20 m.
     assert!(
         taken > 20 && furthest_m == path.length_m(),
         "{taken} to {furthest_m}"
@@ -213,7 +213,7 @@ fn brakes_for_a_body() {
     }
     let speed = script.observation.twist.linear;
     assert!(speed > 0.5);
-    // Its braking distance, and 0.3 m, before its nose; it fills the hall.
+    // Obstacles across the whole hall, at the braking distance and 0.3 m before the robot's nose.
     let nose = script.observation.pose.x + 0.42;
     let x = nose + speed * speed / 2.0 + 0.3 + 0.3;
     let body = |y: f64| MovingDisc {
@@ -249,7 +249,7 @@ fn brakes_for_a_body() {
     assert!(script.observation.twist.linear < 0.1);
 }
 
-/// Somebody who drops from a ledge onto its nose: nothing can be done but to brake, and to stand while it touches.
+/// An obstacle that drops onto the robot's nose: the robot can only brake, and stand while they touch.
 fn stands_while_touched() {
     let mut script = straight();
     while script.observation.pose.x < 4.5 {
@@ -258,7 +258,7 @@ fn stands_while_touched() {
     assert!(script.observation.twist.linear > 0.5);
     let pose = script.observation.pose;
     let mut world = World::new(hall(11.0, 5.0).obstacles());
-    // Before its lidar, and over its foremost disc.
+    // In front of its lidar, and over its foremost disc.
     world.moving = vec![MovingDisc {
         x: pose.x + 0.5,
         y: pose.y,
@@ -273,7 +273,7 @@ fn stands_while_touched() {
     };
     let mut noise = Pcg64Mcg::seed_from_u64(0);
     for tick in 0..40 {
-        // It is pushed along while the robot brakes.
+        // The braking robot pushes the obstacle along.
         world.moving[0].x = script.observation.pose.x + 0.5;
         script.observation.scan = lidar
             .scan(&world, &script.observation.pose, &mut noise)
@@ -290,7 +290,7 @@ fn stands_while_touched() {
     for _ in 0..30 {
         script.step();
     }
-    assert!(script.observation.twist.linear > 0.3, "it goes on");
+    assert!(script.observation.twist.linear > 0.3, "the robot drives on");
 }
 
 fn stops_between_walls() {
@@ -298,7 +298,7 @@ fn stops_between_walls() {
     for _ in 0..10 {
         script.step();
     }
-    // Something the map does not show, 0.5 m away all round: the robot reaches 0.42 m and keeps a margin.
+    // Unmapped walls 0.5 m away on all sides: the robot reaches 0.42 m and keeps a margin.
     script.observation.scan.ranges.fill(0.5);
     let mut decision = script.step();
     while script.observation.twist.linear > 0.0 {
@@ -313,7 +313,7 @@ fn stops_between_walls() {
         assert!(moved < 1e-9, "{decision:?}");
     }
     assert_eq!(script.observation.pose.position(), stands.position());
-    let counts = decision.counts.expect("it looked for a way");
+    let counts = decision.counts.expect("the window was sampled");
     assert_eq!(counts.admissible, 0);
 }
 

@@ -1,4 +1,4 @@
-//! One trace, bit for bit, whatever computes it.
+//! One trace, bit for bit, on every engine.
 
 use inbye::local::{CpuEngine, Engine, FanArc, SampleStatus, Sampling};
 use inbye::runtime::{Config, MissionResult, Observer, TickEvent};
@@ -9,20 +9,20 @@ use super::driving::{mission, people, story, try_drive};
 use super::ground::hall;
 
 pub const TESTS: &[Test] = &[
-    ("a drive is the same to the bit on every machine", golden),
-    ("one thread and several leave the same trace", threads),
-    ("other noise leaves another trace", noise),
-    ("a fan shows the window that was decided on", fans),
+    ("trace of a drive equals the golden digest", golden),
+    ("trace is independent of the number of threads", threads),
+    ("trace changes with the noise", noise),
+    ("fan shows the evaluated window", fans),
 ];
 
 pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
-    [("a drive on the GPU leaves the CPU's trace", gpu)];
+    [("trace on the GPU equals that on the CPU", gpu)];
 
-/// Of the short drive below. A change to planning, navigation or simulation that is meant to change decisions changes
-/// it too; anything else must not.
+/// Digest of the short drive below. It changes only with a change to planning, navigation or simulation that is meant to
+/// change decisions.
 const GOLDEN: &str = "7ffc877a7a0e93300b59ca5015a2cdcfb2bbaef38b7a6a796d3b5390f977f5df";
 
-/// A short drive with a turn, a wall that the map does not show, somebody who crosses, and a yaw to park with.
+/// A short drive with a rotation, an unmapped wall, a crossing pedestrian, and a goal with a yaw.
 fn short_drive() -> Simulation {
     let ground = hall(10.0, 6.0).wall([4.0, 0.0, 4.4, 2.5]);
     let mut task = mission(&ground, [1.5, 1.5, 3.0], [9.5, 5.0]);
@@ -86,7 +86,7 @@ fn fans() {
             vx_samples: u32::MAX,
             vtheta_samples: u32::MAX,
         };
-        let whole = moment.fan(all).expect("samples were looked at");
+        let whole = moment.fan(all).expect("samples were evaluated");
         let judged_by = |wanted: SampleStatus| {
             let is_so = |arc: &&FanArc| arc.status == wanted;
             whole.arcs.iter().filter(is_so).count() as u32
@@ -103,7 +103,7 @@ fn fans() {
         if let Some(winner) = &whole.winner {
             let chosen = whole.arcs[winner.index as usize];
             assert_eq!(chosen.score, Some(winner.score));
-            // The engine compares integers; so near a tie may go either way here.
+            // The engine compares integers, so the winner of a near tie may differ here.
             let best = whole
                 .arcs
                 .iter()
@@ -128,7 +128,7 @@ fn fans() {
     };
     let engine = Box::new(CpuEngine::single_threaded());
     let driven = short_drive().run(&Config::default(), engine, &mut observer);
-    // A on_tick that looks closely changes nothing.
+    // An observer that asks for fans changes nothing.
     assert_eq!(
         driven.expect("a mission that can start").trace.digest(),
         GOLDEN

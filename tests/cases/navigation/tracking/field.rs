@@ -1,16 +1,16 @@
-//! An open field of cylinders that all move, as in the `DynaBARN` benchmark, and a robot that drives through.
+//! A robot that drives through an open field of moving cylinders, as in the `DynaBARN` benchmark.
 
 use inbye::geometry::Pose;
 use inbye::map::MovingDisc;
 use rand::RngExt;
 
 use super::stage::{
-    Errors, LOCALISED, Look, ODOMETRY, Stage, disc, empty, ground, nearest, quantile, turned_round,
+    Errors, LOCALISED, ODOMETRY, Sample, Stage, disc, empty, ground, nearest, quantile, reversed,
 };
 
-/// The looks at discs within 6 m that nothing nearer covers, and the numbers of found discs and of those that are no
-/// true one.
-fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Look>, usize, usize) {
+/// Drives through the field. Returns the samples of discs within 6 m that nothing nearer covers, the number of found discs, and
+/// the number of those that match no true one.
+fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Sample>, usize, usize) {
     let truth = ground(40.0, 40.0, |_, _| false);
     let mut stage = Stage::new(empty(&truth), truth, errors, seed);
     let mut discs: Vec<MovingDisc> = (0..count)
@@ -25,7 +25,7 @@ fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Look>, usize, 
             disc(x, y, 0.5, speed * libm::cos(yaw), speed * libm::sin(yaw))
         })
         .collect();
-    let (mut looks, mut found_all, mut wrong) = (Vec::new(), 0, 0);
+    let (mut samples, mut found_all, mut wrong) = (Vec::new(), 0, 0);
     let mut clear_since = vec![0.0; count];
     while stage.time_s < 20.0 {
         let now = stage.time_s;
@@ -34,7 +34,7 @@ fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Look>, usize, 
             20.0 + 6.0 * libm::sin(0.15 * now),
             0.15 * now + 1.57 + 0.5 * libm::sin(now),
         );
-        // A cylinder does not walk over the robot.
+        // A cylinder does not move over the robot.
         for disc in &mut discs {
             let away = disc.center() - pose.position();
             if away.norm() < 1.2 && away.x * disc.vx + away.y * disc.vy < 0.0 {
@@ -48,14 +48,15 @@ fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Look>, usize, 
             }
             let distance = (truth.center() - pose.position()).norm();
             if distance < 6.0 && now - clear_since[index] > 0.75 {
-                looks.push(Look::new(now, stage.astray(truth), &found));
+                samples.push(Sample::new(now, stage.as_estimated(truth), &found));
             }
         }
-        let believed: Vec<MovingDisc> = discs.iter().map(|disc| stage.astray(disc)).collect();
+        let estimated: Vec<MovingDisc> =
+            discs.iter().map(|disc| stage.as_estimated(disc)).collect();
         found_all += found.len();
         wrong += found
             .iter()
-            .filter(|found| nearest(found, &believed).is_none())
+            .filter(|found| nearest(found, &estimated).is_none())
             .count();
         for disc in &mut discs {
             disc.x += disc.vx * stage.period_s;
@@ -68,10 +69,10 @@ fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Look>, usize, 
             }
         }
     }
-    (looks, found_all, wrong)
+    (samples, found_all, wrong)
 }
 
-/// Whether no nearer disc covers any part of this one.
+/// Whether no nearer disc hides a part of this one.
 fn is_uncovered(index: usize, discs: &[MovingDisc], pose: &Pose) -> bool {
     let place = |disc: &MovingDisc| {
         let away = disc.center() - pose.position();
@@ -87,29 +88,31 @@ fn is_uncovered(index: usize, discs: &[MovingDisc], pose: &Pose) -> bool {
     })
 }
 
-fn share_tracked(looks: &[Look]) -> f64 {
-    let good = looks.iter().filter(|look| look.velocity_error() < 0.4);
-    good.count() as f64 / looks.len() as f64
+fn share_tracked(samples: &[Sample]) -> f64 {
+    let good = samples
+        .iter()
+        .filter(|sample| sample.velocity_error() < 0.4);
+    good.count() as f64 / samples.len() as f64
 }
 
 #[test]
-fn moving_cylinders_are_tracked_by_a_moving_robot() {
+fn moving_robot_tracks_moving_cylinders() {
     for (name, errors) in [("localised", LOCALISED), ("odometry", ODOMETRY)] {
         for count in [5, 12, 24] {
-            let (mut looks, mut found, mut wrong) = (Vec::new(), 0, 0);
+            let (mut samples, mut found, mut wrong) = (Vec::new(), 0, 0);
             for seed in 0..6 {
                 let run = drive_through(errors, count, seed);
-                looks.extend(run.0);
+                samples.extend(run.0);
                 found += run.1;
                 wrong += run.2;
             }
-            let share = share_tracked(&looks);
-            let speeds: Vec<f64> = looks.iter().map(Look::velocity_error).collect();
+            let share = share_tracked(&samples);
+            let speeds: Vec<f64> = samples.iter().map(Sample::velocity_error).collect();
             let median = quantile(speeds, 0.5);
             assert!(median < 0.1, "{name}, {count}: {median}");
             assert!(share > 0.9, "{name}, {count}: {share}");
             assert!(wrong * 50 <= found, "{wrong} of {found}");
-            assert!(share_tracked(&turned_round(&looks)) < 0.1);
+            assert!(share_tracked(&reversed(&samples)) < 0.1);
         }
     }
 }

@@ -1,11 +1,11 @@
-//! What stands is never taken for moving, however the robot drives: a phantom that moves would stop it.
+//! No static obstacle counts as moving, however the robot drives: such a phantom would stop it.
 
 use inbye::geometry::Pose;
 use inbye::map::ObstacleGrid;
 
 use super::stage::{Errors, LOCALISED, ODOMETRY, Stage, disc, empty, ground};
 
-/// Rooms with doorways, corners, and a slanting wall.
+/// Rooms with doorways, corners, and an oblique wall.
 fn rooms() -> ObstacleGrid {
     ground(30.0, 30.0, |x, y| {
         let wall = |at: f64| at.abs() < 0.1;
@@ -18,17 +18,17 @@ fn rooms() -> ObstacleGrid {
     })
 }
 
-/// Thin posts on a lattice of 0.15 m, thinned out by a fixed rule, as in fields of random cylinders.
+/// Thin posts on a part of a lattice of 0.15 m, by a fixed rule, as in fields of random cylinders.
 fn posts() -> ObstacleGrid {
     ground(30.0, 30.0, |x, y| {
         let (column, row) = ((x / 0.15) as i64, (y / 0.15) as i64);
-        let drawn = (column * 7919 + row * 104_729 + column * row * 31) % 97 < 4;
+        let is_post = (column * 7919 + row * 104_729 + column * row * 31) % 97 < 4;
         let centre = |place: i64| (place as f64 + 0.5) * 0.15;
-        drawn && libm::hypot(x - centre(column), y - centre(row)) < 0.075
+        is_post && libm::hypot(x - centre(column), y - centre(row)) < 0.075
     })
 }
 
-/// Boxes of all sizes, some in groups.
+/// Boxes of several sizes, some in groups.
 fn boxes() -> ObstacleGrid {
     ground(30.0, 30.0, |x, y| {
         let (column, row) = ((x / 2.5) as i64, (y / 2.5) as i64);
@@ -38,7 +38,8 @@ fn boxes() -> ObstacleGrid {
     })
 }
 
-/// The robot winds through at up to 1 m/s and 1 rad/s; it may pass through what stands, and looks only from outside.
+/// Drives along curves at up to 1 m/s and 1 rad/s, around static obstacles. Returns the number of ticks with a phantom, and of
+/// all ticks.
 fn phantom_ticks(truth: &ObstacleGrid, errors: Errors, seed: u64) -> (usize, usize) {
     let mut stage = Stage::new(truth.clone(), empty(truth), errors, seed);
     if seed % 2 == 1 {
@@ -89,7 +90,7 @@ fn phantom_ticks(truth: &ObstacleGrid, errors: Errors, seed: u64) -> (usize, usi
 }
 
 #[test]
-fn nothing_that_stands_is_taken_for_moving() {
+fn static_obstacles_are_not_tracked_as_moving() {
     let (mut phantoms, mut ticks) = (0, 0);
     for truth in [rooms(), posts(), boxes()] {
         for errors in [LOCALISED, ODOMETRY] {
@@ -103,9 +104,8 @@ fn nothing_that_stands_is_taken_for_moving() {
     assert!(phantoms * 1000 <= ticks, "{phantoms} of {ticks}");
 }
 
-/// The same count does find something where something moves.
 #[test]
-fn what_moves_would_be_counted() {
+fn count_of_phantoms_includes_a_moving_obstacle() {
     let truth = boxes();
     let mut stage = Stage::new(truth.clone(), empty(&truth), LOCALISED, 1);
     let mut counted = 0;

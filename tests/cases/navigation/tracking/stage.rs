@@ -1,4 +1,4 @@
-//! A world, a robot that looks at it from poses it knows badly, and what it makes of what it sees.
+//! A world, a robot that scans it from uncertain poses, and its obstacle model.
 
 use core::f64::consts::TAU;
 
@@ -9,22 +9,22 @@ use inbye::sim::{Lidar, World};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// How badly the robot knows where it is, and how often a beam is lost.
+/// Errors of the robot's pose, and the share of lost beams.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {
-    /// Deviation of each coordinate, metres.
+    /// Standard deviation of each coordinate, metres.
     pub place_m: f64,
-    /// Deviation of the heading, radians.
+    /// Standard deviation of the heading, radians.
     pub yaw: f64,
-    /// Share by which each way driven is taken for longer.
+    /// Share by which odometry measures distances too long.
     pub drift: f64,
-    /// Error of the heading that grows, radians per second.
+    /// Drift of the heading, radians per second.
     pub drift_rad_s: f64,
     /// Share of beams without a measurement.
     pub lost: f64,
 }
 
-/// Localisation on a map.
+/// Errors of a localisation on a map.
 pub const LOCALISED: Errors = Errors {
     place_m: 0.01,
     yaw: 0.005,
@@ -33,7 +33,7 @@ pub const LOCALISED: Errors = Errors {
     lost: 0.02,
 };
 
-/// Odometry: smooth, but it goes astray.
+/// Errors of odometry: smooth, but it drifts.
 pub const ODOMETRY: Errors = Errors {
     place_m: 0.001,
     yaw: 0.0005,
@@ -45,16 +45,16 @@ pub const ODOMETRY: Errors = Errors {
 pub struct Stage {
     pub world: World,
     pub lidar: Lidar,
-    pub surroundings: ObstacleModel,
+    pub model: ObstacleModel,
     pub time_s: f64,
     pub period_s: f64,
     pub errors: Errors,
     pub random: Pcg64Mcg,
-    /// Where the robot is and where odometry has it, noise apart.
+    /// The true pose and that by odometry, without noise.
     pub poses: Option<(Pose, Pose)>,
 }
 
-/// A grid of 0.05 m that is blocked where the place of a cell's centre, metres, is.
+/// A grid with cells of 0.05 m, occupied where `is_blocked` holds for a cell's centre, metres.
 pub fn ground(width_m: f64, height_m: f64, is_blocked: impl Fn(f64, f64) -> bool) -> ObstacleGrid {
     let cells = |side_m: f64| (side_m / 0.05).round() as i32;
     let frame = GridFrame::new(cells(width_m), cells(height_m), 0.05, Pose::default());
@@ -66,7 +66,7 @@ pub fn ground(width_m: f64, height_m: f64, is_blocked: impl Fn(f64, f64) -> bool
     ObstacleGrid::new(frame, (0..frame.len()).map(blocked).collect())
 }
 
-/// The same ground without anything on it.
+/// A grid of the same size without obstacles.
 pub fn empty(like: &ObstacleGrid) -> ObstacleGrid {
     ObstacleGrid::new(*like.frame(), vec![false; like.frame().len()])
 }
@@ -76,11 +76,11 @@ impl Stage {
         Self {
             world: World::new(truth),
             lidar: Lidar {
-                // The stage loses beams itself.
+                // The stage drops beams itself.
                 dropout: 0.0,
                 ..Lidar::default()
             },
-            surroundings: ObstacleModel::new(known),
+            model: ObstacleModel::new(known),
             time_s: 0.0,
             period_s: 0.1,
             errors,
@@ -89,7 +89,7 @@ impl Stage {
         }
     }
 
-    /// Nothing on 40 by 40 m, nothing known.
+    /// An empty world of 40 by 40 m.
     pub fn open(seed: u64) -> Self {
         let truth = ground(40.0, 40.0, |_, _| false);
         Self::new(truth.clone(), truth, LOCALISED, seed)
@@ -111,12 +111,12 @@ impl Stage {
             odometry.y + place_m * self.normal(),
             odometry.yaw + yaw * self.normal(),
         );
-        self.surroundings.update(self.time_s, &believed, &seen.scan);
+        self.model.update(self.time_s, &believed, &seen.scan);
         self.time_s += self.period_s;
-        self.surroundings.moving().to_vec()
+        self.model.moving().to_vec()
     }
 
-    /// Adds the motion since the last tick to where odometry had the robot, with its errors.
+    /// Adds the motion since the last tick to the odometry, with its errors.
     fn odometry(&mut self, pose: &Pose) -> Pose {
         let now = self.poses.map_or(*pose, |(before, odometry)| {
             let step = before.inverse_transform(&pose.position()) * (1.0 + self.errors.drift);
@@ -129,8 +129,8 @@ impl Stage {
         now
     }
 
-    /// A true disc as a robot with this odometry takes it to be.
-    pub fn astray(&self, disc: &MovingDisc) -> MovingDisc {
+    /// A true disc in the frame of the odometry.
+    pub fn as_estimated(&self, disc: &MovingDisc) -> MovingDisc {
         let Some((pose, odometry)) = self.poses else {
             return *disc;
         };
@@ -152,7 +152,7 @@ impl Stage {
 
     /// Whether a mark stands within a distance, metres, of a place.
     pub fn is_marked(&self, x: f64, y: f64, within_m: f64) -> bool {
-        let mut marks = self.surroundings.marks();
+        let mut marks = self.model.marks();
         marks.any(|mark| libm::hypot(mark.x - x, mark.y - y) < within_m)
     }
 }
@@ -168,9 +168,9 @@ pub fn disc(x: f64, y: f64, radius: f64, vx: f64, vy: f64) -> MovingDisc {
     }
 }
 
-/// What was made of a true disc at a tick.
+/// A true disc at a tick and the disc found for it.
 #[derive(Clone, Copy, Debug)]
-pub struct Look {
+pub struct Sample {
     pub time_s: f64,
     pub truth: MovingDisc,
     pub found: Option<MovingDisc>,
@@ -186,7 +186,7 @@ pub fn nearest(truth: &MovingDisc, found: &[MovingDisc]) -> Option<MovingDisc> {
         .min_by(|one, other| apart(one).total_cmp(&apart(other)))
 }
 
-impl Look {
+impl Sample {
     pub fn new(time_s: f64, truth: MovingDisc, found: &[MovingDisc]) -> Self {
         let found = nearest(&truth, found);
         Self {
@@ -224,17 +224,17 @@ impl Look {
     }
 }
 
-/// Turns the velocities of what was found round: the fault that the checks must catch.
-pub fn turned_round(looks: &[Look]) -> Vec<Look> {
-    let turned = |look: &Look| Look {
-        found: look.found.map(|found| MovingDisc {
+/// Reverses the velocities of the found discs: the fault that the checks must find.
+pub fn reversed(samples: &[Sample]) -> Vec<Sample> {
+    let reverse = |sample: &Sample| Sample {
+        found: sample.found.map(|found| MovingDisc {
             vx: -found.vx,
             vy: -found.vy,
             ..found
         }),
-        ..*look
+        ..*sample
     };
-    looks.iter().map(turned).collect()
+    samples.iter().map(reverse).collect()
 }
 
 /// The value below which a share of them lies.

@@ -1,4 +1,4 @@
-//! Senses that lie, fail or say nothing.
+//! Faulty observations.
 
 use inbye::geometry::{Pose, Twist};
 use inbye::localization::LostReason;
@@ -9,33 +9,27 @@ use super::script::{Script, straight};
 
 pub const TESTS: &[Test] = &[
     (
-        "numbers that are not finite make it brake, and give up when they go on",
+        "numbers that are not finite brake the robot and fail the mission when they last",
         not_finite,
     ),
     (
-        "an old scan makes it stop until there is a new one",
+        "old scan brakes the robot until there is a new one",
         old_scan,
     ),
+    ("pose that jumps is rejected unless it stays", jumps),
+    ("frozen pose fails the mission", frozen),
+    ("pose that moves against the speed is a fault", reversed),
+    ("clock jump costs one tick", clocks),
+    ("invalid ranges are no obstacles", no_measurement),
+    ("lost robot stands until it is localised", lost),
+    ("scan without beams counts as none", no_beams),
     (
-        "a pose that jumps is not believed, unless it stays there",
-        jumps,
-    ),
-    ("a pose that is frozen stops it for good", frozen),
-    ("a pose against the speed's sign is noticed", reversed),
-    ("a clock that jumps costs a tick", clocks),
-    (
-        "ranges that are no measurement are no obstacle",
-        no_measurement,
-    ),
-    ("a robot that is lost stands until it is found", lost),
-    ("a scan without beams is none", no_beams),
-    (
-        "a false return is forgotten when it is seen through",
+        "false return is cleared when a scan sees through it",
         seen_through,
     ),
 ];
 
-/// Under way at some speed.
+/// A robot that drives.
 fn under_way() -> Script {
     let mut script = straight();
     for _ in 0..20 {
@@ -58,24 +52,24 @@ fn not_finite() {
         |seen| seen.scan.angle_increment = 0.0,
         |seen| seen.scan.range_max = f64::NAN,
     ];
-    for (number, put_in) in faults.iter().enumerate() {
-        goes_on_after_a_few_and_gives_up_after_many(ObservationFault::NotFinite, &|_, seen| {
-            put_in(seen)
+    for (number, disturb) in faults.iter().enumerate() {
+        drives_on_after_a_few_and_fails_after_many(ObservationFault::NotFinite, &|_, seen| {
+            disturb(seen)
         })
         .unwrap_or_else(|what| panic!("fault {number}: {what}"));
     }
 }
 
-/// Senses that are disturbed from a tick on, by the tick's number since then and the sound ones.
+/// Changes an observation, given the number of the tick since the begin of the disturbance.
 type Disturbance<'a> = &'a dyn Fn(u32, &mut Observation);
 
-/// Drives with disturbed senses for so many ticks; answers the decisions and the robot.
-fn disturbed(ticks: u32, put_in: Disturbance<'_>) -> (Vec<Decision>, Script) {
+/// Drives with disturbed observations for a number of ticks; returns the decisions and the robot.
+fn disturbed(ticks: u32, disturb: Disturbance<'_>) -> (Vec<Decision>, Script) {
     let mut script = under_way();
     let decisions = (0..ticks)
         .map(|tick| {
             let sound = script.observation.clone();
-            put_in(tick, &mut script.observation);
+            disturb(tick, &mut script.observation);
             let seen = core::mem::replace(&mut script.observation, sound);
             script.step_on(&seen)
         })
@@ -83,12 +77,12 @@ fn disturbed(ticks: u32, put_in: Disturbance<'_>) -> (Vec<Decision>, Script) {
     (decisions, script)
 }
 
-/// Doubted for half a second it brakes at each tick, and drives on afterwards; doubted for long it fails and says why.
-fn goes_on_after_a_few_and_gives_up_after_many(
-    doubt: ObservationFault,
-    put_in: Disturbance<'_>,
+/// Checks that the robot brakes at each faulty tick and drives on after half a second, and that it fails after many ticks.
+fn drives_on_after_a_few_and_fails_after_many(
+    expected: ObservationFault,
+    disturb: Disturbance<'_>,
 ) -> Result<(), String> {
-    let (decisions, mut script) = disturbed(5, put_in);
+    let (decisions, mut script) = disturbed(5, disturb);
     let mut speed = f64::INFINITY;
     for (tick, decision) in decisions.iter().enumerate() {
         if decision.mode != Mode::SensorFault || decision.command.linear.abs() >= speed {
@@ -96,11 +90,11 @@ fn goes_on_after_a_few_and_gives_up_after_many(
         }
         speed = decision.command.linear.abs().max(f64::MIN_POSITIVE);
     }
-    if script.navigator.observation_faults().get(&doubt) != Some(&5) {
+    if script.navigator.observation_faults().get(&expected) != Some(&5) {
         return Err(format!("{:?}", script.navigator.observation_faults()));
     }
     script.finish(45.0);
-    let (decisions, script) = disturbed(60, put_in);
+    let (decisions, script) = disturbed(60, disturb);
     let last = decisions
         .last()
         .map(|decision| (decision.mode, decision.command));
@@ -112,7 +106,7 @@ fn goes_on_after_a_few_and_gives_up_after_many(
                 fault: found,
                 count,
             }),
-        ) if *found == doubt
+        ) if *found == expected
             && *count == 31
             && fault.is_some_and(|fault| fault.to_string().starts_with("INVALID_OBSERVATION")) =>
         {
@@ -122,7 +116,7 @@ fn goes_on_after_a_few_and_gives_up_after_many(
     }
 }
 
-/// A robot whose localisation has lost it stands for as long as its patience lasts, and goes on where it is found, also elsewhere.
+/// A robot without a known pose stands for as long as its patience lasts, and goes on when it is localised, also elsewhere.
 fn lost() {
     let (decisions, mut script) =
         disturbed(100, &|_, seen| seen.lost = Some(LostReason::NoReturns));
@@ -132,7 +126,7 @@ fn lost() {
             .all(|decision| decision.mode == Mode::SensorFault)
     );
     assert_eq!(decisions[20].command, Twist::STOP);
-    let doubt = ObservationFault::Lost(LostReason::NoReturns);
+    let fault = ObservationFault::Lost(LostReason::NoReturns);
     // The key of an object in the JSON of a drive.
     let counts = serde_json::to_value(script.navigator.observation_faults());
     assert_eq!(
@@ -140,7 +134,7 @@ fn lost() {
         serde_json::json!({ "lost_no_returns": 100 })
     );
     assert_eq!(
-        script.navigator.observation_faults().get(&doubt),
+        script.navigator.observation_faults().get(&fault),
         Some(&100)
     );
     script.finish(45.0);
@@ -169,7 +163,7 @@ fn old_scan() {
         Some(&6)
     );
     script.finish(45.0);
-    // One that measures nothing is none.
+    // A scan without a measurement counts as none.
     let (decisions, script) = disturbed(60, &|_, seen| seen.scan.ranges.fill(f64::NAN));
     assert_eq!(decisions[1].mode, Mode::Driving);
     assert_eq!(
@@ -185,12 +179,12 @@ fn old_scan() {
 }
 
 fn jumps() {
-    let to_and_fro = |tick: u32, seen: &mut Observation| {
+    let back_and_forth = |tick: u32, seen: &mut Observation| {
         seen.pose.y += if tick.is_multiple_of(2) { 3.0 } else { -3.0 };
     };
-    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::PoseJump, &to_and_fro)
+    drives_on_after_a_few_and_fails_after_many(ObservationFault::PoseJump, &back_and_forth)
         .expect("jumps");
-    // A correction is no jump, and a place that stays is believed.
+    // A correction is no jump, and a place that stays is accepted.
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 0.3);
     assert!(
         decisions
@@ -198,10 +192,10 @@ fn jumps() {
             .all(|decision| decision.mode != Mode::SensorFault)
     );
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 3.2);
-    let doubted = decisions
+    let faulty = decisions
         .iter()
         .filter(|decision| decision.mode == Mode::SensorFault);
-    assert_eq!(doubted.count(), 4);
+    assert_eq!(faulty.count(), 4);
 }
 
 fn frozen() {
@@ -243,17 +237,17 @@ fn reversed() {
 }
 
 fn clocks() {
-    // An hour forwards once: one tick is lost.
+    // An hour forwards, once: one tick is lost.
     let (decisions, _) = disturbed(6, &|_, seen| {
         seen.time_s += 3600.0;
         seen.scan_s += 3600.0;
     });
-    let doubted: Vec<bool> = decisions
+    let faulty: Vec<bool> = decisions
         .iter()
         .map(|decision| decision.mode == Mode::SensorFault)
         .collect();
-    assert_eq!(doubted, [true, false, false, false, false, false]);
-    goes_on_after_a_few_and_gives_up_after_many(ObservationFault::ClockJump, &|_, seen| {
+    assert_eq!(faulty, [true, false, false, false, false, false]);
+    drives_on_after_a_few_and_fails_after_many(ObservationFault::ClockJump, &|_, seen| {
         seen.scan_s += 1.0
     })
     .expect("scans from the future");
@@ -286,7 +280,7 @@ fn no_measurement() {
                 seen.scan.ranges[beam] = nonsense;
             }
         });
-        assert_eq!(poses, undisturbed, "{nonsense} was taken for an obstacle");
+        assert_eq!(poses, undisturbed, "{nonsense} counts as an obstacle");
     }
     // A measurement in their place does change the drive.
     let disturbed = poses_with(|tick, seen| seen.scan.ranges[tick % 3] = 1.0);
@@ -295,7 +289,7 @@ fn no_measurement() {
 
 fn no_beams() {
     let undisturbed = poses_with(|_, _| {});
-    // For less than the timeout nothing is missed, and nothing is read beyond the end.
+    // Within the timeout the robot drives on, and reads nothing beyond the end.
     let nothing = poses_with(|tick, seen| {
         if tick % 3 == 1 {
             seen.scan = inbye::map::Scan::default();
@@ -323,6 +317,9 @@ fn seen_through() {
         script.step();
         script.step().command.linear
     };
-    assert!(slowed < free, "the return was not minded: {slowed}, {free}");
+    assert!(
+        slowed < free,
+        "the robot ignored the return: {slowed}, {free}"
+    );
     assert_eq!(script.navigator.fault(), None);
 }
