@@ -11,6 +11,7 @@ documented! {
     /// Distances, tolerances and times of the navigator. The defaults drive the default robot through mine roadways.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
+    #[non_exhaustive]
     pub struct NavigatorSettings {
         /// The goal is reached when the robot stands within this distance of it, metres, above zero and at most 10000.
         pub xy_goal_tolerance: f64,
@@ -99,6 +100,7 @@ documented! {
     /// gains.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
+    #[non_exhaustive]
     pub struct NavigatorFeatures {
         /// The robot follows a global path. Off: the goal itself is the local target.
         pub global_path: bool,
