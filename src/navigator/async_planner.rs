@@ -32,7 +32,7 @@ pub(super) struct AsyncPlanner<R> {
     pending: Option<Pending<R>>,
 }
 
-/// A request under way.
+/// A pending request.
 #[derive(Debug)]
 struct Pending<R> {
     reason: R,
@@ -60,20 +60,20 @@ impl<R> AsyncPlanner<R> {
         })
     }
 
-    /// Whether a request is under way.
+    /// Whether a request is pending.
     pub const fn is_busy(&self) -> bool {
         self.pending.is_some()
     }
 
     /// Requests a plan that is due at a time, seconds; [`Self::due`] returns the reason with it. Ignores a second request
-    /// while one is under way.
+    /// while one is pending.
     pub fn request(&mut self, request: PlanRequest, reason: R, due_s: f64) {
         if !self.is_busy() && self.requests.send(request).is_ok() {
             self.pending = Some(Pending { reason, due_s });
         }
     }
 
-    /// Drops the request under way and its plan.
+    /// Drops the pending request and its plan.
     pub fn cancel(&mut self) {
         if self.pending.take().is_some() {
             // The thread answers each request once; the next answer must belong to the next request.

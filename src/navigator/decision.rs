@@ -16,7 +16,7 @@ pub enum Mode {
     Rotating,
     /// The robot brakes: the local planner found no admissible sample.
     Blocked,
-    /// The robot leaves a place from which the local planner finds no way on.
+    /// The robot leaves a place where it was stuck.
     Escaping,
     /// The robot stands at the goal.
     Arrived,

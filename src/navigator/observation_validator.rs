@@ -13,7 +13,7 @@ use crate::robot::Limits;
 
 /// Jump by which a localisation may correct its pose, metres, beyond what the robot can have driven since.
 const CORRECTION_M: f64 = 0.5;
-/// Slip and noise may exceed the way at the robot's speed limit by this factor.
+/// Slip and noise may exceed the distance driven at the robot's speed limit by this factor.
 const SPEED_FACTOR: f64 = 2.0;
 /// This many poses in a row that agree about another place are accepted: the robot was relocalised, or carried.
 const MIN_AGREEING: u32 = 5;

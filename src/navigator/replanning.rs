@@ -92,7 +92,7 @@ impl Replanner {
         self.replayed_arrival = Some(arrives);
     }
 
-    /// Drops the request under way: the goal has changed.
+    /// Drops the pending request: the goal has changed.
     pub fn cancel(&mut self) {
         self.planner.cancel();
         self.blocked = ConditionTimer::default();

@@ -48,7 +48,7 @@ pub(super) struct State<'a> {
     pub is_at_goal: bool,
     /// Time since the last progress along the path, seconds.
     pub stuck_s: f64,
-    /// Highest forward speed that the behaviours asked before allow, m/s.
+    /// Highest forward speed that the behaviours with higher priority allow, m/s.
     pub speed_limit: f64,
 }
 

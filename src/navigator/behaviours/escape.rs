@@ -1,4 +1,4 @@
-//! Escapes from a place where the local planner finds no way on.
+//! Escapes from a place where the robot is stuck.
 //!
 //! The dynamic window admits a velocity if the robot can stop within its clearance (eq. 30). Next to a wall there is no
 //! clearance, and the robot could only creep. Here a motion is admissible if it comes no nearer to an obstacle than the
@@ -42,7 +42,7 @@ pub(super) struct Escape {
     breadcrumbs: Breadcrumbs,
     held_up: ConditionTimer,
     attempts: u32,
-    /// End of the attempt under way, and earliest begin of the next one, seconds.
+    /// End of the present attempt, and earliest begin of the next one, seconds.
     until_s: f64,
     next_s: f64,
 }

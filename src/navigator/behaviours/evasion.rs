@@ -1,6 +1,6 @@
 //! Evades moving obstacles that come at a slow robot.
 //!
-//! Where the dynamic window finds no way on, the robot stands, and an obstacle that keeps moving hits it. A robot that would
+//! Where no sample of the dynamic window is admissible, the robot stands, and an approaching obstacle hits it. A robot that would
 //! be hit where it stands chooses the motion with the greatest distance to all moving obstacles for some seconds, wherever
 //! that leads.
 

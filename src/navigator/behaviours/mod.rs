@@ -50,9 +50,9 @@ impl Behaviours {
             &mut self.goal_handling,
             // 2. A robot that was held up for long leaves the place before it tries its path again.
             &mut self.escape,
-            // 3. A robot that faces away from its target turns before it drives: forwards it would circle around the target.
+            // 3. A robot that faces away from its target rotates before it drives: driving forwards it would circle around it.
             &mut self.rotate_in_place,
-            // 4. Anything else is driving: the dynamic window along the path. It always proposes something.
+            // 4. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
             &mut self.path_following,
         ];
         let mut proposed = (state.stand(Mode::Blocked), Override::Never);
@@ -70,10 +70,10 @@ impl Behaviours {
         }
         let (mut decision, allowed) = proposed;
         let overriding: [&mut dyn Overriding; 2] = [
-            // 1. A slow robot avoids what comes at it, whatever it was about to do. A robot that drives on needs no evasion:
-            //    its samples are clear of moving obstacles.
+            // 1. A slow robot evades an approaching obstacle, whatever else it would do. A robot that drives on needs no
+            //    evasion: its samples are clear of moving obstacles.
             &mut self.evasion,
-            // 2. A robot that only creeps along its path turns to its target: there may be a way on.
+            // 2. A robot that only creeps along its path rotates towards its target, and may then drive on.
             &mut self.rotate_in_place,
         ];
         for behaviour in overriding {

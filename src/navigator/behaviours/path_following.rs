@@ -47,7 +47,7 @@ impl Behaviour for PathFollowing {
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
-        // Next to an obstacle the robot may only creep, unless it first turns to where the way is free.
+        // Next to an obstacle the robot may only creep, unless it first rotates towards a free path.
         let creeps = state.now.twist.linear.abs() < CREEPING
             && command.is_none_or(|command| command.linear.abs() < CREEPING);
         let allowed = match command {

@@ -24,7 +24,7 @@ const MIN_GAP_M: f64 = 0.03;
 /// Turns a robot that faces away from its target, or that only creeps towards it.
 #[derive(Debug, Default)]
 pub(super) struct RotateInPlace {
-    /// The rotation under way ends when the target lies within this of the heading, radians.
+    /// The present rotation ends when the target lies within this of the heading, radians.
     until: f64,
     /// As `until`, for the rotation proposed at this tick.
     proposed_until: f64,
