@@ -179,7 +179,8 @@ impl<'a> ControlLoop<'a> {
     fn record_stop(&mut self, mode: Mode, pose: &Pose) {
         let number = self.navigator.goals_passed();
         if mode == Mode::AtWaypoint && self.stop_errors.len() == number {
-            self.stop_errors.push(StopError::of(pose, self.navigator.goal()));
+            self.stop_errors
+                .push(StopError::of(pose, self.navigator.goal()));
         }
     }
 

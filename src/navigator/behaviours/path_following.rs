@@ -4,7 +4,7 @@ use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::proposal::{Behaviour, Override, Proposal};
 use crate::geometry::Twist;
-use crate::local::{LocalPlanner, DecisionInput};
+use crate::local::{DecisionInput, LocalPlanner};
 use crate::robot::Limits;
 
 /// A robot below this speed creeps, m/s.
