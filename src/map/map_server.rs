@@ -11,10 +11,9 @@
 //! single precision, this module in double. The two may differ where p equals a threshold up to rounding.
 
 use std::env;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use super::grey_image::{GreyImage, Pixel};
+use super::image::{GreyImage, Pixel};
 use super::map_yaml::{MapYaml, Mode};
 use super::{GridFrame, MapError, MapWarning, OccupancyGrid, UNKNOWN};
 
@@ -42,10 +41,7 @@ impl OccupancyGrid {
     /// # Errors
     /// Returns an error if the text or the image is invalid; the message names the place.
     pub fn from_map_server(yaml: &str, image: &[u8]) -> Result<Self, MapError> {
-        grid(
-            &MapYaml::parse(yaml)?,
-            &GreyImage::decode(Cursor::new(image))?,
-        )
+        grid(&MapYaml::parse(yaml)?, &GreyImage::decode(image)?)
     }
 }
 

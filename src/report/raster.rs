@@ -4,8 +4,7 @@ use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use png_codec::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 
 use crate::map::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
 
@@ -76,9 +75,20 @@ fn grey_and_opacity(map: &OccupancyGrid, columns: Range<i32>, rows: Range<i32>) 
 }
 
 fn data_uri(pixels: &[u8], width: i32, height: i32) -> String {
-    let mut png = Vec::new();
-    PngEncoder::new_with_quality(&mut png, CompressionType::Best, FilterType::NoFilter)
-        .write_image(pixels, width as u32, height as u32, ExtendedColorType::La8)
-        .expect("as many bytes as the size says, written to memory");
+    let encoded = png(pixels, width as u32, height as u32);
+    let png = encoded.expect("the number of pixels matches, and writing to memory never fails");
     format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
+
+fn png(pixels: &[u8], width: u32, height: u32) -> Result<Vec<u8>, EncodingError> {
+    let mut png = Vec::new();
+    let mut encoder = Encoder::new(&mut png, width, height);
+    encoder.set_color(ColorType::GrayscaleAlpha);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::High);
+    encoder.set_filter(Filter::NoFilter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(png)
 }
