@@ -8,6 +8,7 @@ mod support {
 mod cases {
     mod map {
         mod damage;
+        mod decoders;
         mod errors;
         mod reading;
     }
