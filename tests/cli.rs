@@ -8,6 +8,7 @@ mod cases {
     mod cli {
         mod barn;
         mod config;
+        #[cfg(feature = "png")]
         mod drawing;
         mod drive;
         mod dynabarn;

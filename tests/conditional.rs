@@ -37,7 +37,6 @@ mod cases {
         pub mod playground;
         pub mod public_paths;
         pub mod recording;
-        #[cfg(feature = "parquet")]
         pub mod sweep;
     }
 }
@@ -56,7 +55,6 @@ fn main() -> ExitCode {
         ("playground", cases::conditional::playground::trials),
         ("public paths", cases::conditional::public_paths::trials),
         ("recording", cases::conditional::recording::trials),
-        #[cfg(feature = "parquet")]
         ("sweep", cases::conditional::sweep::trials),
     ];
     let mut all = Vec::new();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use inbye::experiment::{ABLATION_VARIANTS, Grid, Setup, ablation_groups, faults};
-use inbye::report::{AblationReport, ablation_files};
+use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
 use super::arguments::whole;
@@ -33,7 +33,7 @@ pub struct AblationArguments {
     /// Share of missions, 0 to 1, with boxes or pillars on the path that the map does not show.
     #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
-    /// Write `ablation.html`, its charts as SVG and its rows as CSV and JSON into this folder.
+    /// Write `index.html`, its charts as SVG and its rows as CSV and JSON into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
@@ -53,11 +53,19 @@ pub fn run(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
     let table = ablation_groups(&rows);
     if let Some(folder) = &arguments.report {
         let maps: Vec<&str> = worlds.iter().map(|world| world.name.as_str()).collect();
-        let files = ablation_files(&AblationReport {
+        let intro = format!(
+            "{count} random missions in simulation, each driven by every variant of the navigator. A variant has one part more \
+             than the one before it. Moving obstacles cross the path; on some missions, obstacles that the map does not show \
+             stand on it. Maps: {}.",
+            maps.join(", ")
+        );
+        let files = bench_files(&BenchReport {
+            title: "inbye: effect of each part of the navigator",
+            intro: &intro,
             machine: &engines::machine(),
             command: &report_file::command_line(),
-            maps: &maps,
-            rows: &table,
+            ablation: &table,
+            ..BenchReport::default()
         });
         report_file::write_files(folder, &files)?;
     }

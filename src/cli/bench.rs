@@ -5,7 +5,7 @@ use inbye::bench::{
     Density, DensityPlan, QualityPlan, QualityRow, crossovers, measure_density, measure_quality,
 };
 use inbye::local::{CpuEngine, Engine};
-use inbye::report::{BenchReport, bench_files, density_svg};
+use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::json;
 
 use super::arguments::DensityArguments;
@@ -61,7 +61,12 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
         record_file::write(losses, &quality)?;
     }
     if let Some(chart) = chart {
-        chart.write(density_svg(&rows, &quality, &closed_loop))?;
+        chart.write(bench_svg(&BenchReport {
+            density: &rows,
+            quality: &quality,
+            closed_loop: &closed_loop,
+            ..BenchReport::default()
+        }))?;
     }
     if let Some(folder) = &arguments.report {
         let files = bench_files(&BenchReport {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use inbye::bench::{Density, DensityPlan, crossovers, verify};
 use inbye::local::{Engine, EngineChoice, SelectedEngine, open_with_fallback};
 use inbye::navigator::Goal;
-use inbye::report::{EngineComparison, Reel, Report, html};
+use inbye::report::{EngineComparison, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult};
 use inbye::sim::{Scene, Simulation, scenes};
 use serde_json::json;
@@ -49,12 +49,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         if drives.is_empty() {
             output::note(format!("engine: {reason}"));
         }
-        let (simulation, result, reel) = drive_scene(&scene, &config, engine)?;
+        let (simulation, result, playback) = drive_scene(&scene, &config, engine)?;
         if !arguments.json {
             output::line(format!("{:12} {}", scene.name, drive::one_line(&result)));
         }
         let page = MissionPage::new(scene.title, "inbye", &result);
-        drives.push((scene, simulation, result, reel, page));
+        drives.push((scene, simulation, result, playback, page));
     }
     let mut all = engines::all()?;
     let bar = output::progress(CASES, "comparing engines");
@@ -84,8 +84,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         machine: &machine,
         missions: drives
             .iter()
-            .map(|(_, simulation, result, reel, page)| {
-                page.view(&simulation.mission, &config, result, reel)
+            .map(|(_, simulation, result, playback, page)| {
+                page.view(&simulation.mission, &config, result, playback)
             })
             .collect(),
         comparisons: &comparisons,
@@ -136,7 +136,7 @@ fn drive_scene(
     scene: &Scene,
     config: &Config,
     engine: Box<dyn Engine>,
-) -> anyhow::Result<(Simulation, MissionResult, Reel)> {
+) -> anyhow::Result<(Simulation, MissionResult, PlaybackRecorder)> {
     let (start, goal) = (scene.start, scene.goal);
     let ends = (start.position(), goal);
     let spawner = config.pedestrians.spawner(scene.obstacles, scene.seed);
@@ -152,15 +152,15 @@ fn drive_scene(
             ..Mission::new(Arc::new(scene.map.clone()), start, goal)
         })
     };
-    let mut reel = Reel::default();
+    let mut playback = PlaybackRecorder::default();
     let result = drive::drive(
         &simulation,
         config,
         engine,
         scene.name,
         None,
-        Some(&mut reel),
+        Some(&mut playback),
         None,
     )?;
-    Ok((simulation, result, reel))
+    Ok((simulation, result, playback))
 }

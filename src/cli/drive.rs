@@ -8,7 +8,7 @@ use inbye::global::PlanError;
 use inbye::local::DecisionError;
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
-use inbye::report::Reel;
+use inbye::report::PlaybackRecorder;
 use inbye::runtime::{
     Config, Mission, MissionResult, Observer, PoseSource, StopError, TickEvent, run_mission,
 };
@@ -67,7 +67,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
     // Frames cost time in every tick, so they are recorded for a report only.
-    let mut reel = arguments.report.as_ref().map(|_| Reel::default());
+    let mut playback = arguments
+        .report
+        .as_ref()
+        .map(|_| PlaybackRecorder::default());
     let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
         let is_real_time = wired.is_some();
         Recording::begin(file, mission, &config, engine.name(), is_real_time)
@@ -78,7 +81,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         engine,
         "driving",
         wired.as_mut(),
-        reel.as_mut(),
+        playback.as_mut(),
         recording.as_mut(),
     );
     // The base stops before anything is written.
@@ -91,13 +94,13 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         return Err(anyhow!(error.clone())).with_context(|| settings_source(arguments));
     }
     let recording = recording.map(|recording| recording.end(&result));
-    if let Some((folder, reel)) = arguments.report.as_ref().zip(reel.as_ref()) {
+    if let Some((folder, playback)) = arguments.report.as_ref().zip(playback.as_ref()) {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let page = report_file::drive_page(
             mission,
             &config,
             &result,
-            reel,
+            playback,
             &map_name,
             &command,
             arguments.wired.in_words(),
@@ -135,7 +138,7 @@ pub fn drive(
     engine: Box<dyn inbye::local::Engine>,
     what: &str,
     wired: Option<&mut wired_drive::HardwareDrive>,
-    mut reel: Option<&mut Reel>,
+    mut playback: Option<&mut PlaybackRecorder>,
     mut recording: Option<&mut Recording<'_>>,
 ) -> Result<MissionResult, SimError> {
     let mission = &simulation.mission;
@@ -149,8 +152,8 @@ pub fn drive(
     let mut nearest_m = far_m;
     let mut log = output::is_verbose().then(DriveLog::default);
     let mut on_tick = |tick: &TickEvent<'_>| {
-        if let Some(reel) = &mut reel {
-            reel.take(tick);
+        if let Some(playback) = &mut playback {
+            playback.record(tick);
         }
         if let Some(log) = &mut log {
             log.update(tick);

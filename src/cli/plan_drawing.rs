@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use inbye::geometry::{Point, Pose, bearing};
 use inbye::global::{Path, PlanError};
 use inbye::map::OccupancyGrid;
-use inbye::report::{PlanFigures, PlanOutcome, PlanView, plan_svg};
+use inbye::report::{PlanMetrics, PlanOutcome, PlanView, plan_svg};
 
 use super::arguments::{Place, PlanArguments};
 use super::multi_leg_plan::{GOAL, Leg, LegFailure, MultiLegPlan, joined};
@@ -15,7 +15,7 @@ use super::output_file::Output;
 const PNG_WIDTH: u32 = 1440;
 
 const WITHOUT_PNG: &str =
-    "--png: this program was built without its feature `png`: build it with `png`, or use --svg";
+    "--png: this build has no feature `png`: install it with `--features png`, or use --svg";
 
 /// The files of `--svg` and `--png`.
 pub struct Drawing<'a> {
@@ -41,7 +41,7 @@ impl<'a> Drawing<'a> {
         let pruned = plan.stage(|plan| &plan.pruned);
         let smoothed = plan.stage(|plan| &plan.smoothed);
         let sharp_turns = plan.curvature().sharp_turns;
-        let figures = PlanFigures {
+        let figures = PlanMetrics {
             length_m: smoothed.length_m(),
             // A sharp turn counts from a smaller angle than a turn does.
             turns: pruned.turns().max(sharp_turns),
@@ -63,7 +63,10 @@ impl<'a> Drawing<'a> {
             to.unwrap_or("the goal"),
             failure.error.code()
         );
-        let outcome = PlanOutcome::NotFound { why: &why, nearest };
+        let outcome = PlanOutcome::NotFound {
+            reason: &why,
+            nearest,
+        };
         self.write(map, &failure.legs, outcome)
     }
 

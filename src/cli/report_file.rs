@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use inbye::geometry::Pose;
-use inbye::report::{MissionView, Outcome, Reel, Report, ReportFile, html};
+use inbye::report::{MissionView, Outcome, PlaybackRecorder, Report, ReportFile, html};
 use inbye::runtime::{Config, Mission, MissionResult};
 
 use super::{incident_text, output};
@@ -52,7 +52,7 @@ impl MissionPage {
         mission: &'a Mission,
         config: &'a Config,
         result: &'a MissionResult,
-        reel: &'a Reel,
+        playback: &'a PlaybackRecorder,
     ) -> MissionView<'a> {
         let first = result.plans.first();
         let points = |path: fn(&inbye::global::Plan) -> &inbye::global::Path| {
@@ -81,7 +81,7 @@ impl MissionPage {
                 final_error: Pose::new(x, y, result.final_yaw_error.unwrap_or(f64::NAN)),
             },
             control_period_s: config.local.control_period_s,
-            reel: Some(reel),
+            playback: Some(playback),
             facts: &self.facts,
         }
     }
@@ -95,7 +95,7 @@ pub fn drive_page(
     mission: &Mission,
     config: &Config,
     result: &MissionResult,
-    reel: &Reel,
+    playback: &PlaybackRecorder,
     map_name: &str,
     command: &str,
     intro: &str,
@@ -104,7 +104,7 @@ pub fn drive_page(
     html(&Report {
         title: "inbye drive",
         intro,
-        missions: vec![page.view(mission, config, result, reel)],
+        missions: vec![page.view(mission, config, result, playback)],
         ..Report::default()
     })
 }

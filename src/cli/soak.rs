@@ -10,7 +10,7 @@ use inbye::experiment::{
     Cell, Comparison, Grid, RunRow, Setup, SoakSummary, compare_digests, run_cell, spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
-use inbye::report::{BenchReport, Reel, bench_files};
+use inbye::report::{BenchReport, PlaybackRecorder, bench_files};
 use inbye::runtime::Observer;
 use serde_json::json;
 
@@ -222,10 +222,10 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
 /// Drives one mission again with a page and its ticks.
 fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     report_file::create_folder(folder)?;
-    let mut reel = Reel::default();
+    let mut playback = PlaybackRecorder::default();
     let mut observer = Observer {
         clock: &mut wall_clock(),
-        on_tick: &mut |moment| reel.take(moment),
+        on_tick: &mut |moment| playback.record(moment),
     };
     let engine = Box::new(CpuEngine::single_threaded());
     let (world, config) = (&cell.world, &cell.config);
@@ -237,7 +237,7 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
             &drawn.simulation.mission,
             config,
             result,
-            &reel,
+            &playback,
             &title,
             &command,
             report_file::SIMULATED,

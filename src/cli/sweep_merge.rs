@@ -130,14 +130,19 @@ fn without_clock(merged: &Merged) -> Vec<RunRow> {
     rows.map(RunRow::without_clock).collect()
 }
 
-/// A table as CSV, and as Parquet where that is built in.
+/// Writes a table as CSV, and as Parquet in a build with the feature `parquet`.
 fn table<R: Columns>(folder: &Path, name: &str, rows: &[R]) -> anyhow::Result<()> {
-    let file = |ending: &str, bytes: &[u8]| {
-        let file = folder.join(format!("{name}.{ending}"));
+    let file = |extension: &str, bytes: &[u8]| {
+        let file = folder.join(format!("{name}.{extension}"));
         fs::write(&file, bytes).with_context(|| file.display().to_string())
     };
     file("csv", csv_text(rows).as_bytes())?;
     #[cfg(feature = "parquet")]
     file("parquet", &inbye::experiment::parquet_bytes(rows)?)?;
+    #[cfg(not(feature = "parquet"))]
+    output::note(format!(
+        "{name}.parquet: not written, this build has no feature `parquet`: install it with `--features parquet`, or use \
+         {name}.csv"
+    ));
     Ok(())
 }

@@ -1,204 +1,224 @@
-//! The pages of the benchmarks: each chart with its table, and its rows in files beside the page.
+//! The pages of benchmarks: charts with their tables, and the data of each chart in files next to the page.
 
 use maud::{Markup, html};
 
-use super::curves::Plot;
-use super::figure::files_beside;
-use super::own_picture::own_picture;
-use super::page::{Extras, document};
-use super::report_files::{ReportFile, json_text};
-use super::samples_axis::samples_axis;
-use super::world_runs::{of_barn, of_dynabarn};
-use super::{
-    ablation_chart, closed_loop_chart, density_chart, quality_chart, row_chart, soak_chart,
-    sweep_chart, sweep_latency_chart, worlds_chart,
-};
+use super::chart::{Plot, standalone_svg};
+use super::figure::{ChartFigure, file_links};
+use super::mission_set_charts::{self, missed_missions};
+use super::number::fixed;
+use super::page::{Extras, ReportFile, document, json_text, page_header, reproduction};
+use super::run_charts::Worlds;
+use super::sample_charts::{NO_LATENCY, SampleRows, density_notes};
+use super::sweep_charts;
 use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
+use crate::experiment::barn::OverWorlds;
 use crate::experiment::{Group, RunRow};
 
-/// Files of the first chart.
-const LATENCY: &str = "latency";
-/// Files of those of a soak.
-const SOAK: &str = "soak";
-
-const NOTHING: &str = "No engine was timed at any density.";
-
-/// All that such a page shows. Without rows a section is left out.
+/// The content of a page on benchmarks. A section without rows is left out.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BenchReport<'a> {
-    /// The page's title.
+    /// The title.
     pub title: &'a str,
-    /// What a reader should know first.
+    /// The introduction. An empty line starts a new paragraph.
     pub intro: &'a str,
-    /// Where it was measured: processor, system.
+    /// Processor and system of the measurements; empty: unknown.
     pub machine: &'a str,
-    /// What repeats it.
+    /// The command that repeats the benchmark.
     pub command: &'a str,
     /// Latencies.
     pub density: &'a [DensityRow],
-    /// What was left out of them.
+    /// The cells without a latency.
     pub skipped: &'a [SkippedCell],
     /// Regrets.
     pub quality: &'a [QualityRow],
     /// Missions with several samplings.
     pub closed_loop: &'a [Group],
-    /// Runs through BARN's worlds.
+    /// Runs through the worlds of BARN.
     pub barn: &'a [RunRow],
-    /// Runs through `DynaBARN`'s.
+    /// Runs through the worlds of `DynaBARN`.
     pub dynabarn: &'a [RunRow],
     /// Missions of a soak.
     pub soak: &'a [RunRow],
-    /// What each part of the navigator buys, from the least variant to the whole.
+    /// Variants of the navigator, each with one part more than the one before.
     pub ablation: &'a [Group],
-    /// What came of a sweep.
+    /// Groups of a sweep.
     pub sweep: &'a [Group],
-    /// Latencies that it measured.
+    /// Latencies of a sweep.
     pub sweep_latency: &'a [RunRow],
 }
 
-/// Charts of the same rows on the page, and what their files are made of.
-struct Chart {
-    /// Name of its files without their endings.
+/// Figures of the same rows, and the files of these rows.
+struct Section {
+    /// Name of the files without their extension.
     name: &'static str,
-    figures: Vec<Markup>,
-    plots: Vec<Plot>,
+    figures: Vec<ChartFigure>,
+    /// What follows the figures.
+    notes: Markup,
     csv: String,
     json: String,
 }
 
-/// The charts of all rows as one picture, an SVG file. It holds everything it needs.
-#[must_use]
-pub fn bench_svg(report: &BenchReport) -> String {
-    let plots: Vec<Plot> = charts(report)
-        .into_iter()
-        .flat_map(|chart| chart.plots)
-        .collect();
-    own_picture(&plots, NOTHING)
+impl Section {
+    /// A section of rows; none without rows.
+    fn new<R: Columns>(
+        name: &'static str,
+        rows: &[R],
+        figures: impl FnOnce(&[R]) -> Vec<ChartFigure>,
+    ) -> Option<Self> {
+        (!rows.is_empty()).then(|| Self {
+            name,
+            figures: figures(rows),
+            notes: Markup::default(),
+            csv: csv_text(rows),
+            json: json_text(rows),
+        })
+    }
+
+    fn with_notes(self, notes: Markup) -> Self {
+        Self { notes, ..self }
+    }
+
+    fn has_data(&self) -> bool {
+        let is_empty = |figure: &ChartFigure| matches!(figure.chart.plot, Plot::Empty(_));
+        !self.figures.iter().all(is_empty)
+    }
+
+    fn svg(&self) -> Option<String> {
+        let charts = self.figures.iter().map(|figure| &figure.chart);
+        self.has_data().then(|| standalone_svg(charts, NO_LATENCY))
+    }
+
+    /// The figures with links to the files. Several figures take the full width of the page.
+    fn markup(&self) -> Markup {
+        let extensions: &[&str] = if self.has_data() {
+            &["csv", "json", "svg"]
+        } else {
+            &["csv", "json"]
+        };
+        let files = extensions
+            .iter()
+            .map(|extension| format!("{}.{extension}", self.name));
+        let has_several = self.figures.len() > 1;
+        html! {
+            div class=[has_several.then_some("full-row")] {
+                div class=[has_several.then_some("charts")] {
+                    @for figure in &self.figures { (figure.markup()) }
+                }
+                (file_links(&files.collect::<Vec<_>>()))
+            }
+            (self.notes)
+        }
+    }
 }
 
-/// The files of a report: `index.html`, and for each chart a picture and its rows as CSV and JSON. The page holds all it
-/// shows, and can go without the others.
+/// Returns the charts of all rows as one SVG file.
+#[must_use]
+pub fn bench_svg(report: &BenchReport) -> String {
+    let sections = sections(report);
+    let figures = sections.iter().flat_map(|section| &section.figures);
+    standalone_svg(figures.map(|figure| &figure.chart), NO_LATENCY)
+}
+
+/// Returns the files of a report: `index.html`, and for each section its charts as SVG and its rows as CSV and JSON. The
+/// page needs none of the other files.
 #[must_use]
 pub fn bench_files(report: &BenchReport) -> Vec<ReportFile> {
-    let charts = charts(report);
-    let mut files = vec![ReportFile::new("index.html", page(report, &charts))];
-    for chart in charts {
-        let file = |ending: &str, text| ReportFile::new(format!("{}.{ending}", chart.name), text);
-        files.extend([file("csv", chart.csv), file("json", chart.json)]);
-        if !chart.plots.is_empty() {
-            files.push(file("svg", own_picture(&chart.plots, NOTHING)));
-        }
+    let sections = sections(report);
+    let mut files = vec![ReportFile::new("index.html", page(report, &sections))];
+    for section in sections {
+        let svg = section.svg();
+        let file =
+            |extension: &str, text| ReportFile::new(format!("{}.{extension}", section.name), text);
+        files.extend([file("csv", section.csv), file("json", section.json)]);
+        files.extend(svg.map(|svg| file("svg", svg)));
     }
     files
 }
 
-fn charts(report: &BenchReport) -> Vec<Chart> {
-    let samples = samples_axis(report.density, report.quality, report.closed_loop);
-    let (density, quality, closed_loop) = (report.density, report.quality, report.closed_loop);
-    let (barn, dynabarn) = (of_barn(report.barn), of_dynabarn(report.dynabarn));
-    let charts = [
-        chart(LATENCY, density, |rows| {
-            one(
-                density_chart::figure(rows, samples),
-                density_chart::plot(rows, samples),
-            )
+fn sections(report: &BenchReport) -> Vec<Section> {
+    let samples = SampleRows::new(report.density, report.quality, report.closed_loop);
+    let sections = [
+        Section::new("latency", report.density, |_| vec![samples.latency()])
+            .map(|section| section.with_notes(density_notes(report.density, report.skipped))),
+        Section::new("quality", report.quality, |_| vec![samples.quality()]),
+        Section::new("closed_loop", report.closed_loop, |_| {
+            vec![samples.closed_loop()]
         }),
-        chart("quality", quality, |rows| {
-            one(
-                quality_chart::figure(rows, samples),
-                quality_chart::plot(rows, samples),
-            )
+        Section::new("barn", report.barn, |rows| vec![barn_worlds(rows).figure()]),
+        Section::new("dynabarn", report.dynabarn, |rows| {
+            vec![dynabarn_worlds(rows).figure()]
         }),
-        chart("closed_loop", closed_loop, |rows| {
-            one(
-                closed_loop_chart::figure(rows, samples),
-                closed_loop_chart::plot(rows, samples),
-            )
-        }),
-        chart("barn", report.barn, |_| {
-            one(worlds_chart::figure(&barn), worlds_chart::plot(&barn))
-        }),
-        chart("dynabarn", report.dynabarn, |_| {
-            one(
-                worlds_chart::figure(&dynabarn),
-                worlds_chart::plot(&dynabarn),
-            )
-        }),
-        chart(SOAK, report.soak, |rows| {
-            (soak_chart::figures(rows), soak_chart::plots(rows))
-        }),
-        chart("ablation", report.ablation, |rows| {
-            (ablation_chart::figures(rows), ablation_chart::plots(rows))
-        }),
+        Section::new("soak", report.soak, mission_set_charts::soak)
+            .map(|section| section.with_notes(missed_missions(report.soak))),
+        Section::new("ablation", report.ablation, mission_set_charts::ablation),
     ];
-    let sweeps = sweep_chart::by_kind(report.sweep);
-    let sweeps = sweeps.iter().filter_map(|of| {
-        let draw = |_: &[Group]| one(of.figure(), of.plot());
-        chart(of.file(), &of.rows(), draw)
+    let sweeps = sweep_charts::by_kind(report.sweep)
+        .into_iter()
+        .filter_map(|groups| {
+            let (file, title) = sweep_charts::names(groups[0].kind);
+            Section::new(file, &groups, |groups| {
+                vec![sweep_charts::groups(title, groups)]
+            })
+        });
+    let latency = Section::new("latency-groups", report.sweep_latency, |rows| {
+        vec![sweep_charts::latency(rows)]
     });
-    let times = chart("latency-groups", report.sweep_latency, |rows| {
-        one(
-            sweep_latency_chart::figure(rows),
-            sweep_latency_chart::plot(rows),
-        )
-    });
-    charts
+    sections
         .into_iter()
         .flatten()
         .chain(sweeps)
-        .chain(times)
+        .chain(latency)
         .collect()
 }
 
-fn one(figure: Markup, plot: Option<Plot>) -> (Vec<Markup>, Vec<Plot>) {
-    (vec![figure], plot.into_iter().collect())
-}
-
-fn chart<R: Columns>(
-    name: &'static str,
-    rows: &[R],
-    draw: impl Fn(&[R]) -> (Vec<Markup>, Vec<Plot>),
-) -> Option<Chart> {
-    if rows.is_empty() {
-        return None;
-    }
-    let (figures, plots) = draw(rows);
-    Some(Chart {
-        name,
-        figures,
-        plots,
-        csv: csv_text(rows),
-        json: json_text(rows),
-    })
-}
-
-fn page(report: &BenchReport, charts: &[Chart]) -> String {
+fn page(report: &BenchReport, sections: &[Section]) -> String {
     let content = html! {
-        header {
-            h1 { (report.title) }
-            @if !report.intro.is_empty() { p { (report.intro) } }
-            @if !report.machine.is_empty() { p class="machine" { "Measured on: " (report.machine) } }
-        }
+        (page_header(report.title, report.intro, report.machine, &html! {}))
         section {
-            div class="charts" {
-                @for chart in charts {
-                    // Several figures of the same rows stand beside one another, their files below all.
-                    div class=[(chart.figures.len() > 1).then_some("whole-row")] {
-                        div class=[(chart.figures.len() > 1).then_some("charts")] {
-                            @for figure in &chart.figures { (figure) }
-                        }
-                        (files_beside(chart.name, if chart.plots.is_empty() { &["csv", "json"] } else { &["csv", "json", "svg"] }))
-                    }
-                    @if chart.name == SOAK { (soak_chart::missed(report.soak)) }
-                    @if chart.name == LATENCY { (density_chart::beside(report.density, report.skipped)) }
-                }
-            }
-            @if charts.is_empty() { p class="nothing" { (NOTHING) } }
+            div class="charts" { @for section in sections { (section.markup()) } }
+            @if sections.is_empty() { p class="nothing" { (NO_LATENCY) } }
         }
-        section {
-            h2 { "The same again" }
-            pre tabindex="0" { code { (report.command) } }
-        }
+        (reproduction(report.command))
     };
-    document(report.title, &Extras::of_style(row_chart::STYLE), &content)
+    document(report.title, &Extras::default(), &content)
+}
+
+fn barn_worlds(rows: &[RunRow]) -> Worlds<'_> {
+    let all: Vec<&RunRow> = rows.iter().collect();
+    let (all, means) = (Group::of("", &all), OverWorlds::of(&all));
+    Worlds {
+        title: "BARN by world",
+        time_title: "Time over the optimal time, runs that reached the goal (logarithmic)",
+        level: Some((2.0, "full score up to here")),
+        caption: format!(
+            "{} worlds, {} runs: success {}, {} collisions, score {} of 0.5. The score of a run is OT / clip(T, 2 OT, 8 OT) if \
+             it reached the goal, else 0. OT is the time of the path of the benchmark at 2 m/s.",
+            all.worlds,
+            all.runs,
+            fixed(means.success, 3),
+            all.contacts,
+            fixed(means.score, 4),
+        ),
+        runs: rows,
+        charted_time: |row| row.time_s / row.optimal_time_s.unwrap_or(f64::NAN),
+    }
+}
+
+fn dynabarn_worlds(rows: &[RunRow]) -> Worlds<'_> {
+    let all = Group::of("", &rows.iter().collect::<Vec<_>>());
+    Worlds {
+        title: "DynaBARN by world",
+        time_title: "Time of the runs that reached the goal, s (logarithmic)",
+        level: None,
+        caption: format!(
+            "{} worlds, {} runs: success {}, {} contacts, each of which is a failure. The robot caused a contact if it closed the \
+             gap itself. A contact was avoidable if a constant command from 2.5 s before it keeps clear.",
+            all.worlds,
+            all.runs,
+            fixed(all.reached_share, 3),
+            all.contacts,
+        ),
+        runs: rows,
+        charted_time: |row| row.time_s,
+    }
 }

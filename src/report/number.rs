@@ -1,9 +1,9 @@
-//! Numbers as text: sensible digits for people, short coordinates for drawings.
+//! Numbers as text: rounded for people, short coordinates for drawings.
 
-/// What stands where a number is not finite: nothing was near, or nothing was measured.
+/// The text of a number that is not finite or was not measured.
 pub(super) const NONE: &str = "–";
 
-/// A number with a fixed count of decimals; a dash where it is not finite.
+/// A number with a fixed count of decimals, without negative zero; a dash where it is not finite.
 pub(super) fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
@@ -24,7 +24,12 @@ pub(super) fn significant(value: f64) -> String {
     fixed(value, (2 - exponent).clamp(0, 9) as usize)
 }
 
-/// A large number shortened by a power of a thousand, as in 1.5k or 20M, with three significant digits.
+/// An optional number with a fixed count of decimals.
+pub(super) fn optional(value: Option<f64>, decimals: usize) -> String {
+    fixed(value.unwrap_or(f64::NAN), decimals)
+}
+
+/// A number with three significant digits and a suffix for thousands: 1.5k, 20M.
 pub(super) fn shortened(value: f64) -> String {
     let (scale, suffix) = match value.abs() {
         1e9.. => (1e9, "G"),
@@ -41,7 +46,7 @@ pub(super) fn shortened(value: f64) -> String {
     format!("{short}{suffix}")
 }
 
-/// A coordinate or length of a drawing, to a tenth of a unit, which is less than a pixel on any screen.
+/// A coordinate or length of a drawing, to a tenth of a unit, which is less than a pixel.
 pub(super) fn coordinate(value: f64) -> String {
     let text = fixed(value, 1);
     text.strip_suffix(".0")
@@ -53,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_follow_the_size_of_the_number() {
+    fn significant_keeps_three_digits() {
         for (value, text) in [
             (0.0, "0"),
             (0.012_345, "0.0123"),
@@ -69,14 +74,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_a_negative_zero() {
+    fn rounded_numbers_have_no_negative_zero() {
         assert_eq!(fixed(-0.004, 2), "0.00");
         assert_eq!(coordinate(-0.04), "0");
         assert_eq!(coordinate(-12.06), "-12.1");
     }
 
     #[test]
-    fn thousands_are_shortened() {
+    fn shortened_has_a_suffix_for_thousands() {
         assert_eq!(shortened(20.0), "20");
         assert_eq!(shortened(1500.0), "1.5k");
         assert_eq!(shortened(2.0e7), "20M");

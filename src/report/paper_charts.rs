@@ -1,41 +1,234 @@
-//! The charts of the paper's experiments, table by table: on the page, and as pictures of their own.
+//! The charts of the paper's experiments: times by stage, paths by angle, and deviations of the drives.
 
 use maud::{Markup, html};
 
-use super::curves::Plot;
-use super::panel::chart;
-use super::{paper_bars, paper_drives_chart};
-use crate::experiment::paper_drives::PaperTable as Table;
+use super::chart::{Axis, Chart, Mark, Panel, Plot, Row, RowMark, XAxis, range};
+use super::number::significant;
+use super::svg::{LegendEntry, legend_list};
+use crate::bench::paper::{PathRow, StepRow};
+use crate::experiment::paper_drives::{
+    Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
+};
 
-/// What their marks need beyond what every chart has.
-pub(super) const STYLE: &str = include_str!("paper_charts.css");
+/// Name of the table whose paths are shown as bars.
+const FIGURE_5: &str = "figure_5";
+/// Classes of the stages of a search, and their names.
+const STAGES: [(&str, &str); 3] = [
+    ("stage-0", "search"),
+    ("stage-1", "pruning"),
+    ("stage-2", "spline"),
+];
+/// Least deviation of the charts, m or rad. A logarithmic axis has no zero.
+const MIN_DEVIATION: f64 = 1e-4;
+const MEASURED: &str = "deviation measured";
+const PUBLISHED: &str = "deviation published";
 
-/// Table whose paths are drawn as bars.
-const BARS: &str = "figure_5";
-
-/// The charts of a table; none of one that is shown by maps.
-pub(super) fn plots(table: &Table) -> Vec<Plot> {
+/// The charts of a table; none for a table that is shown by maps.
+pub(super) fn charts(table: &PaperTable) -> Vec<Chart> {
     match table {
-        Table::Paths(table) if table.name == BARS => paper_bars::angles(&table.rows),
-        Table::Paths(_) => Vec::new(),
-        Table::Ablation(table) => vec![paper_bars::stages(&table.rows)],
-        Table::Drives(table) => paper_drives_chart::plots(table),
+        PaperTable::Paths(table) if table.name == FIGURE_5 => vec![
+            angles(
+                "(a) Planning time: sums of medians over the scenes",
+                "ms",
+                &table.rows,
+                |row| row.time_ms.p50_ms,
+            ),
+            angles(
+                "(b) Length of the paths: sums over the scenes",
+                "m",
+                &table.rows,
+                |row| row.length_m,
+            ),
+        ],
+        PaperTable::Paths(_) => Vec::new(),
+        PaperTable::Ablation(table) => vec![stages(&table.rows)],
+        PaperTable::Drives(table) => vec![positions(table), angle_errors(table)],
     }
 }
 
-/// Charts as figures of a page, beside one another.
-pub(super) fn figures(plots: &[Plot]) -> Markup {
+/// The charts as figures of a page, next to each other.
+pub(super) fn figures(charts: &[Chart]) -> Markup {
     html! {
-        @if !plots.is_empty() {
+        @if !charts.is_empty() {
             div class="charts" {
-                @for plot in plots {
-                    figure {
-                        h3 { (plot.title) }
-                        (chart(plot.height, &plot.alternative, &plot.content))
-                        @if !plot.keys.is_empty() { ul class="legend" { @for entry in plot.legend() { li { (entry) } } } }
-                    }
+                @for chart in charts {
+                    figure { h3 { (chart.title) } (chart.svg()) (legend_list(&chart.legend)) }
                 }
             }
         }
     }
+}
+
+/// The time of each search, divided into its stages. Rows hold the time up to the end of a stage.
+fn stages(rows: &[StepRow]) -> Chart {
+    let mut bars: Vec<(&str, Vec<f64>)> = Vec::new();
+    for row in rows {
+        match (row.stage, bars.last_mut()) {
+            ("raw", _) | (_, None) => bars.push((&row.label, vec![row.time_ms])),
+            (_, Some((_, ends))) => ends.push(row.time_ms),
+        }
+    }
+    let legend = STAGES.map(|(class, name)| LegendEntry::area(class, name));
+    bar_chart(
+        "Planning time by stage: sums of median times",
+        "ms",
+        &bars,
+        legend.to_vec(),
+    )
+}
+
+/// Sums over the scenes for each angle of the distance model (fig. 5).
+fn angles(title: &str, unit: &str, rows: &[PathRow], value: fn(&PathRow) -> f64) -> Chart {
+    let mut bars: Vec<(&str, Vec<f64>)> = Vec::new();
+    for row in rows {
+        match bars.iter_mut().find(|(label, _)| *label == row.label) {
+            Some((_, sum)) => sum[0] += value(row),
+            None => bars.push((row.label, vec![value(row)])),
+        }
+    }
+    bar_chart(title, unit, &bars, Vec::new())
+}
+
+/// A row for each bar: its label, and the positions at which its parts end.
+fn bar_chart(
+    title: &str,
+    unit: &str,
+    bars: &[(&str, Vec<f64>)],
+    legend: Vec<LegendEntry>,
+) -> Chart {
+    let row = |(label, ends): &(&str, Vec<f64>)| {
+        let starts = [0.0].iter().chain(ends);
+        let parts = starts.zip(ends).zip(STAGES);
+        let parts = parts.map(|((start, end), (class, _))| (class, (end - start).max(0.0)));
+        Row {
+            group: 0,
+            label: label.split(" (").next().unwrap_or_default().to_owned(),
+            value: format!(
+                "{} {unit}",
+                significant(ends.last().copied().unwrap_or(0.0))
+            ),
+            mark: RowMark::Stack(parts.collect()),
+        }
+    };
+    let longest = bars
+        .iter()
+        .flat_map(|(_, ends)| ends)
+        .copied()
+        .fold(0.0, f64::max);
+    let axis = Axis::rounded(0.0, longest);
+    Chart::of_rows(title, (axis, unit), bars.iter().map(row).collect(), legend)
+}
+
+/// The deviations of the drives that reached the goal, with their number within the scene, and those of the paper.
+fn deviations(table: &DriveTable) -> [Vec<(usize, Deviation)>; 2] {
+    let scenes = table.rows.chunk_by(|a, b| a.scene == b.scene);
+    let measured = scenes
+        .flat_map(|runs| runs.iter().enumerate())
+        .filter(|(_, run)| run.reached())
+        .map(|(index, run)| (index + 1, run.deviation));
+    let published = table.paper.rows.iter().enumerate();
+    [
+        measured.collect(),
+        published.map(|(index, row)| (index + 1, *row)).collect(),
+    ]
+}
+
+fn positions(table: &DriveTable) -> Chart {
+    let all = deviations(table);
+    let largest = all
+        .iter()
+        .flatten()
+        .flat_map(|(_, off)| [off.dx_m, off.dy_m]);
+    let most = largest.fold(2.0 * MEAN_LIMIT_M, f64::max);
+    let axis = || Axis::logarithmic(MIN_DEVIATION, most);
+    let points = |of: &[(usize, Deviation)]| {
+        let point = |(_, off): &(usize, Deviation)| [off.dx_m, off.dy_m].map(charted);
+        of.iter().map(point).collect()
+    };
+    deviation_chart(
+        "Position error: |dy| against |dx|",
+        XAxis::new(axis(), "|dx|, m (logarithmic)"),
+        ("|dy|, m (logarithmic)", axis()),
+        vec![
+            Mark::Position(MEAN_LIMIT_M, None),
+            Mark::Level(MEAN_LIMIT_M, None),
+            Mark::Circles(MEASURED, 4.0, points(&all[0])),
+            Mark::Circles(PUBLISHED, 4.0, points(&all[1])),
+        ],
+        &alt_text("distance", "m", &all, |off| libm::hypot(off.dx_m, off.dy_m)),
+    )
+}
+
+fn angle_errors(table: &DriveTable) -> Chart {
+    let all = deviations(table);
+    let largest = all.iter().flatten().map(|(_, off)| off.dyaw_rad);
+    let most = largest.fold(2.0 * MEAN_LIMIT_RAD, f64::max);
+    let last = all.iter().flatten().map(|&(number, _)| number).max();
+    let points = |of: &[(usize, Deviation)]| {
+        let point = |(number, off): &(usize, Deviation)| [*number as f64, charted(off.dyaw_rad)];
+        of.iter().map(point).collect()
+    };
+    deviation_chart(
+        "Yaw error: |dyaw| of each drive",
+        XAxis::new(
+            Axis::exact(0.0, last.unwrap_or(1) as f64 + 1.0),
+            "number of the drive",
+        ),
+        (
+            "|dyaw|, rad (logarithmic)",
+            Axis::logarithmic(MIN_DEVIATION, most),
+        ),
+        vec![
+            Mark::Level(MEAN_LIMIT_RAD, None),
+            Mark::Circles(MEASURED, 4.0, points(&all[0])),
+            Mark::Circles(PUBLISHED, 4.0, points(&all[1])),
+        ],
+        &alt_text("angle", "rad", &all, |off| off.dyaw_rad),
+    )
+}
+
+fn deviation_chart(
+    title: &str,
+    x: XAxis,
+    (y_title, y): (&str, Axis),
+    marks: Vec<Mark>,
+    alt_text: &str,
+) -> Chart {
+    Chart {
+        title: title.to_owned(),
+        plot: Plot::Panels {
+            x,
+            panels: vec![Panel {
+                title: y_title.to_owned(),
+                height: 256.0,
+                y,
+                marks,
+            }],
+        },
+        legend: vec![
+            LegendEntry::circle(MEASURED, 4.5, "measured, all scenes"),
+            LegendEntry::circle(PUBLISHED, 4.5, "the ten drives of the paper"),
+            LegendEntry::line("limit", "accepted mean"),
+        ],
+        alt_text: alt_text.to_owned(),
+    }
+}
+
+/// A deviation that the chart can show.
+const fn charted(value: f64) -> f64 {
+    value.max(MIN_DEVIATION)
+}
+
+fn alt_text(
+    name: &str,
+    unit: &str,
+    all: &[Vec<(usize, Deviation)>; 2],
+    value: impl Fn(&Deviation) -> f64,
+) -> String {
+    let [measured, published] = all.each_ref().map(|rows| {
+        let (least, most) =
+            range(rows.iter().map(|(_, off)| value(off))).unwrap_or((f64::NAN, 0.0));
+        format!("{} to {} {unit}", significant(least), significant(most))
+    });
+    format!("Deviation from the goal, {name}: measured {measured}, in the paper {published}.")
 }

@@ -1,19 +1,23 @@
-//! Figs. 9 to 11 and 16: paths of the variants on their maps.
+//! The maps of the paper's experiments: paths of the search variants (figs. 9 to 11 and 16), and drives (figs. 12 and 13).
 
 use maud::{Markup, html};
 
-use super::figure::{area_mark, line_mark};
-use super::map_figure::{MapFigure, MapPanel};
-use super::map_furniture::{goal_mark, start_mark, strip};
-use super::map_layers::{ground, path};
-use super::map_picture::{RASTER_SIDE, STRIP};
+use super::map::{
+    Encounters, MAP_WIDTH, MapPanel, MapsSideBySide, PAGE_RASTER, STRIP, Viewport, contacts,
+    goal_mark, ground, has_trails, path, scaled, start_mark, strip, track, track_legend, trails,
+};
 use super::number::{coordinate, fixed};
-use super::simplify::TOLERANCE;
-use super::viewport::{MAP_WIDTH, Viewport};
+use super::svg::{LegendEntry, TOLERANCE};
 use crate::bench::paper::{Run, Search, Site, Stage, TaskRuns};
+use crate::experiment::paper_drives::Course;
 use crate::geometry::{Point, bearing};
+use crate::robot::Footprint;
+use crate::runtime::Trace;
 
-/// What is drawn side by side: the search, the class of its line, and its name.
+/// Scale of the marks: three maps share the width of one.
+const MARK_SCALE: f64 = 2.2;
+
+/// The paths on maps side by side: search, class of the line, and name.
 const SHOWN: [(Search, &str, &str); 3] = [
     (
         Search::Manhattan,
@@ -28,11 +32,11 @@ const SHOWN: [(Search, &str, &str); 3] = [
     ),
 ];
 
-/// What is drawn on one map of all ways.
+/// The searches on the overview map.
 const OVERVIEW: [Search; 2] = [Search::Manhattan, Search::JumpPoints];
 
-/// The path that a run hands out, and the nodes that pruning left.
-fn handed_out(run: &Run) -> (&[Point], &[Point]) {
+/// The final path of a run, and the nodes that remain after pruning.
+fn final_path(run: &Run) -> (&[Point], &[Point]) {
     let is_pruned = run.search.last_stage() > Stage::Raw;
     let nodes = if is_pruned {
         run.at(Stage::Pruned).path.points()
@@ -42,30 +46,30 @@ fn handed_out(run: &Run) -> (&[Point], &[Point]) {
     (run.at(run.search.last_stage()).path.points(), nodes)
 }
 
-/// One task, the traditional path beside the improved ones.
-pub(super) fn side_by_side(name: &str, title: String, site: &Site, task: &TaskRuns) -> MapFigure {
-    let points = task.runs.iter().flat_map(|run| handed_out(run).0).copied();
+/// One task with the traditional and the improved paths.
+pub(super) fn variants(name: &str, title: String, site: &Site, task: &TaskRuns) -> MapsSideBySide {
+    let points = task.runs.iter().flat_map(|run| final_path(run).0).copied();
     let view = Viewport::around(points, site.map.frame());
     let shown = ["a", "b", "c"].iter().zip(SHOWN);
     let panel = |(letter, (search, class, name)): (&&str, (Search, &str, &str))| {
         let run = task.of(search)?;
         Some(MapPanel {
-            words: format!("({letter}) {name}: {}", in_figures(run)),
+            caption: format!("({letter}) {name}: {}", path_text(run)),
             ..one_map(site, &view, &[(task, run, class)], false)
         })
     };
-    MapFigure {
+    MapsSideBySide {
         name: name.to_owned(),
         title,
         panels: shown.filter_map(panel).collect(),
-        keys: keys(|_| true, true),
+        legend: path_legend(|_| true, true),
     }
 }
 
-fn in_figures(run: &Run) -> String {
-    let worked = run.at(run.search.last_stage());
+fn path_text(run: &Run) -> String {
+    let last = run.at(run.search.last_stage());
     let turns = match run.search.last_stage() {
-        Stage::Raw => format!("{} turns", worked.path.turns()),
+        Stage::Raw => format!("{} turns", last.path.turns()),
         _ => format!(
             "{} turns before smoothing",
             run.at(Stage::Pruned).path.turns()
@@ -73,13 +77,13 @@ fn in_figures(run: &Run) -> String {
     };
     format!(
         "{} m, {turns}, {} m from obstacles",
-        fixed(worked.path.length_m(), 2),
-        fixed(worked.min_clearance_m, 2)
+        fixed(last.path.length_m(), 2),
+        fixed(last.min_clearance_m, 2)
     )
 }
 
-/// All tasks of a site on its whole map, the traditional path under that by jump points.
-pub(super) fn overview(name: &str, title: &str, site: &Site, tasks: &[TaskRuns]) -> MapFigure {
+/// All tasks of a site on its whole map, the traditional path below that of the jump points.
+pub(super) fn overview(name: &str, title: &str, site: &Site, tasks: &[TaskRuns]) -> MapsSideBySide {
     let view = Viewport::around(site.map.frame().corners(), site.map.frame());
     let drawn: Vec<(&TaskRuns, &Run, &str)> = OVERVIEW
         .into_iter()
@@ -90,30 +94,25 @@ pub(super) fn overview(name: &str, title: &str, site: &Site, tasks: &[TaskRuns])
                 .filter_map(move |task| Some((task, task.of(search)?, class)))
         })
         .collect();
-    MapFigure {
+    MapsSideBySide {
         name: name.to_owned(),
         title: title.to_owned(),
         panels: vec![one_map(site, &view, &drawn, true)],
-        keys: keys(|search| OVERVIEW.contains(&search), false),
+        legend: path_legend(|search| OVERVIEW.contains(&search), false),
     }
 }
 
-/// What the lines and marks of maps with these paths mean; on a map of many the nodes are left out.
-fn keys(has_path: impl Fn(Search) -> bool, has_nodes: bool) -> Vec<(Markup, String)> {
+/// The legend of maps with some of the paths.
+fn path_legend(has_path: impl Fn(Search) -> bool, has_nodes: bool) -> Vec<LegendEntry> {
     let node = html! { rect class="node" x="10.5" y="3.5" width="7" height="7" {} };
     let paths = SHOWN.into_iter().filter(|(search, ..)| has_path(*search));
-    let mut keys = vec![
-        (start_mark([12.0, 7.0], 0.0), "start"),
-        (goal_mark([14.0, 7.0]), "goal"),
-    ];
-    keys.extend(paths.map(|(_, class, name)| (line_mark(class), name)));
+    let mut legend = end_legend();
+    legend.extend(paths.map(|(_, class, name)| LegendEntry::line(class, name)));
     if has_nodes {
-        keys.push((node, "node left by pruning"));
+        legend.push(LegendEntry::new(node, "node after pruning"));
     }
-    keys.push((area_mark("rock"), "obstacle"));
-    keys.into_iter()
-        .map(|(mark, meaning)| (mark, meaning.to_owned()))
-        .collect()
+    legend.push(LegendEntry::area("rock", "obstacle"));
+    legend
 }
 
 fn one_map(
@@ -123,16 +122,16 @@ fn one_map(
     with_numbers: bool,
 ) -> MapPanel {
     let height = view.height();
-    // On a map of many paths the nodes would hide them.
+    // On a map with many paths, nodes would hide them.
     let nodes: Vec<&Point> = drawn
         .iter()
         .filter(|_| !with_numbers)
-        .flat_map(|(_, run, _)| handed_out(run).1)
+        .flat_map(|(_, run, _)| final_path(run).1)
         .collect();
     let content = html! {
         rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
-        (ground(&site.map, view, RASTER_SIDE))
-        @for (_, run, class) in drawn { (path(view, class, handed_out(run).0, TOLERANCE)) }
+        (ground(&site.map, view, PAGE_RASTER))
+        @for (_, run, class) in drawn { (path(view, class, final_path(run).0, TOLERANCE)) }
         @for [x, y] in nodes.into_iter().map(|node| view.at(node)) {
             rect class="node" x=(coordinate(x - 5.0)) y=(coordinate(y - 5.0)) width="10" height="10" {}
         }
@@ -142,47 +141,193 @@ fn one_map(
     MapPanel {
         content,
         height: height + STRIP,
-        alternative: alternative(site, drawn),
-        words: String::new(),
+        alt_text: alt_text(site, drawn),
+        caption: String::new(),
     }
 }
 
-/// Start and goal, and with an index the task's number at both.
+/// Start and goal; with an index, also the number of the task at both.
 fn ends(site: &Site, view: &Viewport, task: &TaskRuns, run: &Run, index: Option<usize>) -> Markup {
     let frame = site.map.frame();
     let [start, goal] = [task.task.start, task.task.goal].map(|end| frame.center_of(end));
-    let yaw = match handed_out(run).0 {
+    let yaw = match final_path(run).0 {
         [first, second, ..] => bearing(first, second),
         _ => 0.0,
     };
-    // Three maps share the width of one.
-    let size = if index.is_some() { 1.0 } else { 2.2 };
+    let scale = if index.is_some() { 1.0 } else { MARK_SCALE };
     let number = task.task.name.trim_start_matches("Path ");
     html! {
-        (enlarged(view.at(&start), size, &start_mark([0.0, 0.0], yaw)))
-        (enlarged(view.at(&goal), size, &goal_mark([0.0, 0.0])))
+        (scaled(view.at(&start), scale, &start_mark([0.0, 0.0], yaw)))
+        (scaled(view.at(&goal), scale, &goal_mark([0.0, 0.0])))
         @if index.is_some() {
             @for [x, y] in [start, goal].map(|end| view.at(&end)) {
-                @let (x, shift) = if x > MAP_WIDTH / 2.0 { (x - 11.0, "end halo strong") } else { (x + 11.0, "halo strong") };
-                text class=(shift) x=(coordinate(x)) y=(coordinate(y)) dy=".35em" { (number) }
+                @let (x, class) = if x > MAP_WIDTH / 2.0 { (x - 11.0, "end halo strong") } else { (x + 11.0, "halo strong") };
+                text class=(class) x=(coordinate(x)) y=(coordinate(y)) dy=".35em" { (number) }
             }
         }
     }
 }
 
-/// A mark drawn about the origin, at a place of the drawing.
-pub(super) fn enlarged([x, y]: [f64; 2], size: f64, mark: &Markup) -> Markup {
-    let (x, y) = (coordinate(x), coordinate(y));
-    html! { g transform=(format!("translate({x} {y}) scale({size})")) { (mark) } }
-}
-
-fn alternative(site: &Site, drawn: &[(&TaskRuns, &Run, &str)]) -> String {
+fn alt_text(site: &Site, drawn: &[(&TaskRuns, &Run, &str)]) -> String {
     let paths: Vec<String> = drawn
         .iter()
         .map(|(task, run, _)| {
             let label = run.search.label();
-            format!("{}, {label}: {}", task.task.name, in_figures(run))
+            format!("{}, {label}: {}", task.task.name, path_text(run))
         })
         .collect();
     format!("Map of {} with paths. {}.", site.title, paths.join("; "))
+}
+
+/// A drive on its map.
+struct DriveMap<'a> {
+    course: &'a Course,
+    trace: &'a Trace,
+    footprint: &'a Footprint,
+    view: Viewport,
+    encounters: Encounters,
+}
+
+/// One drive on each course.
+pub(super) fn drives<'a>(
+    [name, title]: [&str; 2],
+    courses: &'a [Course],
+    shown: impl Iterator<Item = &'a Trace>,
+    footprint: &'a Footprint,
+) -> MapsSideBySide {
+    let maps: Vec<DriveMap> = courses
+        .iter()
+        .zip(shown)
+        .map(|(course, trace)| DriveMap::new(course, trace, footprint))
+        .collect();
+    let panels = ["a", "b", "c"].iter().zip(&maps);
+    MapsSideBySide {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        panels: panels.map(|(letter, map)| map.panel(letter)).collect(),
+        legend: drive_legend(&maps),
+    }
+}
+
+impl<'a> DriveMap<'a> {
+    fn new(course: &'a Course, trace: &'a Trace, footprint: &'a Footprint) -> Self {
+        let driven = trace.rows.iter().map(|row| row.pose.position());
+        let points = driven.chain(course.plan.smoothed.points().iter().copied());
+        let view = Viewport::around(points, course.map.frame());
+        // Without moving obstacles, moments add nothing to the track.
+        let encounters = if trace.moving_radii.is_empty() {
+            Encounters::default()
+        } else {
+            Encounters::new(trace, footprint, &view)
+        };
+        Self {
+            course,
+            trace,
+            footprint,
+            view,
+            encounters,
+        }
+    }
+
+    fn panel(&self, letter: &str) -> MapPanel {
+        let (view, course, trace) = (&self.view, self.course, self.trace);
+        let height = view.height();
+        let mark = |mark: &Markup, at: Point| scaled(view.at(&at), MARK_SCALE, mark);
+        let content = html! {
+            rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
+            (ground(&course.map, view, PAGE_RASTER))
+            (trails(trace, view))
+            (path(view, "smoothed", course.plan.smoothed.points(), TOLERANCE))
+            @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
+            @for node in &course.key_nodes { (square(view.at(node), 5.0)) }
+            (track(&trace.rows, view))
+            (self.encounters.draw(self.footprint, view))
+            @for node in course.plan.pruned.points() { (square(view.at(node), 13.0)) }
+            (contacts(&trace.rows, view))
+            (mark(&start_mark([0.0, 0.0], course.start.yaw), course.start.position()))
+            (mark(&goal_mark([0.0, 0.0]), course.goal.position))
+            (self.encounters.draw_numbers())
+            (strip(view, height))
+        };
+        let moments = self.encounters.times_text();
+        MapPanel {
+            content,
+            height: height + STRIP,
+            alt_text: self.alt_text(),
+            caption: format!(
+                "({letter}) {}: {}{moments}",
+                course.title,
+                self.result_text()
+            ),
+        }
+    }
+
+    fn result_text(&self) -> String {
+        let rows = &self.trace.rows;
+        let gap_m = rows
+            .iter()
+            .map(|row| row.gap_m)
+            .fold(f64::INFINITY, f64::min);
+        let time_s = rows.last().map_or(0.0, |row| row.time_s);
+        let pedestrians = match self.trace.moving_radii.len() {
+            0 => String::new(),
+            1 => "one pedestrian, ".to_owned(),
+            count => format!("{count} pedestrians, "),
+        };
+        let plans = match self.trace.paths.len() {
+            0 | 1 => "one plan".to_owned(),
+            plans => format!("{plans} plans"),
+        };
+        format!(
+            "{pedestrians}{} s, smallest gap {} m, {plans}.",
+            fixed(time_s, 1),
+            fixed(gap_m, 2),
+        )
+    }
+
+    fn alt_text(&self) -> String {
+        format!(
+            "Map of {} with the planned path, its {} key nodes and the driven track: {}",
+            self.course.title,
+            self.course.key_nodes.len(),
+            self.result_text()
+        )
+    }
+}
+
+/// A key node with a side in drawing units.
+fn square([x, y]: [f64; 2], side: f64) -> Markup {
+    let (x, y) = (coordinate(x - side / 2.0), coordinate(y - side / 2.0));
+    html! { rect class="node" x=(x) y=(y) width=(side) height=(side) {} }
+}
+
+fn drive_legend(maps: &[DriveMap]) -> Vec<LegendEntry> {
+    let is_replanned = maps.iter().any(|map| map.trace.paths.len() > 1);
+    let has_trails = maps.iter().any(|map| has_trails(map.trace, &map.view));
+    let mut legend = end_legend();
+    legend.extend([
+        LegendEntry::line("smoothed", "planned path"),
+        LegendEntry::new(square([14.0, 7.0], 8.0), "key node after pruning"),
+        LegendEntry::new(square([14.0, 7.0], 4.0), "intermediate key node, or goal"),
+    ]);
+    if is_replanned {
+        legend.push(LegendEntry::line("replanned", "replanned path"));
+    }
+    legend.push(track_legend(
+        "driven track, from standstill to top speed".to_owned(),
+    ));
+    let encounters = maps.iter().map(|map| map.encounters.legend());
+    legend.extend(encounters.max_by_key(Vec::len).unwrap_or_default());
+    if has_trails {
+        legend.push(LegendEntry::line("trail", "trail of a moving obstacle"));
+    }
+    legend.push(LegendEntry::area("rock", "obstacle"));
+    legend
+}
+
+fn end_legend() -> Vec<LegendEntry> {
+    vec![
+        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
+        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
+    ]
 }

@@ -1,200 +1,227 @@
-//! The page of the paper's experiments, repeated.
+//! The page of the paper's experiments.
 
 use maud::{Markup, html};
 
-use super::curves::Plot;
-use super::figure::linked_files;
-use super::map_figure::MapFigure;
-use super::mission::badge;
-use super::own_picture::own_picture;
-use super::page::{Extras, document};
-use super::paper_charts::{figures, plots};
-use super::paper_drives;
-use super::paper_maps::{overview, side_by_side};
-use super::paper_tables::{findings, path_table, reduction_table, step_table};
-use super::report_files::{ReportFile, json_text};
-use crate::bench::paper::{AblationTable, PathTable, Site, TaskRuns};
-use crate::experiment::paper_drives::{Course, Drives, PaperTable as Table};
+use super::chart::{Chart, standalone_svg};
+use super::figure::file_links;
+use super::map::MapsSideBySide;
+use super::page::{Extras, ReportFile, badge, document, json_text, page_header, reproduction};
+use super::paper_charts::{charts, figures};
+use super::paper_maps::{self, overview, variants};
+use super::paper_tables::{
+    findings, path_table, reduction_table, run_table, step_table, summary_table,
+};
+use crate::bench::paper::{Site, TaskRuns};
+use crate::experiment::TrafficKind;
+use crate::experiment::paper_drives::{
+    Course, DriveTable, Drives, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
+};
 use crate::robot::Footprint;
 
-const OWN_STYLE: &str = concat!(
-    include_str!("paper.css"),
-    include_str!("paper_maps.css"),
-    include_str!("paper_charts.css")
-);
+const TITLE: &str = "inbye: the paper's experiments";
 
-/// Figures of the paper that show the scenes.
+/// The first figure of the paper that shows a scene.
 const FIRST_SCENE_FIGURE: usize = 9;
 /// Paths of fig. 16.
 const CLOSE_UPS: usize = 2;
 
-const INTRO: [&str; 4] = [
-    "The paper's experiments (Gu, Liu, Li, Yuan and Bao: hybrid path planning of an underground \
-     inspection robot by improved A* and DWA), run here beside its printed values. Its maps are not published: the scenes \
-     are this project's own, of the same size.",
-    "Traditional is A* from the textbook with the Manhattan or the Euclidean distance, its path as searched. Improved is the \
-     paper's: octile distance with a pull to the start-goal line (eq. 19 made scale-free), redundant nodes removed by line of \
-     sight, a B-spline. Literal is the same with eq. 19 as printed. Jump points is ours: an exact search \
-     in place of A*.",
-    "All variants search the same free cells, at the comfortable distance of the default robot from every obstacle, and a \
-     smoothed path is proved to keep the least distance. Turns are counted before smoothing. Times are medians, all variants in \
-     turn.",
-    "Then the three scenes are driven in closed loop, from a yaw of pi/4 to a goal with the same yaw: simulated lidar, base and \
-     people, who are on no map. Deviations are those of the true final pose, along the axes of the start pose. Every \
-     number of a drive follows from its seed.",
-];
+const INTRO: &str = "The experiments of the paper (Gu, Liu, Li, Yuan and Bao: hybrid path planning of an underground inspection \
+    robot by improved A* and DWA), with its published values for comparison. Its maps are not published: the scenes are this \
+    project's own, of the same size.\n\n\
+    Traditional is textbook A* with the Manhattan or the Euclidean distance, its path as searched. Improved is the paper's: \
+    octile distance with a pull to the start-goal line (eq. 19 made scale-free), redundant nodes removed by line of sight, a \
+    B-spline. Literal is the improved variant with eq. 19 as published. Jump points is this project's: an exact search in place \
+    of A*.\n\n\
+    All variants search the same free cells, which are farther from every obstacle than the preferred distance of the default \
+    robot. A smoothed path is proved to keep the least distance. Turns are counted before smoothing. Times are medians; the \
+    variants run alternately.\n\n\
+    Then the robot drives through the three scenes in closed loop, from a yaw of pi/4 to a goal with the same yaw. Lidar, base \
+    and pedestrians are simulated; the pedestrians are on no map. Deviations are those of the true final pose, along the axes of \
+    the start pose. Every number of a drive follows from its seed.";
 
-/// All that the page shows.
+/// The content of the page.
 #[derive(Clone, Debug)]
 pub struct PaperReport<'a> {
-    /// Where the times were measured: processor, system.
+    /// Processor and system of the measurements.
     pub machine: &'a str,
-    /// What repeats the run.
+    /// The command that repeats the experiments.
     pub command: &'a str,
-    /// The scenes of Table 1, each with its one task.
+    /// The scenes of Table 1, each with its task.
     pub roadways: Vec<(&'a Site, &'a TaskRuns)>,
     /// The mine of Table 2.
     pub mine: (&'a Site, &'a [TaskRuns]),
-    /// The scenes as they are driven through; none without drives.
+    /// The scenes of the drives; empty without drives.
     pub courses: &'a [Course],
-    /// The drives, those of each kind of traffic together.
+    /// The drives with each kind of traffic.
     pub drives: &'a [Drives],
-    /// The shape of the robot that drove.
+    /// The footprint of the robot.
     pub footprint: &'a Footprint,
     /// The tables.
-    pub tables: &'a [Table],
-    /// What must not be, a sentence each.
+    pub tables: &'a [PaperTable],
+    /// Violations of what every path and drive must satisfy, a sentence each.
     pub faults: &'a [String],
 }
 
-/// The page, `paper.html`, which holds everything it needs; each of its tables, the paper's values among ours, as CSV and
-/// with all its digits as JSON; and its maps and charts as SVG pictures.
+/// A table of the paper with its maps and charts.
+struct Section<'a> {
+    table: &'a PaperTable,
+    maps: Vec<MapsSideBySide>,
+    charts: Vec<Chart>,
+}
+
+/// Returns the files of a report: the page `paper.html`; each table as CSV with the published values, and as JSON with all
+/// digits; the maps and charts as SVG. The page needs none of the other files.
 #[must_use]
 pub fn paper_files(report: &PaperReport) -> Vec<ReportFile> {
-    let shown: Vec<Shown> = report
-        .tables
-        .iter()
-        .map(|table| Shown::of(report, table))
-        .collect();
-    let mut files = vec![ReportFile::new("paper.html", page(report, &shown))];
-    for shown in &shown {
-        let table = shown.table;
+    let tables = report.tables.iter();
+    let sections: Vec<Section> = tables.map(|table| Section::new(report, table)).collect();
+    let mut files = vec![ReportFile::new("paper.html", page(report, &sections))];
+    for section in &sections {
+        let table = section.table;
         let csv = match table {
-            Table::Paths(table) => path_table(table),
-            Table::Ablation(table) => step_table(table),
-            Table::Drives(table) => paper_drives::run_table(table),
+            PaperTable::Paths(table) => path_table(table),
+            PaperTable::Ablation(table) => step_table(table),
+            PaperTable::Drives(table) => run_table(table),
         }
         .csv();
-        let file = |ending: &str, text| ReportFile::new(format!("{}.{ending}", table.name()), text);
+        let file =
+            |extension: &str, text| ReportFile::new(format!("{}.{extension}", table.name()), text);
         files.extend([file("csv", csv), file("json", json_text(table))]);
-        files.extend(shown.pictures());
+        files.extend(section.pictures());
     }
     files
 }
 
-fn page(report: &PaperReport, shown: &[Shown]) -> String {
-    let title = "inbye: the paper's experiments, repeated";
+fn page(report: &PaperReport, sections: &[Section]) -> String {
     let content = html! {
-        header {
-            h1 { (title) }
-            @for paragraph in INTRO { p { (paragraph) } }
-            p class="machine" { "Measured on: " (report.machine) }
-        }
-        (verdict(report))
-        @for shown in shown {
-            (shown.section())
-            (shown.files())
-        }
-        section {
-            h2 { "The same again" }
-            pre tabindex="0" { code { (report.command) } }
-        }
+        (page_header(TITLE, INTRO, report.machine, &html! {}))
+        (summary(report))
+        @for section in sections { (section.markup()) (section.files()) }
+        (reproduction(report.command))
     };
-    document(title, &Extras::of_style(OWN_STYLE), &content)
+    let extras = Extras {
+        style: include_str!("paper.css"),
+        ..Extras::default()
+    };
+    document(TITLE, &extras, &content)
 }
 
-/// Whether paths and drives are what they should be, and whether the paper's reductions are reached.
-fn verdict(report: &PaperReport) -> Markup {
+/// Whether paths and drives are sound, and whether they reach the reductions of the paper.
+fn summary(report: &PaperReport) -> Markup {
     let is_sound = report.faults.is_empty();
+    let verdict = if is_sound {
+        "every path keeps its distance from obstacles, every exact search found a shortest path, and every drive ended at its \
+         goal without contact"
+    } else {
+        "some paths or drives violate their conditions"
+    };
     html! {
         section id="verdict" {
-            h2 { "In short" }
-            p { (badge(is_sound, if is_sound {
-                "every path keeps its distance from obstacles, every exact search found a shortest one, \
-                 no drive ran into anything or got stuck"
-            } else {
-                "there are paths or drives that should not be"
-            })) }
+            h2 { "Summary" }
+            p { (badge(is_sound, verdict)) }
             @if !is_sound { (findings(report.faults)) }
             @for table in report.tables {
-                @if let Table::Paths(table) = table {
-                    @if !table.reductions.is_empty() {
-                        h3 { (table.title) }
-                        (reduction_table(table))
-                    }
+                @if let PaperTable::Paths(table) = table {
+                    @if !table.reductions.is_empty() { h3 { (table.title) } (reduction_table(table)) }
                 }
             }
-            p class="machine" { "✓ at least the paper's reduction; where one of its tables prints none, that of the other." }
+            p class="machine" {
+                "✓: at least the reduction of the paper. Where one of its tables has none, that of the other counts."
+            }
             @for table in report.tables {
-                @if let Table::Ablation(table) = table {
-                    h3 { (table.title) }
-                    (findings(&table.findings))
+                @match table {
+                    PaperTable::Paths(_) => {}
+                    PaperTable::Ablation(table) => { h3 { (table.title) } (findings(&table.findings)) }
+                    PaperTable::Drives(table) => { (drive_summary(table)) }
                 }
             }
-            (paper_drives::in_short(report))
         }
     }
 }
 
-/// A table of the paper, and the pictures that belong to it.
-struct Shown<'a> {
-    table: &'a Table,
-    maps: Vec<MapFigure>,
-    charts: Vec<Plot>,
+fn drive_summary(table: &DriveTable) -> Markup {
+    let acceptance = &table.acceptance;
+    let choose = |is_met, met, unmet| badge(is_met, if is_met { met } else { unmet });
+    let within = if acceptance.means_within_limits {
+        "within"
+    } else {
+        "not within"
+    };
+    let means = format!(
+        "mean deviations {within} {MEAN_LIMIT_M} m and {MEAN_LIMIT_RAD} rad in every scene"
+    );
+    html! {
+        h3 { (table.title) }
+        p {
+            (choose(acceptance.all_reached, "every drive reached its goal", "not every drive reached its goal")) " "
+            (choose(acceptance.no_contact, "no contact", "contact")) " "
+            (badge(acceptance.means_within_limits, &means))
+        }
+        (findings(&table.findings))
+    }
 }
 
-impl<'a> Shown<'a> {
-    fn of(report: &PaperReport, table: &'a Table) -> Self {
+impl<'a> Section<'a> {
+    fn new(report: &PaperReport, table: &'a PaperTable) -> Self {
         let maps = match table {
-            Table::Paths(table) if table.name == "table_1" => scenes(report),
-            Table::Paths(table) if table.name == "table_2" => mine(report),
-            Table::Drives(table) => vec![paper_drives::maps(report, table)],
-            Table::Paths(_) | Table::Ablation(_) => Vec::new(),
+            PaperTable::Paths(table) if table.name == "table_1" => scene_maps(report),
+            PaperTable::Paths(table) if table.name == "table_2" => mine_maps(report),
+            PaperTable::Drives(table) => vec![drive_maps(report, table)],
+            PaperTable::Paths(_) | PaperTable::Ablation(_) => Vec::new(),
         };
         Self {
             table,
             maps,
-            charts: plots(table),
+            charts: charts(table),
         }
     }
 
-    /// Names and texts of the SVG files.
+    /// The SVG files.
     fn pictures(&self) -> impl Iterator<Item = ReportFile> {
         let maps = self
             .maps
             .iter()
-            .map(|map| (map.name.as_str(), map.picture()));
-        let charts =
-            (!self.charts.is_empty()).then(|| (self.table.name(), own_picture(&self.charts, "")));
+            .map(|map| (map.name.as_str(), map.standalone_svg()));
+        let charts = (!self.charts.is_empty())
+            .then(|| (self.table.name(), standalone_svg(&self.charts, "")));
         maps.chain(charts)
             .map(|(name, text)| ReportFile::new(format!("{name}.svg"), text))
     }
 
-    fn section(&self) -> Markup {
-        // Maps of one table have the same marks: one legend, below the last.
+    fn markup(&self) -> Markup {
+        // The maps of a table share the legend of the last one.
         let last = self.maps.len().saturating_sub(1);
-        let pictures = html! {
-            @for (index, map) in self.maps.iter().enumerate() { (map.markup(index == last)) }
-            (figures(&self.charts))
-        };
-        match self.table {
-            Table::Paths(table) => paths(table, &pictures),
-            Table::Ablation(table) => steps(table, &pictures),
-            Table::Drives(table) => paper_drives::section(table, &pictures),
+        let name = self.table.name();
+        html! {
+            section id=(name) {
+                h2 { (self.title()) }
+                @for (index, map) in self.maps.iter().enumerate() { (map.figure(index == last)) }
+                (figures(&self.charts))
+                @match self.table {
+                    PaperTable::Paths(table) => {
+                        div class="tall" { (path_table(table).markup()) }
+                        // The findings of the other tables are a table of reductions in the summary.
+                        @if table.reductions.is_empty() { (findings(&table.findings)) }
+                    }
+                    PaperTable::Ablation(table) => { div class="tall steps" { (step_table(table).markup()) } }
+                    PaperTable::Drives(table) => {
+                        div class="tall steps" { (summary_table(table).markup()) }
+                        div class="tall steps narrow" { (run_table(table).markup()) }
+                    }
+                }
+            }
         }
     }
 
-    /// Links to all files.
+    fn title(&self) -> &str {
+        match self.table {
+            PaperTable::Paths(table) => &table.title,
+            PaperTable::Ablation(table) => &table.title,
+            PaperTable::Drives(table) => &table.title,
+        }
+    }
+
+    /// Links to all files of the section.
     fn files(&self) -> Markup {
         let name = self.table.name();
         let mut files = vec![format!("{name}.csv"), format!("{name}.json")];
@@ -202,31 +229,31 @@ impl<'a> Shown<'a> {
         if !self.charts.is_empty() {
             files.push(format!("{name}.svg"));
         }
-        linked_files(&files)
+        file_links(&files)
     }
 }
 
-fn scenes(report: &PaperReport) -> Vec<MapFigure> {
+fn scene_maps(report: &PaperReport) -> Vec<MapsSideBySide> {
     let scenes = report.roadways.iter().enumerate();
     scenes
         .map(|(index, (site, task))| {
             let number = FIRST_SCENE_FIGURE + index;
             let title = format!("Fig. {number}, environment {}: {}", index + 1, site.title);
-            side_by_side(&format!("figure_{number}"), title, site, task)
+            variants(&format!("figure_{number}"), title, site, task)
         })
         .collect()
 }
 
-fn mine(report: &PaperReport) -> Vec<MapFigure> {
+fn mine_maps(report: &PaperReport) -> Vec<MapsSideBySide> {
     let (site, tasks) = report.mine;
-    let all = "All five ways: traditional, Manhattan, and jump points with pruning and spline";
+    let all = "All five paths: traditional with Manhattan distance, and jump points with pruning and spline";
     let close_ups = tasks
         .iter()
         .take(CLOSE_UPS)
         .enumerate()
         .map(|(index, task)| {
             let title = format!("Fig. 16: {}", task.task.name);
-            side_by_side(&format!("figure_16_{}", index + 1), title, site, task)
+            variants(&format!("figure_16_{}", index + 1), title, site, task)
         });
     [overview("mine", all, site, tasks)]
         .into_iter()
@@ -234,24 +261,22 @@ fn mine(report: &PaperReport) -> Vec<MapFigure> {
         .collect()
 }
 
-fn paths(table: &PathTable, pictures: &Markup) -> Markup {
-    html! {
-        section id=(table.name) {
-            h2 { (table.title) }
-            (pictures)
-            div class="whole" { (path_table(table).markup()) }
-            // Those of the others stand at the top, as a table of reductions.
-            @if table.reductions.is_empty() { (findings(&table.findings)) }
+/// The drives with one kind of traffic.
+fn drive_maps(report: &PaperReport, table: &DriveTable) -> MapsSideBySide {
+    let drives = report.drives.iter();
+    let shown = drives
+        .filter(|drives| drives.traffic == table.traffic)
+        .flat_map(|drives| &drives.shown);
+    let names = match table.traffic {
+        TrafficKind::None => ["figure_12", "Fig. 12: no pedestrians"],
+        TrafficKind::Yielding | TrafficKind::Appearing => {
+            ["figure_13", "Fig. 13: pedestrians that stop for the robot"]
         }
-    }
-}
 
-fn steps(table: &AblationTable, pictures: &Markup) -> Markup {
-    html! {
-        section id=(table.name) {
-            h2 { (table.title) }
-            (pictures)
-            div class="whole steps" { (step_table(table).markup()) }
-        }
-    }
+        TrafficKind::NonYielding => [
+            "figure_13_heedless",
+            "Fig. 13 again: pedestrians that ignore the robot",
+        ],
+    };
+    paper_maps::drives(names, report.courses, shown, report.footprint)
 }

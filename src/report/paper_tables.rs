@@ -1,73 +1,55 @@
-//! The paper's tables with ours beside them, as tables of the page.
+//! The tables of the paper's experiments: measured values, and below them the published ones.
 
 use maud::{Markup, html};
 
 use super::figure::Table;
-use super::number::{fixed, significant};
+use super::number::{NONE, fixed, significant};
 use crate::bench::paper::{
-    AblationTable, Measure, PathRow, PathTable, PublishedRow, Reduced, StepRow, label_of, targets,
+    AblationTable, Measure, PathTable, PublishedRow, Reduced, label_of, targets,
 };
+use crate::experiment::paper_drives::{ALL_SCENES, Deviation, DriveRun, DriveSummary, DriveTable};
 
-const PATH_HEADS: [&str; 12] = [
-    "scene or path",
-    "variant",
-    "length, m",
-    "turns",
-    "turns, smoothed",
-    "clearance, m",
-    "time, ms",
-    "95 % within, ms",
-    "search, ms",
-    "pruning + spline, ms",
-    "cells expanded",
-    "raw path over shortest, %",
-];
-
-const STEP_HEADS: [&str; 8] = [
-    "step",
-    "time, ms",
-    "length, m",
-    "turns",
-    "clearance, m",
-    "cells expanded",
-    "raw paths over shortest, %",
-    "the worst, %",
-];
-
-/// What was measured, and the paper's rows.
-pub(super) fn path_table(table: &PathTable) -> Table<'static> {
-    let rows = table.rows.iter().map(path_row);
-    let rows = rows.chain(table.paper.iter().map(printed_row)).collect();
-    Table {
-        title: table.title.clone(),
-        heads: &PATH_HEADS,
-        rows,
-    }
+/// The paths of all variants.
+pub(super) fn path_table(table: &PathTable) -> Table {
+    let mut paths = Table::new(
+        table.title.as_str(),
+        &table.rows,
+        &[
+            ("scene or path", |row| row.task.clone()),
+            ("variant", |row| row.label.to_owned()),
+            ("length, m", |row| fixed(row.length_m, 2)),
+            ("turns", |row| row.turns.to_string()),
+            ("turns, smoothed", |row| {
+                row.turns_smoothed
+                    .map_or_else(dash, |turns| turns.to_string())
+            }),
+            ("clearance, m", |row| fixed(row.min_clearance_m, 3)),
+            ("time, ms", |row| significant(row.time_ms.p50_ms)),
+            ("time, 95th percentile, ms", |row| {
+                significant(row.time_ms.p95_ms)
+            }),
+            ("search, ms", |row| significant(row.stage_ms.search)),
+            ("pruning + spline, ms", |row| {
+                let stages = row.stage_ms.prune.zip(row.stage_ms.smooth);
+                stages.map_or_else(dash, |(prune, smooth)| significant(prune + smooth))
+            }),
+            ("cells expanded", |row| row.expanded.to_string()),
+            ("raw path over shortest, %", |row| {
+                fixed(100.0 * row.over_shortest, 2)
+            }),
+        ],
+    );
+    let columns = paths.headers.len();
+    paths
+        .rows
+        .extend(table.paper.iter().map(|row| published_path(row, columns)));
+    paths
 }
 
-fn path_row(row: &PathRow) -> Vec<String> {
-    let after = row.stage_ms.prune.zip(row.stage_ms.smooth);
-    vec![
-        row.task.clone(),
-        row.label.to_owned(),
-        fixed(row.length_m, 2),
-        row.turns.to_string(),
-        row.turns_smoothed
-            .map_or_else(dash, |turns| turns.to_string()),
-        fixed(row.min_clearance_m, 3),
-        significant(row.time_ms.p50_ms),
-        significant(row.time_ms.p95_ms),
-        significant(row.stage_ms.search),
-        after.map_or_else(dash, |(prune, smooth)| significant(prune + smooth)),
-        row.expanded.to_string(),
-        fixed(100.0 * row.over_shortest, 2),
-    ]
-}
-
-fn printed_row(row: &PublishedRow) -> Vec<String> {
-    let mut cells = vec![String::new(); PATH_HEADS.len()];
+fn published_path(row: &PublishedRow, columns: usize) -> Vec<String> {
+    let mut cells = vec![String::new(); columns];
     row.task.clone_into(&mut cells[0]);
-    cells[1] = format!("the paper's, {}", row.variant);
+    cells[1] = format!("paper: {}", row.variant);
     cells[2] = row.length_m.map_or_else(dash, |length| fixed(length, 2));
     cells[3] = row.turns.map_or_else(dash, |turns| turns.to_string());
     cells[6] = row.time_ms.map_or_else(dash, |time| fixed(time, 2));
@@ -75,10 +57,10 @@ fn printed_row(row: &PublishedRow) -> Vec<String> {
 }
 
 fn dash() -> String {
-    "–".to_owned()
+    NONE.to_owned()
 }
 
-/// Changes of the sums, coloured by whether they reach the paper's.
+/// Changes of the sums, coloured by whether they reach those of the paper.
 pub(super) fn reduction_table(table: &PathTable) -> Markup {
     let targets = targets(&table.paper);
     html! {
@@ -95,8 +77,8 @@ pub(super) fn reduction_table(table: &PathTable) -> Markup {
                             (change(measure, found.of(measure), Some(target)))
                         }
                     } }
-                    @for found in &table.paper_reductions { tr class="of-paper" {
-                        td { "the paper's own" }
+                    @for found in &table.paper_reductions { tr class="published-row" {
+                        td { "paper" }
                         @for measure in Measure::ALL { (change(measure, found.of(measure), None)) }
                     } }
                 }
@@ -105,7 +87,7 @@ pub(super) fn reduction_table(table: &PathTable) -> Markup {
     }
 }
 
-/// A reduction as a change; with a target, marked as reaching it or not.
+/// The cell of a reduction. With a target, it shows whether the reduction reaches it.
 fn change(measure: Measure, reduced: Reduced, target: Option<f64>) -> Markup {
     // Lengths differ by little.
     let decimals = if measure == Measure::Length { 2 } else { 1 };
@@ -115,7 +97,7 @@ fn change(measure: Measure, reduced: Reduced, target: Option<f64>) -> Markup {
     let reaches = target.map(|target| of_sums >= target - 5e-4);
     let (class, mark) = match reaches {
         Some(true) => ("good", " ✓"),
-        Some(false) => ("short", ""),
+        Some(false) => ("missed", ""),
         None => ("", ""),
     };
     html! {
@@ -127,7 +109,7 @@ fn change(measure: Measure, reduced: Reduced, target: Option<f64>) -> Markup {
     }
 }
 
-/// A reduction as a change in percent, with its sign.
+/// A reduction as a signed change in percent.
 fn signed(reduction: f64, decimals: usize) -> String {
     let text = fixed(-100.0 * reduction, decimals);
     if reduction < 0.0 && text.bytes().any(|digit| matches!(digit, b'1'..=b'9')) {
@@ -137,29 +119,146 @@ fn signed(reduction: f64, decimals: usize) -> String {
     }
 }
 
-/// What each step earns.
-pub(super) fn step_table(table: &AblationTable) -> Table<'static> {
-    Table {
-        title: table.title.clone(),
-        heads: &STEP_HEADS,
-        rows: table.rows.iter().map(step_row).collect(),
-    }
-}
-
-fn step_row(row: &StepRow) -> Vec<String> {
-    vec![
-        row.label.clone(),
-        significant(row.time_ms),
-        fixed(row.length_m, 2),
-        row.turns.to_string(),
-        fixed(row.min_clearance_m, 3),
-        row.expanded.to_string(),
-        fixed(100.0 * row.over_shortest, 2),
-        fixed(100.0 * row.worst_over_shortest, 1),
-    ]
+/// The values after each step.
+pub(super) fn step_table(table: &AblationTable) -> Table {
+    Table::new(
+        table.title.as_str(),
+        &table.rows,
+        &[
+            ("step", |row| row.label.clone()),
+            ("time, ms", |row| significant(row.time_ms)),
+            ("length, m", |row| fixed(row.length_m, 2)),
+            ("turns", |row| row.turns.to_string()),
+            ("clearance, m", |row| fixed(row.min_clearance_m, 3)),
+            ("cells expanded", |row| row.expanded.to_string()),
+            ("raw paths over shortest, %", |row| {
+                fixed(100.0 * row.over_shortest, 2)
+            }),
+            ("worst, %", |row| fixed(100.0 * row.worst_over_shortest, 1)),
+        ],
+    )
 }
 
 /// Sentences as a list.
 pub(super) fn findings(sentences: &[String]) -> Markup {
     html! { ul class="findings" { @for sentence in sentences { li { (sentence) } } } }
+}
+
+/// Means and maxima of the drives in each scene.
+pub(super) fn summary_table(table: &DriveTable) -> Table {
+    let mut summaries = Table::new(
+        format!("{}: means", table.title),
+        &table.summaries,
+        &[
+            ("drives", |summary| match summary.scene.as_str() {
+                ALL_SCENES => "all scenes".to_owned(),
+                scene => scene.to_owned(),
+            }),
+            ("number", |summary| summary.runs.to_string()),
+            ("reached", |summary| summary.reached.to_string()),
+            ("contacts", |summary| summary.contacts.to_string()),
+            ("mean |dx|, m", |summary| deviation_text(summary, false, 0)),
+            ("mean |dy|, m", |summary| deviation_text(summary, false, 1)),
+            ("mean |dyaw|, rad", |summary| {
+                deviation_text(summary, false, 2)
+            }),
+            ("max |dx|, m", |summary| deviation_text(summary, true, 0)),
+            ("max |dy|, m", |summary| deviation_text(summary, true, 1)),
+            ("max |dyaw|, rad", |summary| {
+                deviation_text(summary, true, 2)
+            }),
+            ("mean time, s", |summary| fixed(summary.time_s, 1)),
+            ("mean distance, m", |summary| fixed(summary.travelled_m, 2)),
+            ("smallest gap, m", |summary| {
+                fixed(summary.min_clearance_m, 3)
+            }),
+            ("standing, %", |summary| {
+                fixed(100.0 * summary.waited_share, 1)
+            }),
+        ],
+    );
+    let columns = summaries.headers.len();
+    let published = |name: &str, number: String, spread: [Deviation; 2]| {
+        let mut cells = vec![name.to_owned(), number, String::new(), String::new()];
+        let values = spread.into_iter().flat_map(Deviation::to_array);
+        cells.extend(values.map(|value| fixed(value, 3)));
+        cells.resize(columns, String::new());
+        cells
+    };
+    let paper = &table.paper;
+    let (of_rows, of_text) = (paper.of_rows, paper.of_text);
+    summaries.rows.extend([
+        published(
+            "rows of the paper",
+            paper.rows.len().to_string(),
+            [of_rows.mean, of_rows.max],
+        ),
+        published(
+            "text of the paper",
+            String::new(),
+            [of_text.mean, of_text.max],
+        ),
+    ]);
+    summaries
+}
+
+/// The mean or greatest deviation of the drives along an axis.
+fn deviation_text(summary: &DriveSummary, is_max: bool, axis: usize) -> String {
+    let deviation = summary
+        .deviation
+        .map(|spread| if is_max { spread.max } else { spread.mean });
+    fixed(
+        deviation.map_or(f64::NAN, |deviation| deviation.to_array()[axis]),
+        4,
+    )
+}
+
+/// Every drive. The ten drives of the paper stand next to those of the first scene.
+pub(super) fn run_table(table: &DriveTable) -> Table {
+    let first_scene = table.rows.first().map(|run| run.scene.as_str());
+    let rows: Vec<(&DriveRun, [f64; 3])> = table
+        .rows
+        .iter()
+        .enumerate()
+        .map(|(index, run)| {
+            let is_first = Some(run.scene.as_str()) == first_scene;
+            let paper = table.paper.rows.get(index).filter(|_| is_first);
+            (run, paper.map_or([f64::NAN; 3], |row| row.to_array()))
+        })
+        .collect();
+    Table::new(
+        format!("{}: every drive", table.title),
+        &rows,
+        &[
+            ("scene, seed", |(run, _)| {
+                format!("{}, {}", run.scene, run.seed)
+            }),
+            ("|dx|, m", |(run, _)| fixed(run.deviation.dx_m, 4)),
+            ("|dy|, m", |(run, _)| fixed(run.deviation.dy_m, 4)),
+            ("|dyaw|, rad", |(run, _)| fixed(run.deviation.dyaw_rad, 4)),
+            ("paper |dx|", |(_, paper)| published_text(paper[0])),
+            ("paper |dy|", |(_, paper)| published_text(paper[1])),
+            ("paper |dyaw|", |(_, paper)| published_text(paper[2])),
+            ("time, s", |(run, _)| fixed(run.time_s, 1)),
+            ("distance, m", |(run, _)| fixed(run.travelled_m, 2)),
+            ("path, m", |(run, _)| fixed(run.path_length_m, 2)),
+            ("smallest gap, m", |(run, _)| fixed(run.min_clearance_m, 3)),
+            ("to a pedestrian, m", |(run, _)| {
+                fixed(run.nearest_person_m.unwrap_or(f64::NAN), 3)
+            }),
+            ("plans", |(run, _)| run.plans.to_string()),
+            ("standing, %", |(run, _)| fixed(100.0 * run.waited_share, 1)),
+            ("longest stop, s", |(run, _)| fixed(run.longest_wait_s, 1)),
+            ("end", |(run, _)| run.outcome.text().to_owned()),
+        ],
+    )
+}
+
+/// A published value; empty where the paper has no drive.
+fn published_text(value: f64) -> String {
+    if value.is_finite() {
+        fixed(value, 3)
+    } else {
+        String::new()
+    }
 }

@@ -1,4 +1,4 @@
-//! An SVG picture as pixels, the same on every machine: its letters come with the program.
+//! Renders SVG pictures as PNG, with the same pixels on every machine: the font is part of the program.
 
 use std::sync::Arc;
 
@@ -8,24 +8,27 @@ use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 use thiserror::Error;
 
-/// The family whose letters come with the program.
+/// The font family in the program.
 const FAMILY: &str = "DejaVu Sans";
 
-/// A picture that cannot be drawn.
+/// An SVG picture that cannot be rendered.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("the picture cannot be drawn: {0}")]
+#[error("the picture cannot be rendered: {0}")]
 pub struct PngError(String);
 
-/// The pixels of an SVG picture as a PNG file, so many wide and as high as its shape asks.
+/// Returns an SVG picture as a PNG file of a width. Its height follows from the aspect of the picture.
 ///
 /// # Errors
-/// When the text is no SVG picture, or its pixels are too many for the memory.
+/// If the text is no SVG picture, or the image does not fit into the memory.
 pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, PngError> {
     let tree = Tree::from_str(svg, &options()).map_err(|error| PngError(error.to_string()))?;
     let scale = width_px as f32 / tree.size().width();
     let height_px = (tree.size().height() * scale).ceil() as u32;
-    let mut pixels = Pixmap::new(width_px, height_px)
-        .ok_or_else(|| PngError(format!("{width_px} x {height_px} pixels are no size")))?;
+    let mut pixels = Pixmap::new(width_px, height_px).ok_or_else(|| {
+        PngError(format!(
+            "an image of {width_px} x {height_px} pixels is not possible"
+        ))
+    })?;
     render(
         &tree,
         Transform::from_scale(scale, scale),
@@ -36,15 +39,15 @@ pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, PngError> {
         .map_err(|error| PngError(error.to_string()))
 }
 
-/// The program's own letters and no others, whatever is installed.
+/// Options with the program's own font and no others.
 fn options() -> Options<'static> {
-    let mut letters = Database::new();
-    letters.load_font_data(dejavu::sans::regular().to_vec());
-    letters.load_font_data(dejavu::sans::bold().to_vec());
-    letters.set_sans_serif_family(FAMILY);
+    let mut fonts = Database::new();
+    fonts.load_font_data(dejavu::sans::regular().to_vec());
+    fonts.load_font_data(dejavu::sans::bold().to_vec());
+    fonts.set_sans_serif_family(FAMILY);
     Options {
         font_family: FAMILY.to_owned(),
-        fontdb: Arc::new(letters),
+        fontdb: Arc::new(fonts),
         ..Options::default()
     }
 }

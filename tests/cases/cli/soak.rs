@@ -142,7 +142,7 @@ fn ablation_reports_all_variants() {
     assert_eq!(names, expected);
     assert!(variants.iter().all(|row| row["runs"] == 2), "{object}");
     assert_eq!(object["rows"].as_array().map(Vec::len), Some(14));
-    let page = fs::read_to_string(place.path("out/ablation.html")).expect("the page is there");
+    let page = fs::read_to_string(place.path("out/index.html")).expect("the page is there");
     assert!(page.ends_with("</html>"));
     assert_eq!(page.matches("role=\"img\"").count(), 2);
     // Its record is drawn again as the page has it.

@@ -174,9 +174,7 @@ bench density --record rows -> --record rows; .csv or .json
 bench density --record-quality rows.svg -> --record-quality rows.svg; .csv or .json
 bench density --record-quality gone/rows.csv -> --record-quality gone/rows.csv; folder that exists
 plan --map mine.yaml --start 10,5 --goal 80,40 --svg plan.png -> --svg plan.png; .svg
-plan --map mine.yaml --start 10,5 --goal 80,40 --png plan -> --png plan; .png
 plan --map mine.yaml --start 10,5 --goal 80,40 --svg gone/plan.svg -> --svg gone/plan.svg; folder that exists
-plan --map mine.yaml --start 10,5 --goal 80,40 --png gone/plan.png -> --png gone/plan.png; folder that exists
 bench density --chart density.png -> --chart density.png; .svg
 bench density --chart gone/density.svg -> --chart gone/density.svg; folder that exists
 bench density --ticks 101 -> --ticks; 0 to 100
@@ -184,6 +182,26 @@ bench density --ticks -1 -> --ticks; 0 to 100
 bench density --seconds 0 -> --seconds; above zero
 ";
     assert_table(&place, "", table);
+}
+
+#[test]
+fn unusable_png_file_is_rejected() {
+    let place = place();
+    let table = if cfg!(feature = "png") {
+        "
+--png plan -> --png plan; .png
+--png gone/plan.png -> --png gone/plan.png; folder that exists
+"
+    } else {
+        "
+--png plan.png -> --png; feature `png`; --svg
+"
+    };
+    assert_table(
+        &place,
+        "plan --map mine.yaml --start 10,5 --goal 80,40",
+        table,
+    );
 }
 
 #[test]

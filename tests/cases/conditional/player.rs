@@ -1,38 +1,35 @@
-//! The player of a report, in headless Chromium: it plays, steps and shows what the trace has, in light and dark, wide and
-//! narrow, and without a word on the console. See `support/browser/program.rs` for what happens where there is no Chromium.
+//! The player of a report in headless Chromium: it plays, steps and shows the values of the trace, in both themes and on
+//! small screens, with an empty console. `support/browser/program.rs` ignores these tests without Chromium.
 
+mod faulty;
 mod page;
 mod runs;
-mod troubled;
 
 use libtest_mimic::{Failed, Trial};
 use serde_json::{Value, json};
 
 use crate::support::browser::program::{BrowserTest, Program};
 use page::{Look, look_at};
-use runs::{Run, long_run, short_run, troubled_run};
+use runs::{Run, faulty_run, long_run, short_run};
 
 const IN_BROWSER: [(&str, BrowserTest); 5] = [
-    ("it plays, steps and tells what the trace has", plays),
-    ("what went wrong is told at its tick", faults),
-    ("it fits a phone and the dark", fits),
-    (
-        "a script that was altered is not run, and that is seen",
-        altered,
-    ),
-    ("a page of several runs plays each", several),
+    ("player_plays_steps_and_shows_the_trace", plays),
+    ("player_shows_faults_at_their_ticks", faults),
+    ("player_fits_a_phone_and_the_dark_theme", fits),
+    ("altered_script_is_not_run", altered),
+    ("page_of_several_runs_has_a_player_for_each", several),
 ];
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = crate::support::browser::program::trials(&IN_BROWSER);
     trials.push(Trial::test(
-        "ten minutes stay small, and an hour too",
+        "pages_of_ten_minutes_and_of_an_hour_are_small",
         || {
             sizes();
             Ok(())
         },
     ));
-    trials.push(Trial::test("the same run is the same page", || {
+    trials.push(Trial::test("same_run_gives_the_same_page", || {
         assert!(short_run().page() == short_run().page());
         Ok(())
     }));
@@ -45,18 +42,18 @@ fn number(value: &Value, name: &str) -> f64 {
         .unwrap_or_else(|| panic!("{name} in {value}"))
 }
 
-/// What the player shows at a tick is what the trace has.
+/// Checks that the player shows the values of the trace at a tick.
 #[track_caller]
 fn assert_shows(readings: &Value, run: &Run, tick: usize) {
     let row = &run.result.trace.rows[tick];
     for (name, expected) in [
         ("time", format!("{:.2}", row.time_s)),
         ("speed", fixed(row.twist.linear, 2)),
-        ("turn", fixed(row.twist.angular, 2)),
+        ("turn_rate", fixed(row.twist.angular, 2)),
         ("gap", fixed(row.gap_m, 3)),
     ] {
         let shown = readings[name].as_str().unwrap_or_default();
-        // Both are rounded, one of them from 32 bits.
+        // Both are rounded, one of them from single precision.
         let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
         assert!(
             (number(shown) - number(&expected)).abs() < 0.0101,
@@ -79,7 +76,7 @@ fn plays(program: &Program) -> Result<(), Failed> {
     let run = short_run();
     let last = run.result.trace.rows.len() - 1;
     let seen = look_at(program, &run.page(), &Look::default())?;
-    assert_eq!(seen.console, [""; 0], "words on the console");
+    assert_eq!(seen.console, [""; 0], "the console is not empty");
     let of = |name: &str| &seen.findings[name];
     assert_eq!(of("last"), &json!(last));
     assert_shows(of("at_first"), &run, 0);
@@ -87,17 +84,17 @@ fn plays(program: &Program) -> Result<(), Failed> {
     assert_shows(of("in_the_middle"), &run, last / 2);
     assert_shows(of("at_the_end"), &run, last);
     assert_eq!(of("at_the_end")["mode"], json!("arrived"));
-    // It ran for a while at sixteen times the speed, and stopped when told so.
+    // The player ran for a while at sixteen times the speed, and stopped at the second click.
     let played = number(&seen.findings, "played_to");
     assert!(played > 2.0 && played <= last as f64, "{played}");
     assert_eq!(of("paused_at"), of("paused_later"));
-    assert_eq!(of("words_while_playing"), &json!(["Pause", "Play"]));
-    // Something is drawn, and another thing at another time or without a layer.
+    assert_eq!(of("labels_while_playing"), &json!(["Pause", "Play"]));
+    // The canvas is not empty, and changes with the time and the layers.
     assert!(number(&seen.findings, "colours") > 4.0);
     let pictures = [
         "picture_first",
         "picture_middle",
-        "picture_without_fan",
+        "picture_without_trajectories",
         "picture_whole",
     ];
     for (index, one) in pictures.iter().enumerate() {
@@ -108,20 +105,20 @@ fn plays(program: &Program) -> Result<(), Failed> {
     Ok(())
 }
 
-/// What is listed, told and marked is what happened, tick by tick; where nothing did, that is said.
+/// Checks the list, the readings and the timeline against the faults of each tick.
 fn faults(program: &Program) -> Result<(), Failed> {
-    let run = troubled_run(400);
+    let run = faulty_run(400);
     let seen = look_at(program, &run.page(), &Look::default())?;
-    assert_eq!(seen.console, [""; 0], "words on the console");
+    assert_eq!(seen.console, [""; 0], "the console is not empty");
     let found = &seen.findings["faults"];
     let in_words = |at: &Vec<String>| match at.len() {
         0 => json!("none"),
         _ => json!(at.join("; ")),
     };
-    let expected: Vec<Value> = run.noted.at.iter().map(in_words).collect();
-    assert_eq!(found["told"], json!(expected));
-    let begun = run.noted.begun();
-    // Senses of two kinds, a base, and a GPU that comes and goes.
+    let expected: Vec<Value> = run.observed.at.iter().map(in_words).collect();
+    assert_eq!(found["readings"], json!(expected));
+    let begun = run.observed.begun();
+    // Two kinds of sensor faults, a base fault, and a GPU that is lost and reopened.
     let kinds = |start: &str| {
         begun
             .iter()
@@ -137,35 +134,35 @@ fn faults(program: &Program) -> Result<(), Failed> {
         let text = entry["text"].as_str().unwrap_or_default();
         assert!(text.starts_with(&time), "{text:?}, not {time:?}");
         assert_eq!(entry["frame"], json!(tick), "{text}");
-        assert_eq!(entry["can_be_reached"], json!(true), "{text}");
+        assert_eq!(entry["has_focus"], json!(true), "{text}");
         assert_shows(&entry["shown"], &run, *tick);
     }
     assert!(number(found, "marked") > 20.0, "{}", found["marked"]);
-    let said = format!("{} faults are marked", begun.len());
+    let expected = format!("{} faults are marked", begun.len());
     assert!(
-        found["alternative"]
+        found["alt_text"]
             .as_str()
-            .is_some_and(|text| text.contains(&said))
+            .is_some_and(|text| text.contains(&expected))
     );
-    // Nothing went wrong in the other.
+    // The other run has no fault.
     let sound = look_at(program, &short_run().page(), &Look::default())?;
     let found = &sound.findings["faults"];
     assert_eq!(
         (&found["listed"], &found["marked"]),
         (&json!([]), &json!(0))
     );
-    assert_eq!(found["words"], json!("Faultsnone"));
-    let told = found["told"].as_array().expect("a list");
-    assert!(told.iter().all(|words| words == "none"));
+    assert_eq!(found["text"], json!("Faultsnone"));
+    let readings = found["readings"].as_array().expect("a list");
+    assert!(readings.iter().all(|text| text == "none"));
     Ok(())
 }
 
 fn fits(program: &Program) -> Result<(), Failed> {
-    let page = troubled_run(120).page();
+    let page = faulty_run(120).page();
     let mut pictures = Vec::new();
     for (width, dark) in [(360, false), (360, true), (1200, true)] {
         let seen = look_at(program, &page, &Look { width, dark })?;
-        assert_eq!(seen.console, [""; 0], "words on the console");
+        assert_eq!(seen.console, [""; 0], "the console is not empty");
         let of = |name: &str| number(&seen.findings, name);
         assert!(
             of("content_width") <= of("window_width"),
@@ -173,25 +170,28 @@ fn fits(program: &Program) -> Result<(), Failed> {
             seen.findings
         );
         assert!(
-            of("stage_width") > 0.8 * of("window_width").min(1000.0),
+            of("map_width") > 0.8 * of("window_width").min(1000.0),
             "{:?}",
             seen.findings
         );
         assert_eq!(seen.findings["is_dark"], json!(dark));
         pictures.push(seen.findings["picture_first"].clone());
     }
-    assert_ne!(pictures[0], pictures[1], "dark is drawn in other colours");
+    assert_ne!(
+        pictures[0], pictures[1],
+        "both themes have the same colours"
+    );
     Ok(())
 }
 
-/// The policy of the page is what keeps foreign scripts out; and a player that does not start is noticed here.
+/// The content policy of the page keeps other scripts out.
 fn altered(program: &Program) -> Result<(), Failed> {
     let page = short_run().page();
-    let own = "Plays the films of a page";
+    let own = "Starts the players of a page";
     assert_eq!(page.matches(own).count(), 1);
     let seen = look_at(
         program,
-        &page.replace(own, "Pays the films"),
+        &page.replace(own, "Stops the players"),
         &Look::default(),
     )?;
     assert_eq!(seen.findings["at_first"]["time"], json!("–"));
@@ -223,12 +223,12 @@ fn sizes() {
     let hour = long_run(9000).page();
     assert!(hour.contains("\"frames\":4500"), "every second tick");
     assert!(hour.len() < page.len());
-    // A frame of every second tick, and the faults of all.
-    let troubled = troubled_run(6200);
-    let page = troubled.page();
+    // Frames of every second tick, and the faults of all ticks.
+    let faulty = faulty_run(6200);
+    let page = faulty.page();
     assert!(page.contains("\"frames\":3100"));
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
-    for (tick, words) in troubled.noted.begun().iter().take(4) {
+    for (tick, words) in faulty.observed.begun().iter().take(4) {
         let words = words.replace('<', "&lt;").replace('>', "&gt;");
         let button = format!(
             "data-frame=\"{}\"><b>{:.2} s</b> {words}",

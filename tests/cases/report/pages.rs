@@ -1,19 +1,21 @@
-//! The page: self-contained, well formed, readable by all, the same for the same data, and never broken.
+//! Pages and pictures: self-contained, well formed, accessible, and the same for the same data.
 
 mod benchmarks;
 mod markup;
 mod scene;
 
+use inbye::bench::{DensityRow, QualityRow};
+use inbye::experiment::Group;
 use inbye::geometry::{Point, Pose};
 use inbye::map::{GridFrame, OccupancyGrid};
-use inbye::report::{Report, density_svg, html};
+use inbye::report::{BenchReport, Report, bench_svg, html};
 use inbye::runtime::Trace;
 use markup::{attribute, check_well_formed, numbers_that_are_none, opening_tag, pictures};
 use scene::{Scene, closed_loop, comparisons, density, quality, scene, skipped};
 
-fn page_of(scenes: &[Scene]) -> String {
+fn page_with(scenes: &[Scene]) -> String {
     html(&Report {
-        title: "What inbye did",
+        title: "Missions",
         intro: "A first paragraph.\n\nA second one.",
         machine: "a made machine",
         missions: scenes.iter().map(Scene::view).collect(),
@@ -25,7 +27,21 @@ fn page_of(scenes: &[Scene]) -> String {
     })
 }
 
-/// What must hold of every page, whatever the data.
+/// The picture of the density benchmark.
+fn density_picture(
+    density: &[DensityRow],
+    quality: &[QualityRow],
+    closed_loop: &[Group],
+) -> String {
+    bench_svg(&BenchReport {
+        density,
+        quality,
+        closed_loop,
+        ..BenchReport::default()
+    })
+}
+
+/// Checks what holds for every page.
 fn check(page: &str) {
     let without_namespace = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
     for outside in ["http://", "https://", "<script", "<link", "@import", "url("] {
@@ -46,24 +62,24 @@ fn check(page: &str) {
 }
 
 #[test]
-fn a_whole_page_is_self_contained_well_formed_and_described() {
-    let page = page_of(&[scene(400)]);
+fn whole_page_is_self_contained_well_formed_and_accessible() {
+    let page = page_with(&[scene(400)]);
     check(&page);
     let drawn = pictures(&page);
-    let meant = drawn
+    let images = drawn
         .iter()
         .filter(|picture| picture.contains("role=\"img\""));
     // Map, motion, gap, latency over time, its distribution, density, quality.
-    assert_eq!(meant.count(), 7);
+    assert_eq!(images.count(), 7);
     assert_eq!(
         page.matches("<table").count(),
         10,
-        "a table under each picture, one of paths, one of engines, one of densities"
+        "one table for each picture, one of paths, one of engines, one of densities"
     );
 }
 
 #[test]
-fn the_checks_see_what_they_are_for() {
+fn checks_find_broken_markup() {
     for broken in [
         "<svg><g></svg></g>",
         "<svg><line x1=\"1\"></svg>",
@@ -80,12 +96,12 @@ fn the_checks_see_what_they_are_for() {
 }
 
 #[test]
-fn the_same_data_give_the_same_bytes() {
-    assert_eq!(page_of(&[scene(120)]), page_of(&[scene(120)]));
+fn same_data_give_the_same_bytes() {
+    assert_eq!(page_with(&[scene(120)]), page_with(&[scene(120)]));
 }
 
 #[test]
-fn hostile_text_stays_text() {
+fn hostile_text_is_escaped() {
     let made = scene(30);
     let hostile = "</title><script>alert('&')</script>\"";
     let facts = [(hostile.to_owned(), hostile.to_owned())];
@@ -108,12 +124,12 @@ fn hostile_text_stays_text() {
         ..Report::default()
     });
     check(&page);
-    check(&density_svg(&rows, &[], &[]));
+    check(&density_picture(&rows, &[], &[]));
     assert!(page.contains("&lt;script&gt;"));
 }
 
 #[test]
-fn nothing_to_show_is_said_in_words() {
+fn page_without_data_says_so() {
     let empty = html(&Report::default());
     check(&empty);
     assert!(empty.contains("There is no mission in this report."));
@@ -129,7 +145,7 @@ fn nothing_to_show_is_said_in_words() {
     check(&page);
     for sentence in [
         "The run has no tick, so there is no motion to show.",
-        "At no tick was anything solid in reach of the robot.",
+        "No obstacle was in range at any tick.",
         "No decision of this run was timed.",
         "No engine was timed at any density.",
     ] {
@@ -138,9 +154,9 @@ fn nothing_to_show_is_said_in_words() {
 }
 
 #[test]
-fn obstacles_are_drawn_from_when_they_appear() {
+fn trails_begin_when_an_obstacle_appears() {
     let trails = |made: &Scene| {
-        page_of(std::slice::from_ref(made))
+        page_with(std::slice::from_ref(made))
             .matches("class=\"trail\"")
             .count()
     };
@@ -149,17 +165,17 @@ fn obstacles_are_drawn_from_when_they_appear() {
     for row in &mut made.trace.rows[..30] {
         row.moving[1] = None;
     }
-    check(&page_of(std::slice::from_ref(&made)));
+    check(&page_with(std::slice::from_ref(&made)));
     assert_eq!(trails(&made), all);
     for row in &mut made.trace.rows {
         row.moving[1] = None;
     }
-    check(&page_of(std::slice::from_ref(&made)));
+    check(&page_with(std::slice::from_ref(&made)));
     assert_eq!(trails(&made), all - 1);
 }
 
 #[test]
-fn numbers_that_are_not_finite_never_reach_the_page() {
+fn numbers_that_are_not_finite_are_left_out() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut made = scene(60);
         for tick in [0, 7, 30, 59] {
@@ -193,19 +209,20 @@ fn numbers_that_are_not_finite_never_reach_the_page() {
         check(&page);
         let mut driven = closed_loop();
         (driven[0].shared_time_p50_s, driven[3].shared_time_p90_s) = (Some(bad), Some(bad));
-        check(&density_svg(&rows, &lost, &driven));
+        check(&density_picture(&rows, &lost, &driven));
     }
 }
 
-/// The picture that `bench density --chart` writes, which no page explains.
+/// The picture of `bench density --chart` has no page around it.
 #[test]
-fn the_density_picture_stands_by_itself() {
-    let picture = density_svg(&density(), &quality(), &[]);
+fn density_picture_needs_no_page() {
+    let picture = density_picture(&density(), &quality(), &[]);
     check(&picture);
     assert!(picture.starts_with("<svg") && picture.contains("</style>"));
-    // Its colours and text come with it, and its legends are drawn.
+    // Colours, texts and legends are part of the picture.
     for drawn in [
-        "--engine-0:",
+        ".series-0 { color: #0068a8; }",
+        "prefers-color-scheme: dark",
         "CPU, 16 threads, AVX2",
         "NVIDIA H200",
         "20 Hz",
@@ -217,18 +234,18 @@ fn the_density_picture_stands_by_itself() {
     }
     // A curve for each engine, and for each window and shape.
     assert_eq!(picture.matches("<polyline class=\"median\"").count(), 3 + 4);
-    let alone = density_svg(&density(), &[], &[]);
+    let alone = density_picture(&density(), &[], &[]);
     check(&alone);
     assert_eq!(alone.matches("<polyline class=\"median\"").count(), 3);
-    let empty = density_svg(&[], &[], &[]);
+    let empty = density_picture(&[], &[], &[]);
     assert_eq!(check_well_formed(&empty), Ok(()));
     assert!(empty.contains("No engine was timed at any density."));
 }
 
-/// Beside latency and regret, and over the same axis, but only where missions were driven.
+/// The closed loop has its own chart over the same axis, if missions were driven.
 #[test]
-fn the_density_picture_shows_the_closed_loop() {
-    let picture = density_svg(&density(), &quality(), &closed_loop());
+fn density_picture_shows_the_closed_loop() {
+    let picture = density_picture(&density(), &quality(), &closed_loop());
     check(&picture);
     for drawn in [
         "Goal reached, % of 12 missions",
@@ -238,28 +255,28 @@ fn the_density_picture_shows_the_closed_loop() {
     ] {
         assert!(picture.contains(drawn), "{drawn}");
     }
-    // The times of both shapes, beside the engines and the windows; a bar of success for each density.
+    // A curve of times for each shape, after the engines and the windows, and a bar of success for each density.
     let medians = |picture: &str| picture.matches("<polyline class=\"median\"").count();
     assert_eq!(medians(&picture), 3 + 4 + 2);
-    assert_eq!(picture.matches("<rect class=\"marker\"").count(), 10);
-    assert_eq!(medians(&density_svg(&[], &[], &closed_loop())), 2);
+    assert_eq!(picture.matches(" marker\" x=").count(), 10);
+    assert_eq!(medians(&density_picture(&[], &[], &closed_loop())), 2);
     let mut none = closed_loop();
     none.iter_mut().for_each(|row| row.runs = 0);
-    let without = density_svg(&density(), &quality(), &none);
+    let without = density_picture(&density(), &quality(), &none);
     assert_eq!(medians(&without), 3 + 4);
     assert!(!without.contains("Goal reached"));
 }
 
 #[test]
-fn what_was_not_measured_is_said() {
-    let page = page_of(&[]);
+fn skipped_cells_are_listed_with_their_reason() {
+    let page = page_with(&[]);
     assert!(page.contains(
         "SwiftShader Device (Subzero) with 1048576 samples: a decision would take about 6.2 s"
     ));
 }
 
 #[test]
-fn a_contact_is_marked_on_the_map_and_in_words() {
+fn contact_is_marked_on_the_map_and_in_text() {
     let mut made = scene(100);
     made.trace.rows[40].gap_m = -0.02;
     let mut view = made.view();
@@ -275,14 +292,14 @@ fn a_contact_is_marked_on_the_map_and_in_words() {
 }
 
 #[test]
-fn long_runs_make_small_pages() {
-    let three = page_of(&[scene(1000), scene(1000), scene(1000)]);
+fn pages_of_long_runs_are_small() {
+    let three = page_with(&[scene(1000), scene(1000), scene(1000)]);
     assert!(
         three.len() < 600_000,
         "three missions of 1000 ticks take {} bytes",
         three.len()
     );
-    let long = page_of(&[scene(6000)]);
+    let long = page_with(&[scene(6000)]);
     check(&long);
     assert!(
         long.len() < 400_000,
@@ -292,24 +309,24 @@ fn long_runs_make_small_pages() {
 }
 
 #[test]
-fn a_large_map_is_cropped_or_scaled_down() {
+fn large_map_is_cropped_or_scaled_down() {
     let cropped = Scene {
         map: pillars_of(2230, 1470),
         ..scene(200)
     };
-    let page = page_of(std::slice::from_ref(&cropped));
+    let page = page_with(std::slice::from_ref(&cropped));
     check(&page);
     assert!(page.len() < 300_000, "{} bytes", page.len());
 
-    // The whole of it: a path from corner to corner.
+    // A path from corner to corner shows the whole map.
     let mut whole = cropped;
     whole.smoothed = vec![Point::new(-1.0, -1.0), Point::new(270.0, 178.0)];
-    let page = page_of(&[whole]);
+    let page = page_with(&[whole]);
     check(&page);
     assert!(page.len() < 300_000, "{} bytes", page.len());
 }
 
-/// Many pillars with rough walls, as in a drawn mine: 2-5 m wide ways at 0.125 m.
+/// Pillars with rough walls as in a mine map: roadways 2 to 5 m wide at 0.125 m.
 fn pillars_of(width: i32, height: i32) -> OccupancyGrid {
     let frame = GridFrame {
         width,
@@ -328,10 +345,10 @@ fn pillars_of(width: i32, height: i32) -> OccupancyGrid {
     OccupancyGrid::new(frame, cells.collect())
 }
 
-/// One small picture, to the byte. A change of it must be looked at; `INBYE_BLESS=1` then renews the file.
+/// Compares one small picture byte by byte. `INBYE_BLESS=1` renews the file after a reviewed change.
 #[test]
-fn the_gap_picture_is_the_golden_one() {
-    let page = page_of(&[scene(40)]);
+fn gap_chart_equals_the_golden_file() {
+    let page = page_with(&[scene(40)]);
     let picture = pictures(&page)
         .into_iter()
         .find(|picture| picture.contains("aria-label=\"Gap between"))

@@ -1,4 +1,4 @@
-//! A page in a browser, and what somebody finds who uses it.
+//! Opens a page in a browser, operates it, and returns the findings.
 
 use std::fs;
 use std::thread;
@@ -11,14 +11,14 @@ use tiny_http::{Header, Method, Response, Server};
 
 use crate::support::browser::program::Program;
 
-/// A browser that has not answered after this long never will.
+/// Longest time until the browser answers.
 const DEADLINE: Duration = Duration::from_secs(120);
 
-/// How the page is looked at.
+/// The window of the browser.
 pub struct Look {
     /// Width of the window, pixels.
     pub width: u32,
-    /// Whether the reader likes it dark.
+    /// Whether the dark theme is preferred.
     pub dark: bool,
 }
 
@@ -31,14 +31,14 @@ impl Default for Look {
     }
 }
 
-/// What was found.
+/// The result of a look at a page.
 pub struct Seen {
     pub findings: Value,
-    /// What the page said on its console, an error each.
+    /// The lines on the console.
     pub console: Vec<String>,
 }
 
-/// Opens a page within another that uses it as a person would, and returns what that found.
+/// Opens a page inside another one that operates it, and returns the findings.
 pub fn look_at(program: &Program, page: &str, look: &Look) -> Result<Seen, Failed> {
     let server = Server::http("127.0.0.1:0").map_err(|error| error.to_string())?;
     let profile = TempDir::new()?;
@@ -51,11 +51,11 @@ pub fn look_at(program: &Program, page: &str, look: &Look) -> Result<Seen, Faile
     let findings = serve(&server, page);
     browser.kill()?;
     browser.wait()?;
-    // The processes that it had may still write into the profile.
+    // Its processes may still write into the profile.
     thread::sleep(Duration::from_millis(100));
-    let said = fs::read_to_string(profile.path().join("stderr")).unwrap_or_default();
-    let findings = findings.map_err(|why| format!("{why}\n{said}"))?;
-    let console = said.lines().filter(|line| line.contains(":CONSOLE"));
+    let log = fs::read_to_string(profile.path().join("stderr")).unwrap_or_default();
+    let findings = findings.map_err(|why| format!("{why}\n{log}"))?;
+    let console = log.lines().filter(|line| line.contains(":CONSOLE"));
     Ok(Seen {
         findings,
         console: console.map(str::to_owned).collect(),

@@ -1,69 +1,69 @@
-//! Runs to look at.
+//! Simulated runs with a playback.
 
 use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Engine};
 use inbye::navigator::Goal;
-use inbye::report::{MissionView, Outcome, Reel, Report, html};
+use inbye::report::{MissionView, Outcome, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult, Observer};
 use inbye::sim::{MovingObstacles, Simulation, crossing};
 
-use super::troubled::{Noted, Troubled, mortal_engine};
+use super::faulty::{FaultyBase, ObservedFaults, failing_engine};
 
-/// A mission that was driven, and its reel.
+/// A mission that was driven, and its playback.
 pub struct Run {
     simulation: Simulation,
     config: Config,
     pub result: MissionResult,
-    reel: Reel,
-    /// What went wrong.
-    pub noted: Noted,
+    playback: PlaybackRecorder,
+    /// The faults of each tick.
+    pub observed: ObservedFaults,
 }
 
-/// Through the crossing, among people.
+/// A mission through the crossing, with a pedestrian.
 pub fn short_run() -> Run {
-    run(among_people(), &Config::default(), engine(), None)
+    run(with_pedestrian(), &Config::default(), engine(), None)
 }
 
-/// To and fro for so many ticks.
+/// A mission back and forth, with a number of ticks.
 pub fn long_run(ticks: usize) -> Run {
-    run(to_and_fro(ticks), &Config::default(), engine(), None)
+    run(back_and_forth(ticks), &Config::default(), engine(), None)
 }
 
-/// The same while much goes wrong.
-pub fn troubled_run(ticks: usize) -> Run {
-    let simulation = to_and_fro(ticks);
+/// The mission back and forth, with many faults.
+pub fn faulty_run(ticks: usize) -> Run {
+    let simulation = back_and_forth(ticks);
     let mut config = Config::default();
-    // What the odometer says is all that the robot knows of its place.
+    // Odometry is the only source of the pose.
     config.fixes.rate_hz = 0.0;
-    let mut base = Troubled::new(&simulation, &config);
-    run(simulation, &config, mortal_engine(), Some(&mut base))
+    let mut base = FaultyBase::new(&simulation, &config);
+    run(simulation, &config, failing_engine(), Some(&mut base))
 }
 
 fn engine() -> Box<dyn Engine> {
     Box::new(CpuEngine::single_threaded())
 }
 
-fn among_people() -> Simulation {
+fn with_pedestrian() -> Simulation {
     let scene = crossing();
     let goal = Goal {
         position: scene.goal,
         yaw: None,
     };
     let map = Arc::new(scene.map);
-    // In the second crossing on the way.
-    let people = r#"[{"x": 8.0, "y": 6.8, "radius": 0.3, "speed": 0.4, "route": [[8.0, 9.4]]}]"#;
+    // It stands in the second crossing of the path.
+    let obstacles = r#"[{"x": 8.0, "y": 6.8, "radius": 0.3, "speed": 0.4, "route": [[8.0, 9.4]]}]"#;
     let ground = map.obstacles(Config::default().unknown);
-    let moving_obstacles = MovingObstacles::parse(people, "people.json", &ground, scene.seed);
+    let moving_obstacles = MovingObstacles::parse(obstacles, "obstacles.json", &ground, scene.seed);
     Simulation {
-        moving_obstacles: moving_obstacles.expect("people on the map"),
+        moving_obstacles: moving_obstacles.expect("the obstacle is on the map"),
         ..Simulation::new(Mission::new(map, scene.start, goal))
     }
 }
 
-fn to_and_fro(ticks: usize) -> Simulation {
-    let mut simulation = among_people();
+fn back_and_forth(ticks: usize) -> Simulation {
+    let mut simulation = with_pedestrian();
     let [there, back] = [
         simulation.mission.goal.position,
         simulation.mission.start.position(),
@@ -82,14 +82,14 @@ fn run(
     simulation: Simulation,
     config: &Config,
     engine: Box<dyn Engine>,
-    base: Option<&mut Troubled>,
+    base: Option<&mut FaultyBase>,
 ) -> Run {
-    let (mut reel, mut noted) = (Reel::default(), Noted::default());
+    let (mut playback, mut observed) = (PlaybackRecorder::default(), ObservedFaults::default());
     let mut observer = Observer {
         clock: &mut || 0.0,
-        on_tick: &mut |moment| {
-            reel.take(moment);
-            noted.take(moment);
+        on_tick: &mut |event| {
+            playback.record(event);
+            observed.record(event);
         },
     };
     let result = match base {
@@ -100,8 +100,8 @@ fn run(
         result: result.expect("a mission that can start"),
         simulation,
         config: config.clone(),
-        reel,
-        noted,
+        playback,
+        observed,
     }
 }
 
@@ -136,7 +136,7 @@ impl Run {
                 final_error: Pose::default(),
             },
             control_period_s: self.config.local.control_period_s,
-            reel: Some(&self.reel),
+            playback: Some(&self.playback),
             facts: &[],
         }
     }

@@ -184,6 +184,7 @@ impl Place {
         assert_eq!(merged["missing"], serde_json::json!([]), "{merged}");
         for file in [
             "sweep.csv",
+            #[cfg(feature = "parquet")]
             "sweep.parquet",
             "index.html",
             "groups-barn.csv",

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use inbye::experiment::CellFile;
+#[cfg(feature = "parquet")]
 use parquet::file::reader::{FileReader, SerializedFileReader};
+#[cfg(feature = "parquet")]
 use parquet::record::Field;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -21,7 +23,13 @@ pub const TESTS: &[Test] = &[
         differing,
     ),
     ("every number survives its file to the last bit", numbers),
+    #[cfg(feature = "parquet")]
     ("the Parquet table is the CSV table", parquet_is_csv),
+    #[cfg(not(feature = "parquet"))]
+    (
+        "a build without Parquet says so",
+        missing_parquet_feature_is_named,
+    ),
     ("groups are drawn again from their file", drawn_again),
 ];
 
@@ -152,6 +160,15 @@ fn numbers() {
     }
 }
 
+#[cfg(not(feature = "parquet"))]
+fn missing_parquet_feature_is_named() {
+    let (place, _) = done();
+    let run = place.run("sweep merge out --report merged");
+    assert!(run.stderr.contains("sweep.parquet: not written"), "{run:?}");
+    assert!(run.stderr.contains("feature `parquet`"), "{run:?}");
+}
+
+#[cfg(feature = "parquet")]
 fn parquet_is_csv() {
     let (place, _) = done();
     place.json("sweep merge out --report merged");

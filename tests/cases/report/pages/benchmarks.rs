@@ -9,7 +9,7 @@ use roxmltree::Document;
 use super::check;
 use super::scene::{closed_loop, density, quality, skipped};
 
-/// World 7 is easy, in world 5 one of two runs gave up, in world 9 none arrived.
+/// In world 7 all runs reach the goal, in world 5 one of two gives up, in world 9 none reaches it.
 fn barn() -> Vec<RunRow> {
     let run = |world: u32, seed, outcome, time_s, score| RunRow {
         kind: WorldKind::Barn,
@@ -48,7 +48,7 @@ fn dynabarn() -> Vec<RunRow> {
     ]
 }
 
-/// On one map both missions arrived, on the other one of four; the others ended in different ways.
+/// On one map both missions reach their goal; on the other one of four does, and the others end differently.
 fn soak() -> Vec<RunRow> {
     let run = |map: &str, seed, outcome, contact_cause| RunRow {
         kind: WorldKind::Missions,
@@ -97,7 +97,7 @@ fn page_of(report: &BenchReport) -> String {
 }
 
 #[test]
-fn a_page_of_all_benchmarks_is_self_contained_and_its_files_are_beside_it() {
+fn page_of_all_benchmarks_is_self_contained_and_links_its_files() {
     let report = BenchReport {
         title: "All",
         machine: "a made machine",
@@ -115,9 +115,9 @@ fn a_page_of_all_benchmarks_is_self_contained_and_its_files_are_beside_it() {
     let files = bench_files(&report);
     let page = page_of(&report);
     check(&page);
-    // A soak has three, an ablation two.
+    // A soak has three charts, an ablation two.
     assert_eq!(page.matches("role=\"img\"").count(), 5 + 3 + 2);
-    // One under each chart, the densest windows, and the missions that did not arrive.
+    // One for each chart, the most samples at each rate, and the missions that did not reach their goal.
     assert_eq!(page.matches("<table").count(), 5 + 3 + 2 + 2);
     for file in &files[1..] {
         assert!(
@@ -135,7 +135,7 @@ fn a_page_of_all_benchmarks_is_self_contained_and_its_files_are_beside_it() {
 }
 
 #[test]
-fn worlds_stand_from_the_easiest_to_the_hardest() {
+fn worlds_are_sorted_from_the_easiest_to_the_hardest() {
     let picture = bench_svg(&BenchReport {
         barn: &barn(),
         ..BenchReport::default()
@@ -144,40 +144,41 @@ fn worlds_stand_from_the_easiest_to_the_hardest() {
     let titles = document
         .descendants()
         .filter(|node| node.has_tag_name("title"));
-    let told: Vec<&str> = titles.filter_map(|node| node.text()).collect();
-    assert_eq!(
-        told,
-        [
-            "world 7: 2 of 2 runs arrived, in 8.0 to 9.0 s",
-            "world 5: 1 of 2 runs arrived, in 12.0 to 12.0 s",
-            "world 9: 0 of 2 runs arrived",
-        ]
-    );
+    let tooltips: Vec<&str> = titles.filter_map(|node| node.text()).collect();
+    let expected = [
+        "world 7: 2 of 2 runs reached the goal, in 8.0 to 9.0 s",
+        "world 5: 1 of 2 runs reached the goal, in 12.0 to 12.0 s",
+        "world 9: 0 of 2 runs reached the goal",
+    ];
+    // In the panel of the ends and in that of the times.
+    assert_eq!(tooltips, [expected, expected].concat());
     let drawn = |class: &str| {
         let node = |node: &roxmltree::Node| node.attribute("class") == Some(class);
         document.descendants().filter(node).count()
     };
-    // Each in a world and in the legend; two worlds have a median.
-    assert_eq!((drawn("end-robot"), drawn("end-stopped")), (2, 3));
-    assert_eq!((drawn("end-avoidable"), drawn("end-other")), (0, 0));
-    assert_eq!(drawn("engine-0 middle-mark"), 2);
-    assert!(picture.contains("2 of") && picture.contains("up to here the full score"));
+    // Each end in a world and in the legend; the medians of two worlds and the legend.
+    for class in ["end-contact", "end-stopped", "end-timeout"] {
+        assert_eq!(drawn(class), 2, "{class}");
+    }
+    assert_eq!((drawn("end-avoidable"), drawn("end-hit")), (0, 0));
+    assert_eq!(drawn("series-0 middle-mark"), 3);
+    assert!(picture.contains("full score up to here"));
 }
 
 #[test]
-fn whose_a_contact_was_is_told_apart() {
+fn contacts_are_coloured_by_their_cause() {
     let picture = bench_svg(&BenchReport {
         dynabarn: &dynabarn(),
         ..BenchReport::default()
     });
-    for class in ["end-robot", "end-avoidable", "end-other"] {
+    for class in ["end-contact", "end-avoidable", "end-hit"] {
         let drawn = picture.matches(&format!("<rect class=\"{class}\"")).count();
         assert_eq!(drawn, 2, "{class}");
     }
     assert!(!picture.contains("<rect class=\"end-stopped\""));
 }
 
-/// Two sets of weights with two samplings each, in scenes too.
+/// Two sets of weights with two samplings each, and one of them in scenes.
 fn sweep() -> Vec<Group> {
     let group = |kind, weights: &str, samples: u32, reached, mean_shared_time_s| Group {
         kind,
@@ -207,7 +208,7 @@ fn sweep() -> Vec<Group> {
 }
 
 #[test]
-fn a_sweep_has_a_chart_for_each_kind_of_worlds() {
+fn sweep_has_a_chart_for_each_kind_of_worlds() {
     let groups = sweep();
     let report = BenchReport {
         title: "A sweep",
@@ -225,23 +226,23 @@ fn a_sweep_has_a_chart_for_each_kind_of_worlds() {
         names[1..],
         [expected("groups-barn"), expected("groups-scenes")].concat()
     );
-    for said in [
+    for text in [
         "Goal reached, % of 10 runs",
         "Mean time of the 4 runs that all reached, s",
         "paper &lt;&amp;&gt;: 70.0 % and 30.5 s with 256 samples, 90.0 % and 29.0 s with 1024 samples.",
         "fast: 40.0 % and 12.5 s with 256 samples, 50.0 % and no time with 1024 samples.",
         "fast: 0.0 % and no time with 256 samples",
     ] {
-        assert!(page.contains(said), "{said}");
+        assert!(page.contains(text), "{text}");
     }
     let picture = bench_svg(&report);
     check(&picture);
-    // Success of each group, times of those that have one, and a mark in the legend for each curve.
+    // Success of each group, times of the groups that have one, and a legend entry for each curve.
     assert_eq!(picture.matches("class=\"marker\"").count(), 5 + 3 + 3);
 }
 
 #[test]
-fn ends_of_a_soak_are_stacked_by_map_and_by_people() {
+fn ends_of_a_soak_are_stacked_by_map_and_by_traffic() {
     let rows = soak();
     let picture = bench_svg(&BenchReport {
         soak: &rows,
@@ -251,36 +252,36 @@ fn ends_of_a_soak_are_stacked_by_map_and_by_people() {
     let titles = document
         .descendants()
         .filter(|node| node.has_tag_name("title"));
-    let told: Vec<&str> = titles.filter_map(|node| node.text()).collect();
+    let tooltips: Vec<&str> = titles.filter_map(|node| node.text()).collect();
     let ends = [
-        "all missions: 3 of 6 arrived",
-        "<script>: 1 of 4 arrived",
-        "an easy map: 2 of 2 arrived",
-        "nobody about: 2 of 2 arrived",
-        "people who mind nobody: 1 of 4 arrived",
+        "all missions: 3 of 6 reached",
+        "<script>: 1 of 4 reached",
+        "an easy map: 2 of 2 reached",
+        "no pedestrians: 2 of 2 reached",
+        "pedestrians that ignore the robot: 1 of 4 reached",
     ];
-    assert_eq!(told[..5], ends);
-    // Of the second and the third chart: time for a metre, and gaps.
+    assert_eq!(tooltips[..5], ends);
+    // The second and the third chart: time per metre, and gaps.
     assert_eq!(
-        [told[5], told[10]],
+        [tooltips[5], tooltips[10]],
         ["all missions: median 4.00", "all missions: median 0.200"]
     );
-    // Each kind of end in the rows of all, of its map and of its people, and in the legend.
-    for class in ["end-other", "end-stopped", "end-late"] {
+    // Each end in the rows of all missions, of its map and of its traffic, and in the legend.
+    for class in ["end-hit", "end-stopped", "end-timeout"] {
         let bars = document
             .descendants()
             .filter(|node| node.attribute("class") == Some(class));
         let widths: Vec<&str> = bars.filter_map(|bar| bar.attribute("width")).collect();
         assert_eq!(widths.len(), 4, "{class}");
-        // A sixth of all and a fourth of the map's four.
+        // One of six missions, and one of the four on the map.
         let width = |index: usize| widths[index].parse::<f64>().expect("a number");
         assert!((width(1) / width(0) - 1.5).abs() < 0.01, "{widths:?}");
     }
-    assert!(!picture.contains("<rect class=\"end-robot\""));
+    assert!(!picture.contains("<rect class=\"end-contact\""));
 }
 
 #[test]
-fn times_that_are_none_and_hostile_text_do_no_harm() {
+fn bad_times_and_hostile_text_leave_pages_sound() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0] {
         let mut rows = barn();
         rows[0].time_s = bad;
@@ -309,7 +310,7 @@ fn times_that_are_none_and_hostile_text_do_no_harm() {
 }
 
 #[test]
-fn nothing_measured_is_said() {
+fn page_without_rows_says_so() {
     let page = page_of(&BenchReport::default());
     check(&page);
     assert!(page.contains("No engine was timed at any density."));

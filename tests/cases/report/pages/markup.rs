@@ -1,6 +1,6 @@
-//! A reader of markup, just strict enough to tell a well-formed picture from a broken one.
+//! A small markup parser that finds broken pictures.
 
-/// Each `<svg ...>...</svg>` of a page.
+/// Returns each `<svg ...>...</svg>` of a page.
 pub fn pictures(page: &str) -> Vec<&str> {
     page.match_indices("<svg")
         .map(|(start, _)| {
@@ -12,19 +12,18 @@ pub fn pictures(page: &str) -> Vec<&str> {
         .collect()
 }
 
-/// The first tag of a picture.
+/// Returns the first tag of a picture.
 pub fn opening_tag(picture: &str) -> &str {
     &picture[..=picture.find('>').expect("a tag ends")]
 }
 
-/// The value of an attribute of a tag.
+/// Returns the value of an attribute of a tag.
 pub fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
     let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
     tag[start..].split('"').next()
 }
 
-/// Checks that tags are closed in order, that attributes are quoted and not repeated, and that no bare `<` or `&`
-/// is in the text.
+/// Checks that tags are closed in order, that attributes are quoted and unique, and that the text has no bare `<` or `&`.
 pub fn check_well_formed(picture: &str) -> Result<(), String> {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = picture;
@@ -35,7 +34,7 @@ pub fn check_well_formed(picture: &str) -> Result<(), String> {
         rest = &rest[end + 1..];
         if let Some(name) = tag.strip_prefix('/') {
             if open.pop() != Some(name) {
-                return Err(format!("</{name}> closes nothing that is open: {open:?}"));
+                return Err(format!("</{name}> closes no open tag: {open:?}"));
             }
         } else {
             let name = tag.split_whitespace().next().ok_or("a tag without name")?;
@@ -86,7 +85,7 @@ fn check_entities(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The words of a page that spell a number that is none. Embedded images do not count: they hold any letters.
+/// Returns the words of a page that spell a number that is not finite. Embedded images are ignored.
 pub fn numbers_that_are_none(page: &str) -> Vec<&str> {
     page.split(|c: char| !c.is_ascii_alphanumeric() && c != '+' && c != '/')
         .filter(|word| ["nan", "inf", "infinity"].contains(&word.to_lowercase().as_str()))

@@ -1,4 +1,4 @@
-//! A made mission: a robot runs along pillars while others cross its way. Not a simulation, only data of the shape.
+//! A generated mission: a robot drives along pillars while obstacles cross its path. It is data, not a simulation.
 
 use inbye::bench::{DensityRow, QualityRow, SkippedCell};
 use inbye::experiment::Group;
@@ -10,7 +10,7 @@ use inbye::robot::{Disc, Footprint};
 use inbye::runtime::{Trace, TraceRow};
 use rand::{RngExt, SeedableRng};
 
-/// Everything that a [`MissionView`] borrows.
+/// The data that a [`MissionView`] borrows.
 pub struct Scene {
     pub map: OccupancyGrid,
     pub searched: Vec<Point>,
@@ -24,7 +24,7 @@ pub struct Scene {
 
 pub const PERIOD_S: f64 = 0.1;
 
-/// Roadways between pillars, 36 by 20 m, with a patch that nobody has seen.
+/// Roadways between pillars, 36 by 20 m, with an unknown area.
 pub fn pillars(resolution_m: f64) -> OccupancyGrid {
     let frame = GridFrame {
         width: (36.0 / resolution_m) as i32,
@@ -38,8 +38,8 @@ pub fn pillars(resolution_m: f64) -> OccupancyGrid {
         let y = f64::from(row) * resolution_m;
         let edge = !(0.4..35.6).contains(&x) || !(0.4..19.6).contains(&y);
         let pillar = x % 9.0 > 3.5 && y % 7.0 > 3.2;
-        let unseen = x > 30.0 && y < 3.2;
-        if unseen {
+        let unknown = x > 30.0 && y < 3.2;
+        if unknown {
             -1
         } else {
             i8::from(edge || pillar) * 100
@@ -48,7 +48,7 @@ pub fn pillars(resolution_m: f64) -> OccupancyGrid {
     OccupancyGrid::new(frame, cells.collect())
 }
 
-/// A run of so many ticks around the pillars.
+/// A run around the pillars.
 pub fn scene(ticks: usize) -> Scene {
     let corners = [
         (0.0, 0.0),
@@ -110,7 +110,7 @@ impl Scene {
     pub fn view(&self) -> MissionView<'_> {
         let last = self.trace.rows.last();
         MissionView {
-            title: "Around the pillars, three others on the way",
+            title: "Around the pillars, with three obstacles",
             command: "inbye drive --map pillars.yaml --start 0,0 --goal 31,14.5 --obstacles 3 --seed 7 --report out",
             map: &self.map,
             start: Pose::new(0.0, 0.0, 0.05),
@@ -120,7 +120,7 @@ impl Scene {
             smoothed: &self.smoothed,
             trace: &self.trace,
             footprint: &self.footprint,
-            reel: None,
+            playback: None,
             latency_ms: &self.latency_ms,
             engine: "CPU, 2 threads, AVX2",
             outcome: Outcome {
@@ -178,7 +178,7 @@ pub fn skipped() -> Vec<SkippedCell> {
     }]
 }
 
-/// Two windows, two shapes, five densities; with the most samples nothing is lost.
+/// Two windows, two shapes, five densities; the regret of the densest is zero.
 pub fn quality() -> Vec<QualityRow> {
     let mut rows = Vec::new();
     for window_s in [0.1, 1.0] {
@@ -206,8 +206,8 @@ pub fn quality() -> Vec<QualityRow> {
     rows
 }
 
-/// Five densities in two shapes; with the fewest samples half of the missions are reached, and in one shape none that all
-/// reach.
+/// Five densities in two shapes; with the fewest samples half of the missions reach their goal, and one shape has no shared
+/// time.
 pub fn closed_loop() -> Vec<Group> {
     let mut rows = Vec::new();
     for (side, reached, time_s) in [
@@ -275,7 +275,7 @@ fn staircase(corners: &[Point]) -> Vec<Point> {
     steps
 }
 
-/// The corners cut into curves.
+/// A path with rounded corners.
 fn rounded(corners: &[Point]) -> Vec<Point> {
     let mut line = corners.to_vec();
     for _ in 0..4 {
@@ -290,7 +290,7 @@ fn rounded(corners: &[Point]) -> Vec<Point> {
     line
 }
 
-/// A robot that makes for a point ahead on its path, and discs that cross.
+/// A robot that drives towards a point ahead on its path, and crossing discs.
 fn drive(path: &[Point], ticks: usize) -> Vec<TraceRow> {
     let length: f64 = path.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
     let speed = length / (ticks.max(1) as f64 * PERIOD_S) * 1.15;

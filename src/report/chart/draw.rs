@@ -1,0 +1,497 @@
+//! Draws the description of a chart as SVG.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use maud::{Markup, html};
+
+use super::axis::{Axis, Tick};
+use super::{Bar, Curve, LabelSide, Mark, Panel, Plot, Row, RowMark, Upper, XAxis, series_class};
+use crate::report::number::coordinate;
+use crate::report::svg::{TOLERANCE, points_attribute, simplify};
+
+/// Width of every chart, drawing units. It is small, so that text stays readable on a phone.
+pub(crate) const CHART_WIDTH: f64 = 440.0;
+
+/// Margins left and right of a panel, and right of it for labels outside, drawing units.
+const LEFT: f64 = 46.0;
+const RIGHT: f64 = 14.0;
+const RIGHT_WITH_LABELS: f64 = 58.0;
+/// Space above a panel with its title, and below the last one with the horizontal axis.
+const HEAD: f64 = 32.0;
+const PANEL_GAP: f64 = 10.0;
+const FOOT: f64 = 42.0;
+/// Height of a label line, and estimated width of a letter on a small screen.
+const LINE: f64 = 17.0;
+const LETTER: f64 = 8.0;
+/// Least distance between labels outside a panel.
+const LABEL_PITCH: f64 = 13.0;
+/// Rows: first row, height of a row, of its bars, space between groups, side margin.
+const ROW_TOP: f64 = 4.0;
+const ROW_PITCH: f64 = 33.0;
+const BAR_HEIGHT: f64 = 11.0;
+const GROUP_GAP: f64 = 10.0;
+const ROW_SIDE: f64 = 14.0;
+
+/// A drawn chart.
+pub(crate) struct Drawn {
+    pub(crate) content: Markup,
+    /// Drawing units.
+    pub(crate) height: f64,
+}
+
+/// The area of a panel in the drawing.
+struct Area<'a> {
+    left: f64,
+    top: f64,
+    width: f64,
+    height: f64,
+    /// Height of the labels of vertical lines, between the title and the panel.
+    labels_height: f64,
+    x: &'a Axis,
+    y: &'a Axis,
+}
+
+/// Draws a chart without its title and legend.
+pub(crate) fn draw(plot: &Plot) -> Drawn {
+    match plot {
+        Plot::Panels { x, panels } => draw_panels(x, panels),
+        Plot::Rows {
+            axis,
+            axis_title,
+            rows,
+        } => draw_rows(axis, axis_title, rows),
+        Plot::Empty(reason) => Drawn {
+            content: html! { text x="0" y="20" { (reason) } },
+            height: HEAD,
+        },
+    }
+}
+
+fn draw_panels(x: &XAxis, panels: &[Panel]) -> Drawn {
+    let has_outside_labels = panels
+        .iter()
+        .flat_map(|panel| &panel.marks)
+        .any(|mark| matches!(mark, Mark::Level(_, Some((side, _))) if *side == LabelSide::Outside));
+    let right = if has_outside_labels {
+        RIGHT_WITH_LABELS
+    } else {
+        RIGHT
+    };
+    let mut top = 0.0;
+    let areas: Vec<Area> = panels
+        .iter()
+        .map(|panel| {
+            let labels_height = LINE * position_labels(panel).count() as f64;
+            let area = Area {
+                left: LEFT,
+                top: top + HEAD + labels_height,
+                labels_height,
+                width: CHART_WIDTH - LEFT - right,
+                height: panel.height,
+                x: &x.axis,
+                y: &panel.y,
+            };
+            top = area.bottom() + PANEL_GAP;
+            area
+        })
+        .collect();
+    let own_ticks = x.axis.ticks();
+    let ticks = x.ticks.as_deref().unwrap_or(&own_ticks);
+    let last = panels.len().saturating_sub(1);
+    let content = html! {
+        @for (index, (panel, area)) in panels.iter().zip(&areas).enumerate() {
+            @for mark in &panel.marks { (area.background(mark)) }
+            (area.axes(ticks, (index == last).then_some(&x.title), &panel.title))
+            @for mark in &panel.marks { (area.mark(mark)) }
+            (area.outside_labels(panel))
+            @for (line, (value, label)) in position_labels(panel).enumerate() {
+                (area.position_label(value, label, line))
+            }
+        }
+    };
+    Drawn {
+        content,
+        height: top - PANEL_GAP + FOOT,
+    }
+}
+
+/// The labels above a panel.
+fn position_labels(panel: &Panel) -> impl Iterator<Item = (f64, &str)> {
+    panel.marks.iter().filter_map(|mark| match mark {
+        Mark::Position(value, Some(label)) => Some((*value, label.as_str())),
+        _ => None,
+    })
+}
+
+impl Area<'_> {
+    fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+
+    fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    fn x_at(&self, value: f64) -> f64 {
+        self.left + self.x.fraction(value) * self.width
+    }
+
+    /// The vertical position of a value. The y axis of the drawing points down.
+    fn y_at(&self, value: f64) -> f64 {
+        self.bottom() - self.y.fraction(value) * self.height
+    }
+
+    /// The frame, the grid with its labels, and the titles. Only the lowest panel has a horizontal title and labels.
+    fn axes(&self, x_ticks: &[Tick], x_title: Option<&String>, y_title: &str) -> Markup {
+        let (left, right) = (coordinate(self.left), coordinate(self.right()));
+        let (top, bottom) = (coordinate(self.top), coordinate(self.bottom()));
+        html! {
+            g class="axes" {
+                @for tick in self.y.ticks() {
+                    @let y = coordinate(self.y_at(tick.value));
+                    line x1=(left) x2=(right) y1=(y) y2=(y) {}
+                    text class="end" x=(coordinate(self.left - 6.0)) y=(y) dy=".35em" { (tick.label) }
+                }
+                @for tick in self.spaced(x_ticks) {
+                    @let x = coordinate(self.x_at(tick.value));
+                    line x1=(x) x2=(x) y1=(top) y2=(bottom) {}
+                    @if x_title.is_some() {
+                        text class="middle" x=(x) y=(bottom) dy="1.25em" { (tick.label) }
+                    }
+                }
+                rect x=(left) y=(top) width=(coordinate(self.width)) height=(coordinate(self.height)) {}
+                @if !y_title.is_empty() {
+                    text class="title" x="0" y=(coordinate(self.top - self.labels_height - 13.0)) { (y_title) }
+                }
+                @if let Some(title) = x_title {
+                    text class="title end" x=(right) y=(bottom) dy="2.6em" { (title) }
+                }
+            }
+        }
+    }
+
+    /// The ticks whose labels do not overlap, chosen from the last one on.
+    fn spaced<'t>(&self, ticks: &'t [Tick]) -> Vec<&'t Tick> {
+        let mut spaced: Vec<&Tick> = Vec::new();
+        let mut limit = f64::INFINITY;
+        for tick in ticks.iter().rev() {
+            let half = tick.label.chars().count() as f64 * LETTER / 2.0;
+            let x = self.x_at(tick.value);
+            if x + half <= limit {
+                limit = x - half - LETTER / 2.0;
+                spaced.push(tick);
+            }
+        }
+        spaced
+    }
+
+    /// A mark that lies behind the grid.
+    fn background(&self, mark: &Mark) -> Markup {
+        match mark {
+            Mark::Bands(class, bands) => html! {
+                @for &[from, to] in bands {
+                    @let (left, right) = (self.x_at(from), self.x_at(to).min(self.right()));
+                    // A single tick of a long run stays visible.
+                    (rectangle(class, [left, self.top], [(right - left).max(1.0), self.height]))
+                }
+            },
+            Mark::AreaBelow(class, value) => {
+                let top = self.y_at(*value);
+                rectangle(class, [self.left, top], [self.width, self.bottom() - top])
+            }
+            _ => html! {},
+        }
+    }
+
+    /// A mark that lies on the grid.
+    fn mark(&self, mark: &Mark) -> Markup {
+        match mark {
+            Mark::Bands(..) | Mark::AreaBelow(..) => html! {},
+            Mark::Line(class, points) => self.line(class, points.iter().copied()),
+            Mark::Dots(class, points) => self.dots(class, points),
+            Mark::Circles(class, radius, points) => html! {
+                g class=(class) {
+                    @for &[x, y] in points {
+                        circle cx=(coordinate(self.x_at(x))) cy=(coordinate(self.y_at(y))) r=(radius) {}
+                    }
+                }
+            },
+            Mark::Curve(curve) => self.curve(curve),
+            Mark::Bars(class, bars) => html! { @for bar in bars { (self.bar(class, bar)) } },
+            Mark::Ranges(ranges) => self.ranges(ranges),
+            Mark::Level(value, label) => self.level(*value, label.as_ref()),
+            Mark::Position(value, label) => {
+                let x = coordinate(self.x_at(*value));
+                // The line of a labelled position is drawn up to its label.
+                html! {
+                    @if label.is_none() {
+                        line class="limit" x1=(x) x2=(x) y1=(coordinate(self.top)) y2=(coordinate(self.bottom())) {}
+                    }
+                }
+            }
+            Mark::Group(tooltip, marks) => html! {
+                g { title { (tooltip) } @for mark in marks { (self.mark(mark)) } }
+            },
+        }
+    }
+
+    fn line(&self, class: &str, points: impl Iterator<Item = [f64; 2]>) -> Markup {
+        let mut runs: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
+        for [x, y] in points {
+            if x.is_finite() && y.is_finite() {
+                if let Some(run) = runs.last_mut() {
+                    run.push([self.x_at(x), self.y_at(y)]);
+                }
+            } else {
+                runs.push(Vec::new());
+            }
+        }
+        html! {
+            @for run in runs.iter().filter(|run| !run.is_empty()) {
+                polyline class=(class) points=(points_attribute(&simplify(run, TOLERANCE))) {}
+            }
+        }
+    }
+
+    /// Dots nearer than half a drawing unit to another are drawn once.
+    fn dots(&self, class: &str, points: &[[f64; 2]]) -> Markup {
+        let half_units = |at: f64| libm::round(at * 2.0) as i64;
+        let distinct: BTreeSet<(i64, i64)> = points
+            .iter()
+            .filter(|[x, y]| x.is_finite() && y.is_finite())
+            .map(|&[x, y]| (half_units(self.x_at(x)), half_units(self.y_at(y))))
+            .collect();
+        let mut path = String::new();
+        for (x, y) in distinct {
+            // A stroke of zero length with round ends is a dot.
+            let (x, y) = (coordinate(x as f64 / 2.0), coordinate(y as f64 / 2.0));
+            write!(path, "M{x} {y}h0").expect("writing to a string cannot fail");
+        }
+        html! { path class=(class) d=(path) {} }
+    }
+
+    fn curve(&self, curve: &Curve) -> Markup {
+        let points = &curve.points;
+        html! {
+            g class=(series_class(curve.index)) {
+                @match curve.upper {
+                    Upper::Band => {
+                        @let low = points.iter().map(|&[x, median, _]| [self.x_at(x), self.y_at(median)]);
+                        @let high = points.iter().rev().map(|&[x, _, upper]| [self.x_at(x), self.y_at(upper)]);
+                        polygon class="band" points=(points_attribute(&low.chain(high).collect::<Vec<_>>())) {}
+                    }
+                    Upper::Line => { (self.line("upper", points.iter().map(|&[x, _, upper]| [x, upper]))) }
+                    Upper::None => {}
+                }
+                (self.line("median", points.iter().map(|&[x, median, _]| [x, median])))
+                @for &[x, median, _] in points { (marker(curve.index, self.x_at(x), self.y_at(median))) }
+            }
+        }
+    }
+
+    fn bar(&self, class: &str, bar: &Bar) -> Markup {
+        let [left, right] = bar.x.map(|x| self.x_at(x));
+        let [bottom, top] = bar.y.map(|y| self.y_at(y));
+        // Narrow bars of a chart with many stay visible.
+        let width = (right - left).max(2.0);
+        rectangle(
+            class,
+            [f64::midpoint(left, right) - width / 2.0, top],
+            [width, bottom - top],
+        )
+    }
+
+    fn ranges(&self, ranges: &[(f64, [f64; 3])]) -> Markup {
+        // As wide as the horizontal axis allows for each unit.
+        let unit = self.x_at(1.0) - self.x_at(0.0);
+        let width = (0.45 * unit).clamp(1.0, 5.0);
+        html! {
+            @for (x, [low, middle, high]) in ranges {
+                @let x = coordinate(self.x_at(*x));
+                line class="series-0 spread" stroke-width=(coordinate(width)) x1=(x) x2=(x)
+                    y1=(coordinate(self.y_at(*low))) y2=(coordinate(self.y_at(*high))) {}
+                circle class="series-0 middle-mark" cx=(x) cy=(coordinate(self.y_at(*middle)))
+                    r=(coordinate((width * 0.8).max(1.4))) {}
+            }
+        }
+    }
+
+    fn level(&self, value: f64, label: Option<&(LabelSide, String)>) -> Markup {
+        let y = coordinate(self.y_at(value));
+        html! {
+            line class="limit" x1=(coordinate(self.left)) x2=(coordinate(self.right())) y1=(y) y2=(y) {}
+            @match label {
+                Some((LabelSide::Left, text)) => {
+                    text class="halo" x=(coordinate(self.left + 5.0)) y=(y) dy="-.5em" { (text) }
+                }
+                Some((LabelSide::Right, text)) => {
+                    text class="end halo" x=(coordinate(self.right() - 4.0)) y=(y) dy="-.4em" { (text) }
+                }
+                Some((LabelSide::Outside, _)) | None => {}
+            }
+        }
+    }
+
+    /// The labels right of the panel, moved apart where their lines are close to each other.
+    fn outside_labels(&self, panel: &Panel) -> Markup {
+        let mut labels: Vec<(f64, &str)> = panel
+            .marks
+            .iter()
+            .filter_map(|mark| match mark {
+                Mark::Level(value, Some((LabelSide::Outside, text))) => {
+                    Some((self.y_at(*value), text.as_str()))
+                }
+                _ => None,
+            })
+            .collect();
+        labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut least_y = f64::NEG_INFINITY;
+        html! {
+            @for (y, text) in labels {
+                @let y = y.max(least_y);
+                @let () = least_y = y + LABEL_PITCH;
+                text x=(coordinate(self.right() + 5.0)) y=(coordinate(y)) dy=".35em" { (text) }
+            }
+        }
+    }
+
+    /// A vertical reference line up to its label. Each label has its own line of text, so that none overlap.
+    fn position_label(&self, value: f64, label: &str, line: usize) -> Markup {
+        let y = self.top - self.labels_height + LINE * line as f64;
+        let x = self.x_at(value);
+        let (class, shift) = if x > self.left + self.width / 2.0 {
+            ("end halo", -5.0)
+        } else {
+            ("halo", 5.0)
+        };
+        html! {
+            line class="percentile" x1=(coordinate(x)) x2=(coordinate(x))
+                y1=(coordinate(y - 9.0)) y2=(coordinate(self.bottom())) {}
+            text class=(class) x=(coordinate(x + shift)) y=(coordinate(y)) { (label) }
+        }
+    }
+}
+
+fn rectangle(class: &str, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> Markup {
+    html! {
+        rect class=(class) x=(coordinate(x)) y=(coordinate(y)) width=(coordinate(width)) height=(coordinate(height)) {}
+    }
+}
+
+/// The marker of a series at a position of the drawing.
+pub(crate) fn marker(index: usize, x: f64, y: f64) -> Markup {
+    const SHAPES: [&str; 5] = [
+        "m-4 0a4 4 0 1 0 8 0a4 4 0 1 0 -8 0z",
+        "m-3.5 -3.5h7v7h-7z",
+        "m0 -4.8l4.4 8h-8.8z",
+        "m0 -5l5 5l-5 5l-5 -5z",
+        "m0 4.8l4.4 -8h-8.8z",
+    ];
+    let shape = SHAPES[index % SHAPES.len()];
+    html! { path class="marker" d=(format!("M{} {}{shape}", coordinate(x), coordinate(y))) {} }
+}
+
+fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
+    let first_group = rows.first().map_or(0, |row| row.group);
+    let top = |index: usize, row: &Row| {
+        ROW_TOP + ROW_PITCH * index as f64 + GROUP_GAP * (row.group - first_group) as f64
+    };
+    let bottom = rows
+        .iter()
+        .enumerate()
+        .next_back()
+        .map_or(ROW_TOP, |(index, row)| top(index, row));
+    let no_axis = Axis::exact(0.0, 1.0);
+    let area = Area {
+        left: ROW_SIDE,
+        top: ROW_TOP,
+        width: CHART_WIDTH - 2.0 * ROW_SIDE,
+        height: bottom + ROW_PITCH - ROW_TOP,
+        labels_height: 0.0,
+        x: axis,
+        y: &no_axis,
+    };
+    let content = html! {
+        (area.row_axis(axis_title))
+        @for (index, row) in rows.iter().enumerate() {
+            @let top = top(index, row);
+            @let middle = coordinate(top + 9.0);
+            g {
+                title { (row.label) ": " (row.value) }
+                text class="halo" x=(coordinate(area.left + 4.0)) y=(middle) dy=".35em" { (row.label) }
+                text class="halo end" x=(coordinate(area.right() - 4.0)) y=(middle) dy=".35em" { (row.value) }
+                (area.row_mark(top + 17.5, &row.mark))
+            }
+        }
+    };
+    Drawn {
+        content,
+        height: area.bottom() + FOOT,
+    }
+}
+
+/// Rows of horizontal bars.
+impl Area<'_> {
+    fn row_axis(&self, title: &str) -> Markup {
+        let (top, bottom) = (coordinate(self.top), coordinate(self.bottom()));
+        html! {
+            g class="axes" {
+                @for tick in self.spaced(&self.x.ticks()) {
+                    @let x = coordinate(self.x_at(tick.value));
+                    line x1=(x) x2=(x) y1=(top) y2=(bottom) {}
+                    text class="middle" x=(x) y=(bottom) dy="1.25em" { (tick.label) }
+                }
+                rect x=(coordinate(self.left)) y=(top) width=(coordinate(self.width)) height=(coordinate(self.height)) {}
+                text class="title end" x=(coordinate(self.right())) y=(bottom) dy="2.6em" { (title) }
+            }
+        }
+    }
+
+    fn row_mark(&self, top: f64, mark: &RowMark) -> Markup {
+        match mark {
+            RowMark::Stack(parts) => {
+                let mut end = 0.0;
+                html! {
+                    @for &(class, length) in parts {
+                        @let from = end;
+                        @let () = end += length;
+                        (self.row_bar(class, [from, end], top, BAR_HEIGHT))
+                    }
+                }
+            }
+            RowMark::Pair([first, second]) => {
+                let half = BAR_HEIGHT / 2.0;
+                html! {
+                    (self.row_bar(first.0, [0.0, first.1], top, half))
+                    (self.row_bar(second.0, [0.0, second.1], top + half, half))
+                }
+            }
+            RowMark::Spread(values) => {
+                let [least, low, median, high, most] = values.map(|value| self.x_at(value));
+                spread([least, low, median, high, most], top + BAR_HEIGHT / 2.0)
+            }
+            RowMark::None => html! {},
+        }
+    }
+
+    fn row_bar(&self, class: &str, values: [f64; 2], top: f64, height: f64) -> Markup {
+        let [left, right] = values.map(|value| self.x_at(value));
+        html! {
+            @if right > left { (rectangle(class, [left, top], [right - left, height])) }
+        }
+    }
+}
+
+/// A thin line over all values, a thick one between the outer percentiles, and a dot at the median.
+pub(crate) fn spread(x: [f64; 5], y: f64) -> Markup {
+    let [least, low, median, high, most] = x.map(coordinate);
+    let y = coordinate(y);
+    html! {
+        g class="series-0" {
+            line class="spread" stroke-width="2" x1=(least) x2=(most) y1=(y) y2=(y) {}
+            line class="spread" stroke-width="7" x1=(low) x2=(high) y1=(y) y2=(y) {}
+            circle class="middle-mark" cx=(median) cy=(y) r="4.5" {}
+        }
+    }
+}

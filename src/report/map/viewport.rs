@@ -1,0 +1,174 @@
+//! The part of a map that a picture shows, and the position of map points in the drawing.
+
+use crate::geometry::Point;
+use crate::map::GridFrame;
+
+/// Width of a map picture, drawing units.
+pub(crate) const MAP_WIDTH: f64 = 720.0;
+
+/// Margin around the points of interest: at least, m, and as a share of their longer side.
+const MIN_MARGIN_M: f64 = 1.5;
+const MARGIN_SHARE: f64 = 0.12;
+
+/// A map is shown whole if its longer side is at most this many times that of the points of interest.
+const WHOLE_MAP: f64 = 1.8;
+
+/// Bounds of height divided by width.
+const MIN_ASPECT: f64 = 0.42;
+const MAX_ASPECT: f64 = 1.15;
+
+/// A rectangle of the map frame. Its y axis points up in the drawing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Viewport {
+    /// Lower left corner, metres.
+    pub(crate) low: Point,
+    /// Upper right corner, metres.
+    pub(crate) high: Point,
+}
+
+impl Viewport {
+    /// Shows points of interest: on the whole map where it is not much larger, else with a margin. Ignores points that
+    /// are not finite.
+    pub(crate) fn around(points: impl IntoIterator<Item = Point>, frame: &GridFrame) -> Self {
+        let whole = bounds(frame.corners());
+        let view = match bounds(points) {
+            Some(part) => {
+                let margin = (part.longer_side() * MARGIN_SHARE).max(MIN_MARGIN_M);
+                let near = part.grown(margin, margin);
+                whole
+                    .filter(|whole| whole.longer_side() <= WHOLE_MAP * near.longer_side())
+                    .map_or(near, |whole| whole.joined(&part))
+            }
+            None => whole.unwrap_or(Self {
+                low: Point::new(0.0, 0.0),
+                high: Point::new(1.0, 1.0),
+            }),
+        };
+        view.shaped()
+    }
+
+    /// Drawing units per metre.
+    pub(crate) fn scale(&self) -> f64 {
+        MAP_WIDTH / (self.high.x - self.low.x)
+    }
+
+    /// Height of the drawing.
+    pub(crate) fn height(&self) -> f64 {
+        (self.high.y - self.low.y) * self.scale()
+    }
+
+    /// The position of a point of the map frame in the drawing.
+    pub(crate) fn at(&self, point: &Point) -> [f64; 2] {
+        let scale = self.scale();
+        [
+            (point.x - self.low.x) * scale,
+            (self.high.y - point.y) * scale,
+        ]
+    }
+
+    /// Whether a point is finite and inside.
+    pub(crate) fn shows(&self, point: &Point) -> bool {
+        (self.low.x..=self.high.x).contains(&point.x)
+            && (self.low.y..=self.high.y).contains(&point.y)
+    }
+
+    /// The four corners, metres.
+    pub(crate) fn corners(&self) -> [Point; 4] {
+        let Self { low, high } = self;
+        [
+            *low,
+            Point::new(high.x, low.y),
+            *high,
+            Point::new(low.x, high.y),
+        ]
+    }
+
+    /// The rectangle without its outermost hundredth, which is not visible.
+    pub(crate) fn shrunk(&self) -> Self {
+        let edge = -0.01 * self.longer_side();
+        self.grown(edge, edge)
+    }
+
+    fn longer_side(&self) -> f64 {
+        (self.high.x - self.low.x).max(self.high.y - self.low.y)
+    }
+
+    fn grown(&self, by_x: f64, by_y: f64) -> Self {
+        Self {
+            low: Point::new(self.low.x - by_x, self.low.y - by_y),
+            high: Point::new(self.high.x + by_x, self.high.y + by_y),
+        }
+    }
+
+    fn joined(&self, other: &Self) -> Self {
+        Self {
+            low: self.low.inf(&other.low),
+            high: self.high.sup(&other.high),
+        }
+    }
+
+    /// Grows one side until the aspect is within its bounds.
+    fn shaped(&self) -> Self {
+        let (width, height) = (self.high.x - self.low.x, self.high.y - self.low.y);
+        let by_y = (width * MIN_ASPECT - height).max(0.0) / 2.0;
+        let by_x = (height / MAX_ASPECT - width).max(0.0) / 2.0;
+        self.grown(by_x, by_y)
+    }
+}
+
+/// The smallest rectangle around the finite points; none without any.
+fn bounds(points: impl IntoIterator<Item = Point>) -> Option<Viewport> {
+    points
+        .into_iter()
+        .filter(|point| point.x.is_finite() && point.y.is_finite())
+        .map(|point| Viewport {
+            low: point,
+            high: point,
+        })
+        .reduce(|all, point| all.joined(&point))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+
+    fn frame(width: i32, height: i32) -> GridFrame {
+        GridFrame {
+            width,
+            height,
+            resolution_m: 0.5,
+            origin: Pose::new(-2.0, 3.0, 0.0),
+        }
+    }
+
+    #[test]
+    fn small_map_is_shown_whole_and_large_one_in_part() {
+        let path = [Point::new(0.0, 5.0), Point::new(10.0, 9.0)];
+        let small = Viewport::around(path, &frame(30, 20));
+        assert!(small.corners().iter().all(|corner| {
+            let [x, y] = small.at(corner);
+            (-1e-9..=MAP_WIDTH + 1e-9).contains(&x) && (-1e-9..=small.height() + 1e-9).contains(&y)
+        }));
+        assert!(small.shows(&Point::new(-2.0, 3.0)) && small.shows(&Point::new(13.0, 13.0)));
+        let large = Viewport::around(path, &frame(3000, 2000));
+        assert!(path.iter().all(|point| large.shows(point)));
+        assert!(large.longer_side() < 15.0);
+    }
+
+    #[test]
+    fn greater_y_is_higher_in_the_drawing() {
+        let view = Viewport::around(
+            [Point::new(0.0, 5.0), Point::new(10.0, 9.0)],
+            &frame(99, 99),
+        );
+        assert!(view.at(&Point::new(1.0, 9.0))[1] < view.at(&Point::new(1.0, 5.0))[1]);
+    }
+
+    #[test]
+    fn viewport_ignores_points_that_are_not_finite() {
+        let not_finite = [Point::new(f64::NAN, 0.0), Point::new(0.0, f64::INFINITY)];
+        let view = Viewport::around(not_finite, &frame(10, 10));
+        assert!(view.height().is_finite() && view.shows(&Point::new(-2.0, 3.0)));
+    }
+}

@@ -1,0 +1,238 @@
+//! Maps as SVG files: a global plan, and a drive.
+
+use maud::{Markup, html};
+
+use super::map::{
+    MAP_WIDTH, STANDALONE_RASTER, STANDALONE_TOLERANCE, Stages, StandaloneMap, Viewport, contacts,
+    goal_mark, ground, ground_legend, has_trails, labels, nearest_mark, path, stage_legend, stages,
+    start_mark, stop_mark, top_speed, track, trails,
+};
+use super::number::{coordinate, fixed};
+use super::svg::LegendEntry;
+use crate::geometry::{Point, Pose};
+use crate::map::OccupancyGrid;
+use crate::runtime::Trace;
+
+/// A plan has no robot on its smoothed path, so that the path is narrower than in other maps.
+const PLAN_STYLE: &str =
+    ".smoothed { stroke: var(--path); stroke-width: 6; opacity: .6; } .pruned { stroke-width: 1; }";
+
+const DRIVE_STYLE: &str = ".planned { stroke: var(--path); stroke-width: 1.2; opacity: .35; } .track { stroke-width: 2.5; }";
+
+/// A global plan. Points that are not finite are left out.
+#[derive(Clone, Debug)]
+pub struct PlanView<'a> {
+    /// Headline. It may hold any characters, and is cut where it is too long.
+    pub title: &'a str,
+    /// The map.
+    pub map: &'a OccupancyGrid,
+    /// The start pose.
+    pub start: Pose,
+    /// The stops, in their order.
+    pub stops: &'a [Point],
+    /// The goal.
+    pub goal: Point,
+    /// The path as the search returned it; empty: no path.
+    pub searched: &'a [Point],
+    /// The path without redundant nodes.
+    pub pruned: &'a [Point],
+    /// The smoothed path.
+    pub smoothed: &'a [Point],
+    /// The outcome.
+    pub outcome: PlanOutcome<'a>,
+}
+
+/// The outcome of planning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PlanOutcome<'a> {
+    /// A path.
+    Found(PlanMetrics),
+    /// No path.
+    NotFound {
+        /// Which point cannot be reached, and the reason; the caption of the picture.
+        reason: &'a str,
+        /// The nearest point that can be reached.
+        nearest: Option<Point>,
+    },
+}
+
+/// The metrics of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanMetrics {
+    /// Length of the smoothed path, m.
+    pub length_m: f64,
+    /// Number of direction changes.
+    pub turns: usize,
+    /// Number of direction changes at a corner, not along a curve.
+    pub sharp_turns: usize,
+    /// Smallest distance between the smoothed path and an obstacle, m; infinite without obstacles.
+    pub min_clearance_m: f64,
+}
+
+/// A drive. Points that are not finite are left out.
+#[derive(Clone, Debug)]
+pub struct DriveView<'a> {
+    /// Headline. It may hold any characters, and is cut where it is too long.
+    pub title: &'a str,
+    /// The result, in a line.
+    pub caption: &'a str,
+    /// The map.
+    pub map: &'a OccupancyGrid,
+    /// The start pose.
+    pub start: Pose,
+    /// The goal.
+    pub goal: Point,
+    /// The run.
+    pub trace: &'a Trace,
+}
+
+/// Returns an SVG file with the map, the plan in its stages, a scale bar and a legend. It needs no page, and no more than CSS
+/// classes.
+#[must_use]
+pub fn plan_svg(plan: &PlanView) -> String {
+    let stages = Stages {
+        searched: plan.searched,
+        pruned: plan.pruned,
+        smoothed: plan.smoothed,
+    };
+    let nearest = match plan.outcome {
+        PlanOutcome::NotFound { nearest, .. } => nearest,
+        PlanOutcome::Found(_) => None,
+    };
+    let points = stages
+        .points()
+        .chain([plan.start.position(), plan.goal])
+        .chain(plan.stops.iter().copied())
+        .chain(nearest);
+    let view = Viewport::around(points, plan.map.frame());
+    let caption = match plan.outcome {
+        PlanOutcome::Found(metrics) => metrics_text(&metrics, plan.stops.len()),
+        PlanOutcome::NotFound { reason, .. } => reason.to_owned(),
+    };
+    StandaloneMap {
+        title: plan.title,
+        caption: &caption,
+        style: PLAN_STYLE,
+        map: plan_map(plan, &stages, nearest, &view),
+        legend: plan_legend(plan, nearest.is_some(), &view),
+    }
+    .svg(&view)
+}
+
+fn plan_map(plan: &PlanView, of: &Stages, nearest: Option<Point>, view: &Viewport) -> Markup {
+    html! {
+        rect class="outside" width=(MAP_WIDTH) height=(coordinate(view.height())) {}
+        (ground(plan.map, view, STANDALONE_RASTER))
+        (stages(view, of, STANDALONE_TOLERANCE))
+        @for (index, stop) in plan.stops.iter().enumerate().filter(|(_, stop)| view.shows(stop)) {
+            (stop_mark(view.at(stop), index + 1))
+        }
+        @if let Some(nearest) = nearest.filter(|nearest| view.shows(nearest)) {
+            (nearest_mark(view.at(&nearest)))
+        }
+        (start_mark(view.at(&plan.start.position()), plan.start.yaw))
+        (goal_mark(view.at(&plan.goal)))
+        (labels(view, &plan.start.position(), &plan.goal))
+    }
+}
+
+fn plan_legend(plan: &PlanView, has_nearest: bool, view: &Viewport) -> Vec<LegendEntry> {
+    let mut legend = vec![
+        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
+        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
+    ];
+    if !plan.stops.is_empty() {
+        legend.push(LegendEntry::new(stop_mark([14.0, 7.0], 1), "stop"));
+    }
+    if plan.smoothed.len() > 1 {
+        legend.extend(stage_legend());
+    }
+    if has_nearest {
+        legend.push(LegendEntry::new(
+            nearest_mark([14.0, 7.0]),
+            "nearest reachable point",
+        ));
+    }
+    legend.extend(ground_legend(plan.map, view));
+    legend
+}
+
+/// The metrics in a line.
+fn metrics_text(metrics: &PlanMetrics, stops: usize) -> String {
+    let count = |count: usize, noun: &str| match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    };
+    let sharp = match metrics.sharp_turns {
+        0 => "none sharp".to_owned(),
+        sharp => format!("{sharp} sharp"),
+    };
+    let turns = match metrics.turns {
+        0 => "no turn".to_owned(),
+        turns => format!("{} ({sharp})", count(turns, "turn")),
+    };
+    let stops = match stops {
+        0 => String::new(),
+        stops => format!(", {}", count(stops, "stop")),
+    };
+    let clearance = if metrics.min_clearance_m.is_finite() {
+        format!("clearance at least {} m", fixed(metrics.min_clearance_m, 2))
+    } else {
+        "no obstacle on the map".to_owned()
+    };
+    format!(
+        "{} m long{stops}, {turns}, {clearance}",
+        fixed(metrics.length_m, 2)
+    )
+}
+
+/// Returns an SVG file with the map, every planned path, the driven track coloured by speed, a scale bar and a legend.
+#[must_use]
+pub fn drive_svg(drive: &DriveView) -> String {
+    let rows = &drive.trace.rows;
+    let driven = rows.iter().map(|row| row.pose.position());
+    let points = driven
+        .chain(drive.trace.paths.iter().flatten().copied())
+        .chain([drive.start.position(), drive.goal]);
+    let view = Viewport::around(points, drive.map.frame());
+    StandaloneMap {
+        title: drive.title,
+        caption: drive.caption,
+        style: DRIVE_STYLE,
+        map: drive_map(drive, &view),
+        legend: drive_legend(drive, &view),
+    }
+    .svg(&view)
+}
+
+fn drive_map(drive: &DriveView, view: &Viewport) -> Markup {
+    let trace = drive.trace;
+    html! {
+        rect class="outside" width=(MAP_WIDTH) height=(coordinate(view.height())) {}
+        (ground(drive.map, view, STANDALONE_RASTER))
+        (trails(trace, view))
+        @for planned in &trace.paths { (path(view, "planned", planned, STANDALONE_TOLERANCE)) }
+        (track(&trace.rows, view))
+        (contacts(&trace.rows, view))
+        (start_mark(view.at(&drive.start.position()), drive.start.yaw))
+        (goal_mark(view.at(&drive.goal)))
+        (labels(view, &drive.start.position(), &drive.goal))
+    }
+}
+
+fn drive_legend(drive: &DriveView, view: &Viewport) -> Vec<LegendEntry> {
+    let trace = drive.trace;
+    let fastest = fixed(top_speed(&trace.rows), 2);
+    let mut legend = vec![
+        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
+        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
+        LegendEntry::line("planned", "planned path"),
+        LegendEntry::line("track speed-0", "track, slowest quarter"),
+        LegendEntry::line("track speed-3", format!("track, up to {fastest} m/s")),
+    ];
+    if has_trails(trace, view) {
+        legend.push(LegendEntry::line("trail", "trail of a moving obstacle"));
+    }
+    legend.extend(ground_legend(drive.map, view));
+    legend
+}

@@ -1,0 +1,271 @@
+//! Records what the player shows of each tick while the robot drives.
+
+use super::fault_list::FaultList;
+use crate::geometry::{Point, Pose, Twist};
+use crate::local::{SampleStatus, Sampling, TrajectoryFan, WinnerSi};
+use crate::map::{MovingDisc, Scan};
+use crate::runtime::{TickEvent, TraceRow};
+
+/// Most frames of a playback: ten minutes at 10 Hz. A longer run keeps every second tick, then every fourth.
+const MAX_FRAMES: usize = 6000;
+
+/// Most beams of a frame: one in three degrees.
+const MAX_BEAMS: usize = 120;
+
+/// Most trajectories of a frame along each axis.
+const SAMPLING: Sampling = Sampling {
+    vx_samples: 5,
+    vtheta_samples: 11,
+};
+
+/// Range within which moving obstacles are recorded, m. It is a little more than the range of the lidar.
+const NEAR_M: f64 = 12.0;
+
+/// Range bytes of a beam without a measurement, and of one without a return. Smaller bytes are fractions of the longest
+/// range.
+const NO_MEASUREMENT: u8 = 255;
+const NO_RETURN: u8 = 254;
+
+/// Least score byte. Smaller bytes say why a sample is not admissible.
+const MIN_SCORE: u8 = 8;
+
+/// Records the frames of one run for the playback in a report.
+#[derive(Clone, Debug)]
+pub struct PlaybackRecorder {
+    pub(super) frames: Vec<Frame>,
+    /// The faults of all ticks.
+    pub(super) faults: FaultList,
+    /// Ticks for each recorded frame.
+    pub(super) stride: usize,
+    ticks: usize,
+}
+
+/// One tick.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    pub(super) row: TraceRow,
+    pub(super) decision_ms: f64,
+    pub(super) scan: ThinnedScan,
+    pub(super) window: Option<Window>,
+    /// The true moving obstacles near the robot.
+    pub(super) moving: Vec<MovingDisc>,
+}
+
+/// A scan with fewer beams.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ThinnedScan {
+    pub(super) angle_min: f64,
+    pub(super) angle_increment: f64,
+    pub(super) range_max: f64,
+    pub(super) ranges: Vec<u8>,
+}
+
+/// A dynamic window with fewer samples.
+#[derive(Clone, Debug)]
+pub(super) struct Window {
+    pub(super) start: Pose,
+    pub(super) horizon_s: f64,
+    /// Its least and greatest velocities: those of its first and last trajectory.
+    pub(super) ends: [Twist; 2],
+    pub(super) columns: usize,
+    /// A byte for each trajectory: see [`score_byte`] and [`status_byte`].
+    pub(super) scores: Vec<u8>,
+    pub(super) winner: Option<WinnerSi>,
+    pub(super) predicted: Vec<MovingDisc>,
+}
+
+impl Default for PlaybackRecorder {
+    fn default() -> Self {
+        Self {
+            frames: Vec::new(),
+            faults: FaultList::default(),
+            stride: 1,
+            ticks: 0,
+        }
+    }
+}
+
+impl PlaybackRecorder {
+    /// Records the next tick of the run.
+    pub fn record(&mut self, event: &TickEvent<'_>) {
+        self.faults.record(self.ticks, event);
+        let tick = self.ticks;
+        self.ticks += 1;
+        if tick.is_multiple_of(self.stride) && self.frames.len() == MAX_FRAMES {
+            self.thin();
+        }
+        if tick.is_multiple_of(self.stride) {
+            self.frames.push(Frame::new(event));
+        }
+    }
+
+    /// Whether no tick was recorded.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// Halves the frames and doubles the stride.
+    fn thin(&mut self) {
+        self.stride *= 2;
+        let mut index = 0;
+        self.frames.retain(|_| {
+            index += 1;
+            index % 2 == 1
+        });
+    }
+}
+
+impl Frame {
+    fn new(event: &TickEvent<'_>) -> Self {
+        let row = event.row;
+        let position = row.pose.position();
+        let disc = |(center, radius): (&Option<Point>, &f64)| {
+            center.map(|center| MovingDisc {
+                x: center.x,
+                y: center.y,
+                radius: *radius,
+                vx: 0.0,
+                vy: 0.0,
+            })
+        };
+        let is_near = |disc: &MovingDisc| (disc.center() - position).norm() - disc.radius < NEAR_M;
+        let moving = row.moving.iter().zip(event.moving_radii).filter_map(disc);
+        Self {
+            decision_ms: event.took_s * 1e3,
+            scan: ThinnedScan::new(&event.observation.scan),
+            window: event.fan(SAMPLING).map(Window::new),
+            moving: moving.filter(is_near).collect(),
+            row: TraceRow {
+                moving: Vec::new(),
+                ..row.clone()
+            },
+        }
+    }
+}
+
+impl ThinnedScan {
+    /// Keeps the nearest return of each group of neighbouring beams.
+    fn new(scan: &Scan) -> Self {
+        let group = scan.ranges.len().div_ceil(MAX_BEAMS).max(1);
+        let middle = (group - 1) as f64 / 2.0;
+        Self {
+            angle_min: scan.angle_min + middle * scan.angle_increment,
+            angle_increment: scan.angle_increment * group as f64,
+            range_max: scan.range_max,
+            ranges: scan
+                .ranges
+                .chunks(group)
+                .map(|beams| range_byte(beams, scan.range_max))
+                .collect(),
+        }
+    }
+}
+
+/// The shortest of some ranges, in units of 1/253 of the longest possible.
+fn range_byte(beams: &[f64], range_max: f64) -> u8 {
+    let measured = beams.iter().copied().filter(|range| !range.is_nan());
+    match measured.reduce(f64::min) {
+        None => NO_MEASUREMENT,
+        Some(range) if range < range_max => (range / range_max * 253.0).round() as u8,
+        Some(_) => NO_RETURN,
+    }
+}
+
+impl Window {
+    fn new(fan: TrajectoryFan) -> Self {
+        let ends = [fan.arcs.first(), fan.arcs.last()].map(|arc| arc.map(|arc| arc.twist));
+        Self {
+            start: fan.from,
+            horizon_s: fan.horizon_s,
+            ends: ends.map(Option::unwrap_or_default),
+            columns: fan.columns,
+            scores: fan
+                .arcs
+                .iter()
+                .zip(fan.relative_scores())
+                .map(|(arc, share)| share.map_or(status_byte(arc.status), score_byte))
+                .collect(),
+            winner: fan.winner,
+            predicted: fan.obstacles,
+        }
+    }
+}
+
+/// The byte of a score relative to the least (0) and greatest (1) of its window.
+fn score_byte(share: f64) -> u8 {
+    MIN_SCORE + (share * f64::from(u8::MAX - MIN_SCORE)).round() as u8
+}
+
+/// The byte of a sample that is not admissible.
+const fn status_byte(status: SampleStatus) -> u8 {
+    match status {
+        SampleStatus::Ok | SampleStatus::Collision => 0,
+        SampleStatus::CannotStop => 1,
+        SampleStatus::Outside => 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::local::FanArc;
+
+    #[test]
+    fn range_byte_is_a_fraction_of_the_longest_range() {
+        let no_return = f64::INFINITY;
+        assert_eq!(range_byte(&[5.0, 2.0, f64::NAN], 10.0), 51);
+        assert_eq!(range_byte(&[0.0], 10.0), 0);
+        assert_eq!(range_byte(&[9.999], 10.0), 253);
+        assert_eq!(range_byte(&[no_return, 10.0], 10.0), NO_RETURN);
+        assert_eq!(range_byte(&[f64::NAN], 10.0), NO_MEASUREMENT);
+    }
+
+    #[test]
+    fn score_bytes_are_above_the_status_bytes() {
+        let bytes = |scores: [f64; 2]| {
+            let arc = |score| FanArc {
+                twist: Twist::STOP,
+                score: Some(score),
+                status: SampleStatus::Ok,
+            };
+            let fan = TrajectoryFan {
+                from: Pose::default(),
+                horizon_s: 1.0,
+                arcs: scores.map(arc).to_vec(),
+                columns: 1,
+                winner: None,
+                obstacles: Vec::new(),
+            };
+            Window::new(fan).scores
+        };
+        assert_eq!(bytes([-1.0, 3.0]), [MIN_SCORE, 255]);
+        assert_eq!(bytes([2.0, 2.0]), [255, 255]);
+        let statuses = [
+            SampleStatus::Collision,
+            SampleStatus::CannotStop,
+            SampleStatus::Outside,
+        ];
+        assert!(
+            statuses
+                .map(status_byte)
+                .iter()
+                .all(|byte| *byte < MIN_SCORE)
+        );
+    }
+
+    #[test]
+    fn thinned_scan_keeps_the_nearest_of_each_group() {
+        let scan = Scan {
+            angle_min: -1.0,
+            angle_increment: 0.01,
+            range_max: 10.0,
+            ranges: (0..240).map(|beam| f64::from(beam % 7) + 1.0).collect(),
+        };
+        let thinned = ThinnedScan::new(&scan);
+        assert_eq!(thinned.ranges.len(), 120);
+        assert!((thinned.angle_min + 0.995).abs() < 1e-12);
+        assert!((thinned.angle_increment - 0.02).abs() < 1e-12);
+        assert_eq!(thinned.ranges[3], range_byte(&[1.0], 10.0));
+    }
+}

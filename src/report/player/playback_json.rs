@@ -1,0 +1,198 @@
+//! Encodes a playback as JSON: short texts and numbers as they are, long lists as base64 of little-endian bytes.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Map, Value, json};
+
+use crate::geometry::{Point, Pose};
+use crate::local::WinnerSi;
+use crate::map::MovingDisc;
+use crate::report::map::{MAP_WIDTH, Viewport};
+use crate::report::playback_recorder::{Frame, PlaybackRecorder, Window};
+use crate::report::svg::simplify;
+use crate::report::views::MissionView;
+
+/// Returns the playback of a mission. Lengths on the map are drawing units, so that the script needs no map frame.
+pub(super) fn playback_json(
+    mission: &MissionView<'_>,
+    playback: &PlaybackRecorder,
+    view: &Viewport,
+) -> Value {
+    let frames = &playback.frames;
+    let scan = frames.first().map(|frame| &frame.scan);
+    let window = frames.iter().find_map(|frame| frame.window.as_ref());
+    let footprint: Vec<[f64; 3]> = mission
+        .footprint
+        .discs()
+        .iter()
+        .map(|disc| [disc.x, disc.y, disc.radius])
+        .collect();
+    let paths: Vec<_> = mission
+        .trace
+        .paths
+        .iter()
+        .map(|path| path_points(path, view))
+        .collect();
+    let modes = frames.iter().map(|frame| frame.row.mode.as_str());
+    let predicted = |frame: &'_ Frame| -> Vec<MovingDisc> {
+        let window = frame.window.as_ref();
+        window.map_or_else(Vec::new, |window| window.predicted.clone())
+    };
+    json!({
+        "frames": frames.len(),
+        "width": MAP_WIDTH,
+        "height": view.height(),
+        "scale": view.scale(),
+        "goal": view.at(&mission.goal),
+        "footprint": footprint,
+        "paths": paths,
+        "modes": changes(modes),
+        "faults": playback.faults.json(playback.stride),
+        "deadline_ms": mission.control_period_s * 1e3,
+        "lidar": {
+            "beams": scan.map_or(0, |scan| scan.ranges.len()),
+            "angle_min": scan.map_or(0.0, |scan| scan.angle_min),
+            "angle_increment": scan.map_or(0.0, |scan| scan.angle_increment),
+            "range_max": scan.map_or(0.0, |scan| scan.range_max),
+        },
+        "window": {
+            "columns": window.map_or(0, |window| window.columns),
+            "trajectories": window.map_or(0, |window| window.scores.len()),
+            "horizon_s": window.map_or(0.0, |window| window.horizon_s),
+        },
+        "numbers": numbers(frames, view),
+        "ranges": ranges(frames),
+        "scores": scores(frames),
+        "moving": discs(frames.iter().map(|frame| frame.moving.clone()), view),
+        "predicted": discs(frames.iter().map(predicted), view),
+    })
+}
+
+/// Tolerance of a simplified path, drawing units. The player draws it about twenty times larger than the map does.
+const PATH_TOLERANCE: f64 = 0.02;
+
+fn path_points(path: &[Point], view: &Viewport) -> Vec<[f64; 2]> {
+    let points: Vec<[f64; 2]> = path
+        .iter()
+        .filter(|point| point.x.is_finite() && point.y.is_finite())
+        .map(|point| view.at(point))
+        .collect();
+    let round = |point: [f64; 2]| point.map(|number| (number * 100.0).round() / 100.0);
+    simplify(&points, PATH_TOLERANCE)
+        .into_iter()
+        .map(round)
+        .collect()
+}
+
+/// Each text that differs from the one before, with its frame.
+fn changes(texts: impl Iterator<Item = &'static str>) -> Vec<(usize, &'static str)> {
+    let mut changes: Vec<(usize, &'static str)> = Vec::new();
+    for (index, text) in texts.enumerate() {
+        if changes.last().is_none_or(|(_, last)| *last != text) {
+            changes.push((index, text));
+        }
+    }
+    changes
+}
+
+/// Lists of one number for each frame, by name; NaN where a frame has none.
+fn numbers(frames: &[Frame], view: &Viewport) -> Value {
+    const NO_POSE: Pose = Pose::new(f64::NAN, f64::NAN, f64::NAN);
+    let at = |point: &Point, axis: usize| view.at(point)[axis];
+    let start = |frame: &Frame| frame.window.as_ref().map_or(NO_POSE, |window| window.start);
+    let of_window = |number: fn(&Window) -> f64| {
+        move |frame: &Frame| frame.window.as_ref().map_or(f64::NAN, number)
+    };
+    let of_winner = |number: fn(&WinnerSi) -> f64| {
+        move |frame: &Frame| {
+            let window = frame.window.as_ref();
+            window
+                .and_then(|window| window.winner.as_ref())
+                .map_or(f64::NAN, number)
+        }
+    };
+    let lists: [(&str, &dyn Fn(&Frame) -> f64); 29] = [
+        ("time", &|frame| frame.row.time_s),
+        ("x", &|frame| at(&frame.row.pose.position(), 0)),
+        ("y", &|frame| at(&frame.row.pose.position(), 1)),
+        ("yaw", &|frame| frame.row.pose.yaw),
+        ("target_x", &|frame| at(&frame.row.local_target, 0)),
+        ("target_y", &|frame| at(&frame.row.local_target, 1)),
+        ("speed", &|frame| frame.row.twist.linear),
+        ("turn_rate", &|frame| frame.row.twist.angular),
+        ("commanded_speed", &|frame| frame.row.command.linear),
+        ("commanded_turn_rate", &|frame| frame.row.command.angular),
+        ("gap", &|frame| frame.row.gap_m),
+        ("decision_time", &|frame| frame.decision_ms),
+        ("samples", &|frame| f64::from(frame.row.samples)),
+        ("admissible", &|frame| f64::from(frame.row.admissible)),
+        ("plan", &|frame| frame.row.path as f64),
+        ("start_x", &|frame| at(&start(frame).position(), 0)),
+        ("start_y", &|frame| at(&start(frame).position(), 1)),
+        ("start_yaw", &|frame| start(frame).yaw),
+        ("v_min", &of_window(|window| window.ends[0].linear)),
+        ("v_max", &of_window(|window| window.ends[1].linear)),
+        ("omega_min", &of_window(|window| window.ends[0].angular)),
+        ("omega_max", &of_window(|window| window.ends[1].angular)),
+        ("v", &of_winner(|winner| winner.vx)),
+        ("omega", &of_winner(|winner| winner.vtheta)),
+        ("heading", &of_winner(|winner| winner.terms.heading)),
+        ("clearance", &of_winner(|winner| winner.terms.clearance)),
+        ("velocity", &of_winner(|winner| winner.terms.velocity)),
+        ("path", &of_winner(|winner| winner.terms.path)),
+        ("score", &of_winner(|winner| winner.score)),
+    ];
+    let encoded = |number: &dyn Fn(&Frame) -> f64| {
+        let bytes = frames
+            .iter()
+            .flat_map(|frame| (number(frame) as f32).to_le_bytes());
+        Value::from(STANDARD.encode(bytes.collect::<Vec<u8>>()))
+    };
+    let object: Map<String, Value> = lists
+        .into_iter()
+        .map(|(name, number)| (name.to_owned(), encoded(number)))
+        .collect();
+    object.into()
+}
+
+/// The ranges of all frames, each padded to the beams of the first.
+fn ranges(frames: &[Frame]) -> String {
+    let beams = frames.first().map_or(0, |frame| frame.scan.ranges.len());
+    let padded = |frame: &Frame| {
+        let mut ranges = frame.scan.ranges.clone();
+        ranges.resize(beams, u8::MAX);
+        ranges
+    };
+    STANDARD.encode(frames.iter().flat_map(padded).collect::<Vec<u8>>())
+}
+
+/// The scores of all frames, each padded to the trajectories of the first window with a byte that the script skips.
+fn scores(frames: &[Frame]) -> String {
+    const NO_TRAJECTORY: u8 = 7;
+    let windows = || frames.iter().map(|frame| frame.window.as_ref());
+    let trajectories = windows()
+        .flatten()
+        .next()
+        .map_or(0, |window| window.scores.len());
+    let padded = |window: Option<&Window>| {
+        let mut scores = window.map_or_else(Vec::new, |window| window.scores.clone());
+        scores.resize(trajectories, NO_TRAJECTORY);
+        scores
+    };
+    STANDARD.encode(windows().flat_map(padded).collect::<Vec<u8>>())
+}
+
+/// Discs by frame: the count of each frame, and x, y, radius and velocity of all discs in drawing units.
+fn discs(frames: impl Iterator<Item = Vec<MovingDisc>>, view: &Viewport) -> Value {
+    let (mut counts, mut numbers) = (Vec::new(), Vec::new());
+    for discs in frames {
+        counts.extend((discs.len() as u16).to_le_bytes());
+        for disc in discs {
+            let [x, y] = view.at(&disc.center());
+            let scale = view.scale();
+            let disc = [x, y, disc.radius * scale, disc.vx * scale, -disc.vy * scale];
+            numbers.extend(disc.map(|number| (number as f32).to_le_bytes()).concat());
+        }
+    }
+    json!({ "counts": STANDARD.encode(counts), "numbers": STANDARD.encode(numbers) })
+}
