@@ -42,13 +42,13 @@ struct VthetaSample {
     stopping_need: u32,
 }
 
-struct BodyDisc {
+struct QuantizedDisc {
     x: i32,
     y: i32,
     radius: i32,
 }
 
-struct MovingBody {
+struct QuantizedObstacle {
     x: i32,
     y: i32,
     step_x: i32,
@@ -160,16 +160,16 @@ fn load_problem(problem: u32) {
     offsets = batch.problems[problem].offsets;
 }
 
-fn disc(index: u32) -> BodyDisc {
+fn disc(index: u32) -> QuantizedDisc {
     let at = offsets.first_body + index * DISC_WORDS;
-    return BodyDisc(bodies[at], bodies[at + 1u], bodies[at + 2u]);
+    return QuantizedDisc(bodies[at], bodies[at + 1u], bodies[at + 2u]);
 }
 
 fn disc_radius(index: u32) -> i32 {
     return bodies[offsets.first_body + index * DISC_WORDS + 2u];
 }
 
-fn obstacle(index: u32) -> MovingBody {
+fn obstacle(index: u32) -> QuantizedObstacle {
     let at = offsets.first_body + header.disc_count * DISC_WORDS + index * OBSTACLE_WORDS;
-    return MovingBody(bodies[at], bodies[at + 1u], bodies[at + 2u], bodies[at + 3u], bodies[at + 4u]);
+    return QuantizedObstacle(bodies[at], bodies[at + 1u], bodies[at + 2u], bodies[at + 3u], bodies[at + 4u]);
 }

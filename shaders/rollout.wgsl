@@ -168,7 +168,7 @@ fn border_distance(x: i32, y: i32) -> i32 {
     return clamp(min(across, along), 0, 65535 >> header.cell_bits) << header.cell_bits;
 }
 
-fn capped_distance(body: MovingBody, x: i32, y: i32, step: u32, reach: i32) -> i32 {
+fn capped_distance(body: QuantizedObstacle, x: i32, y: i32, step: u32, reach: i32) -> i32 {
     let steps = bitcast<i32>(step) + 1;
     let body_x = shift_round(body.x + steps * body.step_x, 8u);
     let body_y = shift_round(body.y + steps * body.step_y, 8u);
