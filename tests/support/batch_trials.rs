@@ -225,7 +225,7 @@ pub fn falsified(adapter: &Adapter) -> Result<(), Failed> {
         ("one bit of a count", |found| found[0].counts.outside ^= 1),
         ("one bit of a sample", |found| {
             let samples = found[1].samples.as_mut();
-            samples.expect("samples were asked for")[0].terms.path ^= 1;
+            samples.expect("samples are requested")[0].terms.path ^= 1;
         }),
     ];
     let problems = problems(46, 7)?;

@@ -134,7 +134,7 @@ pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
     let records = evaluation
         .samples
         .as_deref()
-        .expect("samples were asked for");
+        .expect("samples are requested");
     let ends = ends(&quantized);
     let mut theirs = Vec::new();
     for (index, record) in records.iter().enumerate() {

@@ -212,7 +212,7 @@ const FALSIFICATIONS: [Falsification; 9] = [
 ];
 
 fn sample(evaluation: &mut Evaluation) -> &mut inbye::local::SampleRecord {
-    &mut evaluation.samples.as_mut().expect("samples were asked for")[3]
+    &mut evaluation.samples.as_mut().expect("samples are requested")[3]
 }
 
 fn winner(evaluation: &mut Evaluation) -> &mut inbye::local::Winner {

@@ -126,7 +126,7 @@ fn drive_text_states_outcome() {
     assert_eq!(
         run.engine_note
             .as_deref()
-            .map(|note| note.contains("asked for")),
+            .map(|note| note.contains("requested")),
         Some(true)
     );
     let auto = place.run(&DRIVE.replace("--engine cpu", "--engine auto --time-limit 0.1"));
