@@ -14,7 +14,7 @@ use super::topic::Topic;
 use super::writer::{Entry, RecordingWriter};
 use crate::ros::convert::{self, nanoseconds};
 use crate::ros::markers::{SAMPLING, markers};
-use crate::ros::msg::{Duration, Message, Time};
+use crate::ros::msg::{Duration, Message, Time, TwistStamped};
 use crate::runtime::TickEvent;
 
 /// Maximum number of ticks that wait for the disk: 6.4 s at 10 Hz. It limits the memory.
@@ -192,7 +192,7 @@ impl Recorder {
         let moving = navigator.obstacle_model().moving();
         let markers = markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);
         let stamp = Time::from_seconds(time_s);
-        let command = convert::twist_stamped(&decision.command, stamp, BASE_FRAME);
+        let command = TwistStamped::new(&decision.command, stamp, BASE_FRAME);
         let diagnostics = messages::diagnostics(time_s, decision, took_s, navigator, &self.engine);
         let tick = RecordedTick {
             tick: self.ticks,

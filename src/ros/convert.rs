@@ -79,15 +79,17 @@ impl From<&geometry::Twist> for Twist {
     }
 }
 
-/// A velocity of the robot with time and base frame.
-#[must_use]
-pub(crate) fn twist_stamped(twist: &geometry::Twist, stamp: Time, frame: &str) -> TwistStamped {
-    TwistStamped {
-        header: Header {
-            stamp,
-            frame_id: frame.to_owned(),
-        },
-        twist: Twist::from(twist),
+impl TwistStamped {
+    /// A velocity with time and frame.
+    #[must_use]
+    pub fn new(twist: &geometry::Twist, stamp: Time, frame: &str) -> Self {
+        Self {
+            header: Header {
+                stamp,
+                frame_id: frame.to_owned(),
+            },
+            twist: Twist::from(twist),
+        }
     }
 }
 

@@ -14,7 +14,6 @@ use serde::de::DeserializeOwned;
 use super::error::NodeError;
 use super::incoming::{IncomingMessage, Topic};
 use super::node_core::Outgoing;
-use crate::ros::convert;
 use crate::ros::msg::{self, Message, Time};
 
 /// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
@@ -139,7 +138,7 @@ impl DdsNode {
                     publisher.publish(msg::Twist::from(command)).is_ok()
                 }
                 CommandPublisher::Stamped(publisher) => publisher
-                    .publish(convert::twist_stamped(command, stamp, base_frame))
+                    .publish(msg::TwistStamped::new(command, stamp, base_frame))
                     .is_ok(),
             };
         }
