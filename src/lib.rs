@@ -25,7 +25,7 @@
 //! | [`report`] | what does it look like? |
 //! | `playground` | a web page that decides with the GPU engine's shaders (feature `playground`) |
 //!
-//! [`geometry`], [`numeric`], [`digest`], [`documented`] and [`suggest`] stand above them all.
+//! [`geometry`], [`numeric`], [`digest`], [`settings`] and [`suggest`] stand above them all.
 //!
 //! # A robot across a room
 //!
@@ -68,9 +68,9 @@
 
 #[cfg(feature = "sim")]
 pub mod digest;
-pub mod documented;
 pub mod geometry;
 pub mod numeric;
+pub mod settings;
 pub mod suggest;
 
 pub mod map;

@@ -4,6 +4,8 @@ use std::io::ErrorKind;
 
 use thiserror::Error;
 
+use crate::settings::SettingError;
+
 use crate::robot::RobotError;
 
 /// Why a base or a lidar cannot be used.
@@ -13,16 +15,9 @@ pub enum BaseError {
     /// Track limits out of range.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A setting out of range.
-    #[error("{name} is {value}: it must be {expected}")]
-    BadSetting {
-        /// Name as in the configuration.
-        name: &'static str,
-        /// The given value.
-        value: f64,
-        /// The accepted range.
-        expected: &'static str,
-    },
+    /// A setting is out of range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// A table of a configuration with an invalid setting.
     #[error("[{table}] {reason}")]
     BadConfig {

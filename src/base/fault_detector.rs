@@ -4,11 +4,10 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::above_zero;
 use super::{BaseError, BaseSettings, Faults, Feedback, StopCause};
-use crate::documented::documented;
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, Side, TrackSpeeds, TrackedDrive};
+use crate::settings::{Setting, settings};
 
 /// A track below this share of its commanded speed stands, if for long.
 const STUCK_SHARE: f64 = 0.1;
@@ -23,48 +22,33 @@ const COMMAND_DELAY_S: f64 = 0.5;
 /// Time for which the battery voltage must be low, seconds: it sags under load when a base starts.
 const LOW_BATTERY_S: f64 = 5.0;
 
-documented! {
+settings! {
     /// How far the measured motion may deviate from the command, and for how long.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct FaultDetectorSettings {
-        /// Commanded speed, m/s, above zero, from which a track is expected to move. Default 0.1 m/s: below it a deadband, a
-        /// slope or coarse encoders may hold a sound track.
-        pub motion_threshold_m_s: f64,
-        /// Time after which a track that should move and stands is stuck, seconds, above zero. Default 1 s: motors with a lag of
-        /// 0.1 s have long moved, and blocked motors have not yet burnt out.
-        pub stuck_s: f64,
-        /// Time after which a track that runs against its command is reversed, seconds, above zero. Default 0.5 s: commands are
-        /// ramped, so that tracks follow them within a lag or two.
-        pub reversed_s: f64,
-        /// Speed, m/s, above zero, by which a runaway track exceeds every recent command. Default 0.15 m/s: more than a good
-        /// speed control overshoots.
-        pub runaway_margin_m_s: f64,
-        /// Time after which such a track has run away, and the time that counts as recent, seconds, above zero. Default 0.5 s.
-        pub runaway_s: f64,
-        /// Difference of the turn rates by gyro and tracks, rad/s, above zero, that counts as slip if it also exceeds half of
-        /// the greater rate. Default 0.4 rad/s: the effective track width is known to about 10 % on one floor.
-        pub slip_rate_rad_s: f64,
-        /// Time after which slip is a fault, seconds, above zero. Default 1 s: over stones a base slips for moments.
-        pub slip_s: f64,
-        /// Age at which a command that the base has not accepted is delayed, seconds, above zero; only for protocols that
-        /// acknowledge commands. Default 0.2 s: ten commands, and two cycles of the slowest planner.
-        pub command_delay_s: f64,
-    }
-}
-
-impl Default for FaultDetectorSettings {
-    fn default() -> Self {
-        Self {
-            motion_threshold_m_s: 0.1,
-            stuck_s: 1.0,
-            reversed_s: 0.5,
-            runaway_margin_m_s: 0.15,
-            runaway_s: 0.5,
-            slip_rate_rad_s: 0.4,
-            slip_s: 1.0,
-            command_delay_s: 0.2,
-        }
+        /// Commanded speed from which a track is expected to move. Default 0.1 m/s: below it a deadband, a slope or
+        /// coarse encoders may hold a sound track.
+        pub motion_threshold_m_s: f64 = 0.1, ["m/s", above 0];
+        /// Time after which a track that should move and stands is stuck. Default 1 s: motors with a lag of 0.1 s
+        /// have long moved, and blocked motors have not yet burnt out.
+        pub stuck_s: f64 = 1.0, ["s", above 0];
+        /// Time after which a track that runs against its command is reversed. Default 0.5 s: commands are ramped, so
+        /// that tracks follow them within a lag or two.
+        pub reversed_s: f64 = 0.5, ["s", above 0];
+        /// Speed by which a runaway track exceeds every recent command. Default 0.15 m/s: more than a good speed
+        /// control overshoots.
+        pub runaway_margin_m_s: f64 = 0.15, ["m/s", above 0];
+        /// Time after which such a track has run away, and the time that counts as recent. Default 0.5 s.
+        pub runaway_s: f64 = 0.5, ["s", above 0];
+        /// Difference of the turn rates by gyro and tracks that counts as slip if it also exceeds half of the
+        /// greater rate. Default 0.4 rad/s: the effective track width is known to about 10 % on one floor.
+        pub slip_rate_rad_s: f64 = 0.4, ["rad/s", above 0];
+        /// Time after which slip is a fault. Default 1 s: over stones a base slips for moments.
+        pub slip_s: f64 = 1.0, ["s", above 0];
+        /// Age at which a command that the base has not accepted is delayed; only for protocols that acknowledge
+        /// commands. Default 0.2 s: ten commands, and two cycles of the slowest planner.
+        pub command_delay_s: f64 = 0.2, ["s", above 0];
     }
 }
 
@@ -72,21 +56,9 @@ impl FaultDetectorSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BaseError::BadSetting`] for the first number that is not finite and above zero.
+    /// [`BaseError::Setting`] for the first number that is not finite and above zero.
     pub fn validate(&self) -> Result<(), BaseError> {
-        for (name, value) in [
-            ("motion_threshold_m_s", self.motion_threshold_m_s),
-            ("stuck_s", self.stuck_s),
-            ("reversed_s", self.reversed_s),
-            ("runaway_margin_m_s", self.runaway_margin_m_s),
-            ("runaway_s", self.runaway_s),
-            ("slip_rate_rad_s", self.slip_rate_rad_s),
-            ("slip_s", self.slip_s),
-            ("command_delay_s", self.command_delay_s),
-        ] {
-            above_zero(name, value)?;
-        }
-        Ok(())
+        Ok(self.check_ranges()?)
     }
 }
 

@@ -5,52 +5,37 @@ use serde::{Deserialize, Serialize};
 use super::arduino::ArduinoSettings;
 use super::roboclaw::RoboClawSettings;
 use super::{BaseError, Faults, require_finite};
-use crate::documented::documented;
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, TrackLimits, TrackSpeeds, TrackedDrive};
+use crate::settings::{Setting, settings};
 
-documented! {
+settings! {
     /// Tracks, wiring and protocol of a tracked base.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct BaseSettings {
-        /// Distance between the tracks' centre lines, metres, above zero. Default 0.5 m, a small inspection robot.
-        pub track_width_m: f64,
-        /// Effective over geometric track width, 0.5 to 5: tracks slip sideways in a turn, and so turn as if they were farther
-        /// apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the real turns, and divide
-        /// ten by them.
-        pub effective_width_ratio: f64,
-        /// Encoder ticks per metre of each track, above zero. Default 10,000. Not used by the WHEELTEC protocol.
-        pub ticks_per_m: PerTrack<f64>,
-        /// Whether the first channel of the controller drives the right track. Default false. Not used by the WHEELTEC protocol.
-        pub swap_tracks: bool,
+        /// Distance between the tracks' centre lines. Default 0.5 m, a small inspection robot.
+        pub track_width_m: f64 = 0.5, ["m", above 0];
+        /// Effective over geometric track width: tracks slip sideways in a turn, and so turn as if they were farther
+        /// apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the real turns,
+        /// and divide ten by them.
+        pub effective_width_ratio: f64 = 1.0, ["", 0.5 to 5];
+        /// Encoder ticks per metre of each track. Default 10,000. Not used by the WHEELTEC protocol.
+        pub ticks_per_m: PerTrack<f64> = PerTrack::both(10_000.0), ["1/m", above 0];
+        /// Whether the first channel of the controller drives the right track. Default false. Not used by the
+        /// WHEELTEC protocol.
+        pub swap_tracks: bool = false;
         /// Whether motor and encoder of a track are both reversed; left and right are the robot's. Default false.
-        pub reversed: PerTrack<bool>,
+        pub reversed: PerTrack<bool> = PerTrack::both(false);
         /// Speed and acceleration limits of each track.
-        pub tracks: TrackLimits,
-        /// Battery voltage below which the base is stopped, above zero, such as 21.0 for seven lithium cells at 3 V each. Default
+        pub tracks: TrackLimits = TrackLimits::default();
+        /// Battery voltage below which the base is stopped, such as 21.0 for seven lithium cells at 3 V each. Default
         /// none, not monitored: it depends on the cells.
-        pub min_battery_v: Option<f64>,
+        pub min_battery_v: Option<f64> = None, ["V", above 0];
         /// Protocol settings of a `RoboClaw`.
-        pub roboclaw: RoboClawSettings,
+        pub roboclaw: RoboClawSettings = RoboClawSettings::default();
         /// Protocol settings of a `ROSArduinoBridge`.
-        pub arduino: ArduinoSettings,
-    }
-}
-
-impl Default for BaseSettings {
-    fn default() -> Self {
-        Self {
-            track_width_m: 0.5,
-            effective_width_ratio: 1.0,
-            ticks_per_m: PerTrack::both(10_000.0),
-            swap_tracks: false,
-            reversed: PerTrack::both(false),
-            tracks: TrackLimits::default(),
-            min_battery_v: None,
-            roboclaw: RoboClawSettings::default(),
-            arduino: ArduinoSettings::default(),
-        }
+        pub arduino: ArduinoSettings = ArduinoSettings::default();
     }
 }
 
@@ -58,20 +43,9 @@ impl BaseSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BaseError::BadSetting`] or [`BaseError::Robot`] for the first number out of range.
+    /// [`BaseError::Setting`] or [`BaseError::Robot`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
-        above_zero("track_width_m", self.track_width_m)?;
-        require(
-            (0.5..=5.0).contains(&self.effective_width_ratio),
-            "effective_width_ratio",
-            self.effective_width_ratio,
-            "from 0.5 to 5",
-        )?;
-        above_zero("ticks_per_m.left", self.ticks_per_m.left)?;
-        above_zero("ticks_per_m.right", self.ticks_per_m.right)?;
-        if let Some(volts) = self.min_battery_v {
-            above_zero("min_battery_v", volts)?;
-        }
+        self.check_ranges()?;
         self.tracks.validate()?;
         self.roboclaw.validate()?;
         self.arduino.validate()
@@ -163,35 +137,6 @@ const fn negated(count: u32, reversed: bool) -> u32 {
     } else {
         count
     }
-}
-
-/// Rejects a setting unless `valid`.
-pub(super) const fn require(
-    valid: bool,
-    name: &'static str,
-    value: f64,
-    expected: &'static str,
-) -> Result<(), BaseError> {
-    if valid {
-        Ok(())
-    } else {
-        Err(BaseError::BadSetting {
-            name,
-            value,
-            expected,
-        })
-    }
-}
-
-/// Rejects a setting that is not finite and above zero.
-pub(super) const fn above_zero(name: &'static str, value: f64) -> Result<(), BaseError> {
-    let valid = value.is_finite() && value > 0.0;
-    require(valid, name, value, "finite and above zero")
-}
-
-/// Rejects a count of zero.
-pub(super) fn at_least_one(name: &'static str, value: u32) -> Result<(), BaseError> {
-    require(value > 0, name, value.into(), "at least 1")
 }
 
 #[cfg(test)]

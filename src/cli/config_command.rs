@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use inbye::base::BaseConfig;
-use inbye::documented::Described;
 use inbye::runtime::Config;
+use inbye::settings::KeyDescription;
 use serde_json::json;
 
 use super::{config, import_nav2, output};
@@ -16,9 +16,10 @@ use super::{config, import_nav2, output};
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     after_help = "Example:\n  inbye config --print\n  inbye config --print --base --json\n  \
-    inbye config --check mine.toml\n  inbye config import-nav2 nav2_params.yaml --output mine.toml\n\n\
+    inbye config --schema > inbye.schema.json\n  inbye config --check mine.toml\n  inbye config import-nav2 nav2_params.yaml --output mine.toml\n\n\
     --print writes a complete configuration: every key with its default, unit, range and meaning. Leave out every key that \
-    keeps its default. JSON fields: `config` (the TOML) and `keys` [{`key`,`default`,`says`}]; with --check `file` and `ok`."
+    keeps its default. --schema writes a JSON Schema (draft 2020-12), from which an editor completes and checks a file. JSON fields: \
+    `config` (the TOML) and `keys` [{`key`,`default`,`description`,`unit`,`range`}]; with --check `file` and `ok`."
 )]
 pub struct ConfigArguments {
     #[command(flatten)]
@@ -38,6 +39,9 @@ pub struct ActionArguments {
     /// Print every setting with its default, as commented TOML.
     #[arg(long)]
     pub print: bool,
+    /// Print the JSON Schema of the configuration, for editors.
+    #[arg(long)]
+    pub schema: bool,
     /// Check whether a file is valid, and print the reason if not.
     #[arg(long, value_name = "FILE.toml")]
     pub check: Option<PathBuf>,
@@ -83,12 +87,21 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
     match (&arguments.command, &action.check) {
         (Some(ConfigCommand::ImportNav2(command)), _) => import_nav2::run(command, json),
         (None, Some(file)) => check(file, arguments.base, json),
+        (None, None) if action.schema => {
+            let schema = if arguments.base {
+                BaseConfig::schema()
+            } else {
+                Config::schema()
+            };
+            output::json(&schema)?;
+            Ok(true)
+        }
         (None, None) => print(arguments.base, json),
     }
 }
 
 fn print(base: bool, json: bool) -> anyhow::Result<bool> {
-    let (text, keys): (String, Vec<Described>) = if base {
+    let (text, keys): (String, Vec<KeyDescription>) = if base {
         (BaseConfig::documented(), BaseConfig::keys())
     } else {
         (Config::documented(), Config::keys())

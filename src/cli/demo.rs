@@ -139,7 +139,10 @@ fn drive_scene(
 ) -> anyhow::Result<(Simulation, MissionResult, PlaybackRecorder)> {
     let (start, goal) = (scene.start, scene.goal);
     let ends = (start.position(), goal);
-    let spawner = config.pedestrians.spawner(scene.obstacles, scene.seed);
+    let spawner = config
+        .simulation
+        .pedestrians
+        .spawner(scene.obstacles, scene.seed);
     let goal = Goal {
         position: goal,
         yaw: None,

@@ -230,7 +230,7 @@ fn moving_obstacles(
         }
     };
     let ends = (arguments.start.pose().position(), arguments.goal.position);
-    let spawner = config.pedestrians.spawner(count, arguments.seed);
+    let spawner = config.simulation.pedestrians.spawner(count, arguments.seed);
     spawner.spawn_on_route(map, config, ends)
 }
 

@@ -122,9 +122,9 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
 fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
     let mut config = config::load("--config", arguments.config.as_deref())?;
     if arguments.config.is_none() {
-        config.lidar = Lidar::turning();
+        config.simulation.lidar = Lidar::turning();
     }
-    config.dynamics.slip.mean = arguments.slip;
+    config.simulation.dynamics.slip.mean = arguments.slip;
     let (name, map, start, goal) = match (&arguments.map, &arguments.start, &arguments.goal) {
         (Some(file), Some(start), Some(goal)) => {
             let map = map_file::load(file, arguments.resolution)?;

@@ -4,68 +4,83 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use toml::{Table, Value};
+use serde_json::json;
+use toml::Table;
 
 use super::SamplingGrid;
-use crate::documented::{Keys, commented_toml, documented};
 use crate::local::Weights;
+use crate::settings::{choices, commented_toml, setting_schema, settings};
 
-documented! {
+settings! {
     /// A plan. Every combination of the listed values is a cell.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Plan {
         /// Title of the report.
-        pub title: String,
+        pub title: String = "inbye: a sweep".to_owned();
         /// Seeds of noise and moving obstacles, at least one.
-        pub seeds: Vec<u64>,
+        pub seeds: Vec<u64> = vec![0];
         /// Samplings of the dynamic window, forward speeds by turn rates, as "16x64". Empty: that of the settings.
-        pub sampling: Vec<SamplingGrid>,
+        pub sampling: Vec<SamplingGrid> = Vec::new();
         /// Engines: "cpu", "gpu", or "gpu:NAME" for an adapter whose name contains NAME.
-        pub engines: Vec<String>,
-        /// Threads of a CPU engine whose latency is measured, 1 to 1024; it has one elsewhere.
-        pub latency_threads: usize,
-        /// Sets of weights by their names, each with the keys of `[local.weights]`; those left out are the paper's. Empty: the
-        /// weights of the settings.
-        pub weights: BTreeMap<String, Weights>,
-        /// Changes of settings by their names, each a table with the keys of `inbye drive --config`. Empty: the worlds'
-        /// own settings.
-        pub configs: BTreeMap<String, Table>,
+        pub engines: Vec<String> = vec!["cpu".to_owned()];
+        /// Threads of a CPU engine whose latency is measured; it has one elsewhere.
+        pub latency_threads: usize = 1, ["", 1 to 1024];
+        /// Sets of weights by their names, each with the keys of `[local.weights]`; those left out are the paper's.
+        /// Empty: the weights of the settings.
+        pub weights: BTreeMap<String, Weights> = BTreeMap::new();
+        /// Changes of settings by their names, each a table with the keys of `inbye drive --config`. Empty: the
+        /// worlds' own settings.
+        pub configs: BTreeMap<String, Table> = BTreeMap::new();
         /// The worlds, in any number of tables.
-        pub worlds: Vec<PlanWorlds>,
+        pub worlds: Vec<PlanWorlds> = vec![PlanWorlds::default()];
     }
 }
 
-documented! {
+settings! {
     /// Worlds of one kind.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct PlanWorlds {
-        /// Kind: "scenes", built in, each with its people; "map", routes on a map; "missions", a random one for each seed, on a
-        /// map or on the built-in ones; "barn" and "dynabarn", worlds of these benchmarks by their rules.
-        pub kind: WorldKind,
-        /// The folder of "barn" and "dynabarn", the map of "map" and "missions". It is relative to the plan's folder, such as
-        /// "maps/mine.yaml".
-        pub path: Option<PathBuf>,
+        /// Kind: "scenes", built in, each with its people; "map", routes on a map; "missions", a random one for each
+        /// seed, on a map or on the built-in ones; "barn" and "dynabarn", worlds of these benchmarks by their rules.
+        pub kind: WorldKind = WorldKind::default();
+        /// The folder of "barn" and "dynabarn", the map of "map" and "missions". It is relative to the plan's folder,
+        /// such as "maps/mine.yaml".
+        pub path: Option<PathBuf> = None;
         /// Only these worlds of "barn" and "dynabarn", by their numbers. Empty: all.
-        pub only: Vec<u32>,
-        /// Highest speed in "barn", m/s, above zero and at most 10.
-        pub max_speed_m_s: f64,
-        /// Side of a cell of a .map or text map, metres, above zero.
-        pub resolution_m: f64,
+        pub only: Vec<u32> = Vec::new();
+        /// Highest speed in "barn".
+        pub max_speed_m_s: f64 = 2.0, ["m/s", above 0 to 10];
+        /// Side of a cell of a .map or text map.
+        pub resolution_m: f64 = 1.0, ["m", above 0];
         /// Routes of "map": tables of `start`, x, y and yaw, and `goal`, x, y and optionally yaw; metres and radians.
-        pub routes: Vec<PlanRoute>,
-        /// Number of moving obstacles on each route of "map", and their largest number in each of "missions", 0 to 100.
-        pub people: usize,
-        /// Simulated time after which a route of "map" or "scenes" ends, seconds, above zero.
-        pub time_limit_s: f64,
-        /// Longest path of "missions", metres, 4 to 10000.
-        pub longest_m: f64,
-        /// Share of "missions", 0 to 1, with obstacles on the path that the map does not show.
-        pub unmapped_share: f64,
+        pub routes: Vec<PlanRoute> = Vec::new();
+        /// Number of moving obstacles on each route of "map", and their largest number in each of "missions".
+        pub people: usize = 0, ["", 0 to 100];
+        /// Simulated time after which a route of "map" or "scenes" ends.
+        pub time_limit_s: f64 = 3600.0, ["s", above 0];
+        /// Longest path of "missions".
+        pub longest_m: f64 = 60.0, ["m", 4 to 10000];
+        /// Share of "missions" with obstacles on the path that the map does not show.
+        pub unmapped_share: f64 = 0.0, ["", 0 to 1];
         /// Whether latency is measured here: such cells run one at a time, with the machine to themselves.
-        pub latency: bool,
+        pub latency: bool = false;
     }
+}
+
+setting_schema! {
+    WorldKind: choices::<Self>();
+    SamplingGrid: json!({ "type": "string" });
+    PlanRoute: json!({
+        "type": "object",
+        "properties": {
+            "start": { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 },
+            "goal": { "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 3 },
+        },
+        "required": ["start", "goal"],
+        "additionalProperties": false,
+    });
 }
 
 /// Kinds of worlds.
@@ -109,40 +124,6 @@ pub struct PlanRoute {
     pub goal: Vec<f64>,
 }
 
-impl Default for Plan {
-    /// The built-in scenes, once each, with the default settings.
-    fn default() -> Self {
-        Self {
-            title: "inbye: a sweep".to_owned(),
-            seeds: vec![0],
-            sampling: Vec::new(),
-            engines: vec!["cpu".to_owned()],
-            latency_threads: 1,
-            weights: BTreeMap::new(),
-            configs: BTreeMap::new(),
-            worlds: vec![PlanWorlds::default()],
-        }
-    }
-}
-
-impl Default for PlanWorlds {
-    fn default() -> Self {
-        Self {
-            kind: WorldKind::default(),
-            path: None,
-            only: Vec::new(),
-            max_speed_m_s: 2.0,
-            resolution_m: 1.0,
-            routes: Vec::new(),
-            people: 0,
-            time_limit_s: 3600.0,
-            longest_m: 60.0,
-            unmapped_share: 0.0,
-            latency: false,
-        }
-    }
-}
-
 /// First comment of a plan's text.
 const HEADING: &str = "A plan of `inbye sweep`, with all keys and their defaults: leave out what keeps its default. Each \
     combination of seeds, samplings, engines, weights, settings and worlds is a cell.";
@@ -151,12 +132,6 @@ impl Plan {
     /// The default plan as TOML, each key with a comment.
     #[must_use]
     pub fn documented() -> String {
-        let tables: [(&str, Keys); 2] = [("", Self::KEYS), ("worlds", PlanWorlds::KEYS)];
-        // Numbers and texts always serialise.
-        let mut defaults = Table::try_from(Self::default()).unwrap_or_default();
-        if let Some(Value::Array(worlds)) = defaults.remove("worlds") {
-            defaults.extend(worlds.into_iter().map(|one| ("worlds".to_owned(), one)));
-        }
-        commented_toml(HEADING, &tables, &defaults).replace("\n[worlds]\n", "\n[[worlds]]\n")
+        commented_toml::<Self>(HEADING)
     }
 }

@@ -144,7 +144,7 @@ impl Route {
     /// The simulation, with people spread along the path that the robot will plan.
     fn simulation(&self, seed: u64, config: &Config) -> Result<Simulation, SimError> {
         let ends = (self.start.position(), self.goal.position);
-        let spawner = config.pedestrians.spawner(self.people, seed);
+        let spawner = config.simulation.pedestrians.spawner(self.people, seed);
         Ok(Simulation {
             moving_obstacles: spawner.spawn_on_route(&self.map, config, ends)?,
             seed,

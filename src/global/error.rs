@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::settings::SettingError;
+
 use crate::geometry::Point;
 
 /// Why no path was planned.
@@ -60,15 +62,8 @@ pub enum PlanError {
         nearest: Option<Point>,
     },
     /// A setting is out of range.
-    #[error("{name} is {value}: it must be {expected}")]
-    BadSetting {
-        /// Its name.
-        name: &'static str,
-        /// The value found.
-        value: f64,
-        /// The values accepted.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] SettingError),
 }
 
 impl PlanError {
@@ -81,7 +76,7 @@ impl PlanError {
             Self::StartOccupied { .. } => "START_OCCUPIED",
             Self::GoalOccupied { .. } => "GOAL_OCCUPIED",
             Self::NoValidPath { .. } => "NO_VALID_PATH",
-            Self::BadSetting { .. } => "BAD_SETTING",
+            Self::Setting(_) => "BAD_SETTING",
         }
     }
 }

@@ -3,6 +3,8 @@
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::settings::SettingError;
+
 /// A problem outside the ranges in which the engines are exact, see [`Problem`](super::Problem).
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -165,6 +167,17 @@ pub enum GpuFailureKind {
     WrongAnswer,
     /// The code that drives the device panicked.
     Panicked,
+}
+
+impl From<SettingError> for ProblemError {
+    fn from(error: SettingError) -> Self {
+        Self::OutOfRange {
+            quantity: error.name,
+            value: error.value,
+            unit: "",
+            limit: error.expected,
+        }
+    }
 }
 
 impl GpuFailureKind {

@@ -4,39 +4,26 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::ranges::in_range;
 use super::{ClearanceField, LocalSettings, ProblemError, Window};
-use crate::documented::documented;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
+use crate::settings::{Setting, choices, setting_schema, settings};
 
-documented! {
+settings! {
     /// Weights of the terms (paper, eq. 35: alpha, beta, gamma and lambda).
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Weights {
-        /// Weight of the final heading towards the target (alpha), 0 to 1e6.
-        pub heading: f64,
-        /// Weight of the clearance to obstacles (beta), 0 to 1e6.
-        pub clearance: f64,
-        /// Weight of the forward speed (gamma), 0 to 1e6.
-        pub velocity: f64,
-        /// Weight of the distance from the final position to the key node (lambda), 0 to 1e6. The score subtracts this
-        /// term: the paper prints a plus, yet says that smaller is better.
-        pub path: f64,
-    }
-}
-
-impl Default for Weights {
-    /// The weights of the paper (section 3.3.3).
-    fn default() -> Self {
-        Self {
-            heading: 0.05,
-            clearance: 0.25,
-            velocity: 0.20,
-            path: 0.15,
-        }
+        /// Weight of the final heading towards the target (alpha).
+        pub heading: f64 = 0.05, ["", 0 to 1e6];
+        /// Weight of the clearance to obstacles (beta).
+        pub clearance: f64 = 0.25, ["", 0 to 1e6];
+        /// Weight of the forward speed (gamma).
+        pub velocity: f64 = 0.20, ["", 0 to 1e6];
+        /// Weight of the distance from the final position to the key node (lambda). The score subtracts this term:
+        /// the paper prints a plus, yet says that smaller is better.
+        pub path: f64 = 0.15, ["", 0 to 1e6];
     }
 }
 
@@ -46,21 +33,7 @@ impl Weights {
     /// # Errors
     /// Names the first weight outside 0 to 1e6.
     pub fn validate(&self) -> Result<(), ProblemError> {
-        for (quantity, value) in [
-            ("weight heading", self.heading),
-            ("weight clearance", self.clearance),
-            ("weight velocity", self.velocity),
-            ("weight path", self.path),
-        ] {
-            in_range(
-                quantity,
-                value,
-                "",
-                (0.0..=1e6).contains(&value),
-                "0 to 1e6",
-            )?;
-        }
-        Ok(())
+        Ok(self.check_ranges()?)
     }
 }
 
@@ -96,6 +69,12 @@ pub enum Outside {
     Obstacle,
     /// Free.
     Free,
+}
+
+setting_schema! {
+    Normalization: choices::<Self>();
+    Stopping: choices::<Self>();
+    Outside: choices::<Self>();
 }
 
 /// All inputs of one decision.

@@ -36,15 +36,8 @@ pub(crate) use pose_filter::{PoseFilter, PoseMeasurement};
 #[non_exhaustive]
 pub enum LocalizationError {
     /// A setting is out of range.
-    #[error("{name} is {value}: it must be {expected}")]
-    BadSetting {
-        /// Its name.
-        name: &'static str,
-        /// The value found.
-        value: f64,
-        /// The values accepted.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] crate::settings::SettingError),
     /// The start pose is not finite.
     #[error("the start is ({x}, {y}, {yaw}): all three must be finite")]
     BadStart {

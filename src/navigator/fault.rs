@@ -8,6 +8,7 @@ use thiserror::Error;
 use crate::global::PlanError;
 use crate::local::DecisionError;
 use crate::localization::LostReason;
+use crate::settings::SettingError;
 
 /// Why a mission failed or could not start.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -49,15 +50,8 @@ pub enum Fault {
         reason: String,
     },
     /// A setting is out of range.
-    #[error("{name} is {value}: it must be {expected}")]
-    BadSetting {
-        /// Name of the setting.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The accepted range.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// Observations were faulty for longer than the settings allow.
     #[error("INVALID_OBSERVATION: {fault}, {count} times in a row; the robot stops")]
     FaultyObservation {

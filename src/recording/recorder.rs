@@ -89,7 +89,7 @@ impl Recorder {
             report: RecordingReport::default(),
             policy,
             engine: metadata.engine.clone(),
-            range_min_m: metadata.config.lidar.range_min_m,
+            range_min_m: metadata.config.simulation.lidar.range_min_m,
             ticks: 0,
             plans: 0,
         })

@@ -3,43 +3,28 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
-use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
+use crate::settings::{Setting, require, settings};
 
-documented! {
+settings! {
     /// Limits of the base. Names and signs follow Nav2's DWB: decelerations are negative.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Limits {
-        /// Smallest forward speed, m/s, at most `max_vel_x`; a negative value permits reversing.
-        pub min_vel_x: f64,
-        /// Largest forward speed, m/s, at least `min_vel_x`.
-        pub max_vel_x: f64,
-        /// Largest turn rate in both directions, rad/s, above zero.
-        pub max_vel_theta: f64,
-        /// Largest forward acceleration, m/s^2, above zero.
-        pub acc_lim_x: f64,
-        /// Largest forward deceleration, m/s^2, below zero.
-        pub decel_lim_x: f64,
-        /// Largest angular acceleration, rad/s^2, above zero.
-        pub acc_lim_theta: f64,
-        /// Largest angular deceleration, rad/s^2, below zero.
-        pub decel_lim_theta: f64,
-    }
-}
-
-impl Default for Limits {
-    /// Limits of a small tracked inspection robot.
-    fn default() -> Self {
-        Self {
-            min_vel_x: 0.0,
-            max_vel_x: 1.0,
-            max_vel_theta: 1.0,
-            acc_lim_x: 1.0,
-            decel_lim_x: -1.0,
-            acc_lim_theta: 2.0,
-            decel_lim_theta: -2.0,
-        }
+        /// Smallest forward speed, at most `max_vel_x`; a negative value permits reversing.
+        pub min_vel_x: f64 = 0.0, ["m/s", finite];
+        /// Largest forward speed, at least `min_vel_x`.
+        pub max_vel_x: f64 = 1.0, ["m/s", finite];
+        /// Largest turn rate in both directions.
+        pub max_vel_theta: f64 = 1.0, ["rad/s", above 0];
+        /// Largest forward acceleration.
+        pub acc_lim_x: f64 = 1.0, ["m/s^2", above 0];
+        /// Largest forward deceleration.
+        pub decel_lim_x: f64 = -1.0, ["m/s^2", below 0];
+        /// Largest angular acceleration.
+        pub acc_lim_theta: f64 = 2.0, ["rad/s^2", above 0];
+        /// Largest angular deceleration.
+        pub decel_lim_theta: f64 = -2.0, ["rad/s^2", below 0];
     }
 }
 
@@ -49,42 +34,13 @@ impl Limits {
     /// # Errors
     /// Names the first limit that is not finite or has the wrong sign.
     pub fn validate(&self) -> Result<(), RobotError> {
-        let bad = |name, value, expected| {
-            Err(RobotError::BadLimit {
-                name,
-                value,
-                expected,
-            })
-        };
-        let above_zero = [
-            ("max_vel_theta", self.max_vel_theta),
-            ("acc_lim_x", self.acc_lim_x),
-            ("acc_lim_theta", self.acc_lim_theta),
-        ];
-        for (name, value) in above_zero {
-            if !(value.is_finite() && value > 0.0) {
-                return bad(name, value, "finite and above zero");
-            }
-        }
-        for (name, value) in [
-            ("decel_lim_x", self.decel_lim_x),
-            ("decel_lim_theta", self.decel_lim_theta),
-        ] {
-            if !(value.is_finite() && value < 0.0) {
-                return bad(
-                    name,
-                    value,
-                    "finite and below zero (Nav2's sign for braking)",
-                );
-            }
-        }
-        if !self.min_vel_x.is_finite() {
-            return bad("min_vel_x", self.min_vel_x, "finite");
-        }
-        if !(self.max_vel_x.is_finite() && self.max_vel_x >= self.min_vel_x) {
-            return bad("max_vel_x", self.max_vel_x, "finite and at least min_vel_x");
-        }
-        Ok(())
+        self.check_ranges()?;
+        Ok(require(
+            self.max_vel_x >= self.min_vel_x,
+            "max_vel_x",
+            self.max_vel_x,
+            "finite and at least min_vel_x",
+        )?)
     }
 
     /// Clamps a twist to the speed limits.

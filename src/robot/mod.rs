@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::settings::SettingError;
+
 mod encoder;
 mod footprint;
 mod kinematics;
@@ -41,14 +43,7 @@ pub enum RobotError {
         /// The value found.
         radius: f64,
     },
-    /// A limit that is not finite or has the wrong sign.
-    #[error("{name} is {value}: it must be {expected}")]
-    BadLimit {
-        /// Name as in the configuration.
-        name: &'static str,
-        /// The value found.
-        value: f64,
-        /// The values accepted.
-        expected: &'static str,
-    },
+    /// A setting is out of range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
 }

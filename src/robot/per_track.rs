@@ -1,6 +1,9 @@
 //! Pairs of values, one for each track.
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::settings::{Range, Setting, SettingError};
 
 /// One of the two tracks, in the direction of travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -20,6 +23,22 @@ pub struct PerTrack<T> {
     pub left: T,
     /// Value of the right track.
     pub right: T,
+}
+
+impl<T: Setting> Setting for PerTrack<T> {
+    fn schema() -> Value {
+        json!({
+            "type": "object",
+            "properties": { "left": T::schema(), "right": T::schema() },
+            "required": ["left", "right"],
+            "additionalProperties": false,
+        })
+    }
+
+    fn check(&self, name: &'static str, range: &Range) -> Result<(), SettingError> {
+        self.left.check(name, range)?;
+        self.right.check(name, range)
+    }
 }
 
 impl<T> PerTrack<T> {

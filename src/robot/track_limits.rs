@@ -3,35 +3,24 @@
 use serde::{Deserialize, Serialize};
 
 use super::{RobotError, TrackSpeeds};
-use crate::documented::documented;
+use crate::settings::{Setting, require, settings};
 
-documented! {
+settings! {
     /// Limits of each track. They apply after the conversion from forward speed and turn rate.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct TrackLimits {
-        /// Largest speed of a track in both directions, m/s, above zero. Default 1.25 m/s: the outer track of a base 0.5 m wide
-        /// at the default top speed and turn rate.
-        pub max_track_speed: f64,
-        /// Largest acceleration of a track, m/s^2, above zero. Default 1.5 m/s^2: the default forward and angular acceleration
-        /// combined, 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
-        pub acc_lim_track: f64,
-        /// Largest deceleration of a track, m/s^2, below zero as in Nav2. Default -1.5 m/s^2, equal to the acceleration.
-        pub decel_lim_track: f64,
-        /// Smallest speed of a moving track, m/s, at least zero and below `max_track_speed`. Default 0.02 m/s: our choice for
-        /// geared motors, which stick or jerk below it.
-        pub deadband: f64,
-    }
-}
-
-impl Default for TrackLimits {
-    fn default() -> Self {
-        Self {
-            max_track_speed: 1.25,
-            acc_lim_track: 1.5,
-            decel_lim_track: -1.5,
-            deadband: 0.02,
-        }
+        /// Largest speed of a track in both directions. Default 1.25 m/s: the outer track of a base 0.5 m wide at the
+        /// default top speed and turn rate.
+        pub max_track_speed: f64 = 1.25, ["m/s", above 0];
+        /// Largest acceleration of a track. Default 1.5 m/s^2: the default forward and angular acceleration combined,
+        /// 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
+        pub acc_lim_track: f64 = 1.5, ["m/s^2", above 0];
+        /// Largest deceleration of a track, negative as in Nav2. Default -1.5 m/s^2, equal to the acceleration.
+        pub decel_lim_track: f64 = -1.5, ["m/s^2", below 0];
+        /// Smallest speed of a moving track, below `max_track_speed`. Default 0.02 m/s: our choice for geared
+        /// motors, which stick or jerk below it.
+        pub deadband: f64 = 0.02, ["m/s", at_least 0];
     }
 }
 
@@ -41,42 +30,13 @@ impl TrackLimits {
     /// # Errors
     /// Names the first limit that is not finite or has the wrong sign.
     pub fn validate(&self) -> Result<(), RobotError> {
-        let deadband = self.deadband >= 0.0 && self.deadband < self.max_track_speed;
-        for (name, value, good, expected) in [
-            (
-                "max_track_speed",
-                self.max_track_speed,
-                self.max_track_speed > 0.0,
-                "finite and above zero",
-            ),
-            (
-                "acc_lim_track",
-                self.acc_lim_track,
-                self.acc_lim_track > 0.0,
-                "finite and above zero",
-            ),
-            (
-                "decel_lim_track",
-                self.decel_lim_track,
-                self.decel_lim_track < 0.0,
-                "finite and below zero (Nav2's sign for braking)",
-            ),
-            (
-                "deadband",
-                self.deadband,
-                deadband,
-                "finite, at least zero and below max_track_speed",
-            ),
-        ] {
-            if !(value.is_finite() && good) {
-                return Err(RobotError::BadLimit {
-                    name,
-                    value,
-                    expected,
-                });
-            }
-        }
-        Ok(())
+        self.check_ranges()?;
+        Ok(require(
+            self.deadband < self.max_track_speed,
+            "deadband",
+            self.deadband,
+            "finite, at least zero and below max_track_speed",
+        )?)
     }
 
     /// Scales both speeds by the same factor to at most the largest, which keeps the curvature (eq. 11).

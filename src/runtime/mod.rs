@@ -8,13 +8,15 @@ mod mission;
 mod obstacle_gap;
 mod pose_source;
 mod robot_interface;
+pub(crate) mod simulation_settings;
 mod trace;
 
-pub use config::{Config, ConfigError, PedestrianSettings, PoseSource, RobotConfig};
+pub use config::{Config, ConfigError, PoseSource, RENAMED_KEYS, RobotConfig};
 pub use fault_events::FaultEvents;
 pub use mission::{
     Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
 };
 pub use obstacle_gap::ObstacleGap;
 pub use robot_interface::{GroundTruth, LidarData, OdometryReading, Robot, SensorData};
+pub use simulation_settings::SimulationSettings;
 pub use trace::{Trace, TraceRow};

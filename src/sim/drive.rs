@@ -3,72 +3,15 @@
 use core::ops::ControlFlow;
 use std::collections::VecDeque;
 
-use serde::{Deserialize, Serialize};
-
-use super::error::{above_zero, at_least_zero, require};
+use super::error::above_zero;
 use super::odometry::{INSTANT_S, Odometry, SAMPLE_S};
 use super::slip::Ground;
-use super::{OdometryNoise, SimError, Slip};
+use super::{DriveDynamics, OdometryNoise, SimError};
 use crate::base::{BaseError, require_finite};
-use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
 use crate::runtime::{Config, GroundTruth, OdometryReading, Robot, SensorData};
-
-documented! {
-    /// How a simulated base answers commands.
-    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields, default)]
-    pub struct DriveDynamics {
-        /// Time from the sending of a command until the base acts on it, seconds, at least zero. Default 0.03 s: a USB
-        /// serial adapter holds bytes back for up to 16 ms, the command's 11 bytes take 1 ms at 115,200 baud, and a base
-        /// whose loop runs at 100 Hz looks up to 10 ms later.
-        pub command_delay_s: f64,
-        /// Time constant of each track's motor under closed-loop speed control, seconds, at least zero: a step of the
-        /// set speed is followed to 63 % within it. Default 0.05 s: our own choice for small geared motors.
-        pub motor_lag_s: f64,
-        /// Age of a command, seconds, above zero, since the base has it, above which the base brakes by itself. Default 0.5
-        /// s, as that of the ROS differential drive controller.
-        pub command_timeout_s: f64,
-        /// How the tracks slip.
-        pub slip: Slip,
-    }
-}
-
-impl Default for DriveDynamics {
-    fn default() -> Self {
-        Self {
-            command_delay_s: 0.03,
-            motor_lag_s: 0.05,
-            command_timeout_s: 0.5,
-            slip: Slip::default(),
-        }
-    }
-}
-
-impl DriveDynamics {
-    /// A base that is at once, and exactly, what its ramp sets: no delay, no lag, no slip.
-    #[must_use]
-    pub fn ideal() -> Self {
-        Self {
-            command_delay_s: 0.0,
-            motor_lag_s: 0.0,
-            slip: Slip::none(),
-            ..Self::default()
-        }
-    }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`SimError::BadSetting`] names the first that is out of range.
-    pub fn validate(&self) -> Result<(), SimError> {
-        at_least_zero("command_delay_s", self.command_delay_s)?;
-        at_least_zero("motor_lag_s", self.motor_lag_s)?;
-        above_zero("command_timeout_s", self.command_timeout_s)?;
-        self.slip.validate()
-    }
-}
+use crate::settings::require;
 
 /// A simulated tracked base: the same to a caller as a real one, but its time passes only in [`SimBase::step`].
 ///
@@ -144,7 +87,7 @@ impl SimBase {
     /// # Errors
     /// As [`SimBase::new`].
     pub fn of(config: &Config, pose: Pose, seed: u64) -> Result<Self, SimError> {
-        let (dynamics, noise) = (config.dynamics, config.odometry);
+        let (dynamics, noise) = (config.simulation.dynamics, config.simulation.odometry);
         Self::new(
             config.robot.drive(),
             config.robot.limits,

@@ -6,35 +6,18 @@ use crate::localization::LocalizationError;
 use crate::navigator::Fault;
 use crate::robot::RobotError;
 use crate::runtime::{ConfigError, MissionError};
-
-/// Refuses a setting that is not good.
-pub(crate) const fn require(
-    good: bool,
-    name: &'static str,
-    value: f64,
-    expected: &'static str,
-) -> Result<(), SimError> {
-    if good {
-        Ok(())
-    } else {
-        Err(SimError::BadSetting {
-            name,
-            value,
-            expected,
-        })
-    }
-}
+use crate::settings::{SettingError, require};
 
 /// Refuses a setting that is not finite and above zero.
-pub(crate) const fn above_zero(name: &'static str, value: f64) -> Result<(), SimError> {
-    let good = value.is_finite() && value > 0.0;
-    require(good, name, value, "finite and above zero")
+pub(super) const fn above_zero(name: &'static str, value: f64) -> Result<(), SettingError> {
+    let is_valid = value.is_finite() && value > 0.0;
+    require(is_valid, name, value, "finite and above zero")
 }
 
 /// Refuses a setting that is not finite and at least zero.
-pub(crate) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), SimError> {
-    let good = value.is_finite() && value >= 0.0;
-    require(good, name, value, "finite and at least zero")
+pub(super) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), SettingError> {
+    let is_valid = value.is_finite() && value >= 0.0;
+    require(is_valid, name, value, "finite and at least zero")
 }
 
 impl From<MissionError> for SimError {
@@ -62,16 +45,9 @@ pub enum SimError {
     /// A navigator that cannot start.
     #[error(transparent)]
     Fault(#[from] Fault),
-    /// A setting out of range.
-    #[error("{name} is {value}: it must be {expected}")]
-    BadSetting {
-        /// Name as in the configuration.
-        name: &'static str,
-        /// As given.
-        value: f64,
-        /// What would be accepted.
-        expected: &'static str,
-    },
+    /// A setting is out of range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// A file that could not be read.
     #[error("{file}: cannot be read ({reason}): check the name and your right to read it")]
     Unreadable {

@@ -2,63 +2,11 @@
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
-use serde::{Deserialize, Serialize};
 
-use super::SimError;
-use super::error::{at_least_zero, require};
 use super::rng::{RngStream, generator, normal};
-use crate::documented::documented;
+use super::{Fixes, SimError};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::{PoseFilter, PoseMeasurement};
-
-documented! {
-    /// How often and how well the true pose is measured.
-    ///
-    /// A fix says where the robot is at the moment it is given; that a real one comes late is not simulated.
-    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields, default)]
-    pub struct Fixes {
-        /// Fixes due in a second, 0 to 1000; zero for none at all. Default 10: planar lidars commonly turn at 10 Hz, and a
-        /// scan matcher gives one for each turn.
-        pub rate_hz: f64,
-        /// Standard deviation along x and along y, metres, at least zero. Default 0.01 m: localisation with a planar lidar
-        /// errs by a few millimetres at taught places (Röwekämper et al., "On the Position Accuracy of Mobile Robot
-        /// Localization based on Particle Filters Combined with Scan Matching") and by less than a centimetre amid clutter
-        /// (Costa et al., "Robust and Accurate Localization System for Mobile Manipulators in Cluttered Environments").
-        pub sigma_m: f64,
-        /// Standard deviation of the yaw, radians, at least zero. Default 0.005 rad: the latter state less than a degree,
-        /// of which this is a third; our own choice.
-        pub sigma_rad: f64,
-        /// Share of the fixes due that do not come, 0 to 1. Default 0.05: our own choice.
-        pub dropout: f64,
-    }
-}
-
-impl Default for Fixes {
-    fn default() -> Self {
-        Self {
-            rate_hz: 10.0,
-            sigma_m: 0.01,
-            sigma_rad: 0.005,
-            dropout: 0.05,
-        }
-    }
-}
-
-impl Fixes {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`SimError::BadSetting`] names the first that is out of range.
-    pub fn validate(&self) -> Result<(), SimError> {
-        let rate = self.rate_hz;
-        require((0.0..=1000.0).contains(&rate), "rate_hz", rate, "0 to 1000")?;
-        at_least_zero("sigma_m", self.sigma_m)?;
-        at_least_zero("sigma_rad", self.sigma_rad)?;
-        let share = self.dropout;
-        require((0.0..=1.0).contains(&share), "dropout", share, "0 to 1")
-    }
-}
 
 /// Smallest standard deviation that a filter is given, metres and radians: it must not divide by zero.
 const MIN_SIGMA: f64 = 1e-6;
@@ -76,7 +24,7 @@ impl FixSource {
     /// Creates a source whose first fix is due at time zero. The same seed gives the same fixes.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] names the first setting that is out of range.
+    /// [`SimError::Setting`] names the first setting that is out of range.
     pub fn new(fixes: Fixes, seed: u64) -> Result<Self, SimError> {
         fixes.validate()?;
         Ok(Self {

@@ -4,45 +4,12 @@ use core::f64::consts::TAU;
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
-use serde::{Deserialize, Serialize};
 
-use super::error::{at_least_zero, require};
 use super::ray::GridRay;
 use super::rng::standard_normal;
-use super::{SimError, World};
-use crate::documented::documented;
+use super::{Lidar, World};
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::{MovingDisc, Scan, TimedScan};
-
-/// Most beams of one scan; a scan is made at every tick.
-const MAX_BEAMS: usize = 65_536;
-
-documented! {
-    /// A lidar at the robot's own origin.
-    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields, default)]
-    pub struct Lidar {
-        /// Beams of one scan, 1 to 65,536. Default 360.
-        pub beams: usize,
-        /// Angle the beams spread over, centred ahead, radians, above zero and at most 6.283185307179586. Default a full
-        /// turn; many scanners have three quarters of one, 4.71238898038469 rad.
-        pub field_of_view_rad: f64,
-        /// Shortest range, metres, at least zero: what is nearer gives no measurement. Default 0.05 m, as that of SICK's
-        /// `TiM` series.
-        pub range_min_m: f64,
-        /// Longest range, metres, above `range_min_m`. Default 10 m.
-        pub range_max_m: f64,
-        /// Standard deviation of the range noise, metres, at least zero; zero for none. Default 0.01 m: half of the 20 mm
-        /// that SICK states for the `TiM` series, as our walls are neither dark nor far.
-        pub range_sigma_m: f64,
-        /// Share of the beams, each by itself, that return no measurement whatever they meet, 0 to 1: dust, wet or dark rock,
-        /// grazing angles. Default 0.01: our own choice.
-        pub dropout: f64,
-        /// Time of a revolution, seconds, 0 to 0.5, in which beam after beam is measured while the robot moves. Default zero: all
-        /// beams at once. Planar lidars commonly take 0.1 s.
-        pub sweep_s: f64,
-    }
-}
 
 /// One scan, and which moving obstacles it shows.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -53,67 +20,7 @@ pub struct LidarReturn {
     pub visible: Vec<usize>,
 }
 
-impl Default for Lidar {
-    fn default() -> Self {
-        Self {
-            beams: 360,
-            field_of_view_rad: TAU,
-            range_min_m: 0.05,
-            range_max_m: 10.0,
-            range_sigma_m: 0.01,
-            dropout: 0.01,
-            sweep_s: 0.0,
-        }
-    }
-}
-
 impl Lidar {
-    /// As common small planar lidars are: 450 beams in a turn of 0.1 s, up to 12 m, with 2 cm of noise.
-    #[must_use]
-    pub fn turning() -> Self {
-        Self {
-            beams: 450,
-            range_max_m: 12.0,
-            range_sigma_m: 0.02,
-            sweep_s: 0.1,
-            ..Self::default()
-        }
-    }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`SimError::BadSetting`] names the first that is out of range.
-    pub fn validate(&self) -> Result<(), SimError> {
-        let beams_fit = (1..=MAX_BEAMS).contains(&self.beams);
-        require(beams_fit, "beams", self.beams as f64, "1 to 65536")?;
-        let view = self.field_of_view_rad;
-        require(
-            view > 0.0 && view <= TAU,
-            "field_of_view_rad",
-            view,
-            "above zero and at most a full turn, 6.283185307179586",
-        )?;
-        at_least_zero("range_min_m", self.range_min_m)?;
-        let longest = self.range_max_m;
-        require(
-            longest.is_finite() && longest > self.range_min_m,
-            "range_max_m",
-            longest,
-            "finite and above range_min_m",
-        )?;
-        at_least_zero("range_sigma_m", self.range_sigma_m)?;
-        let share = self.dropout;
-        require((0.0..=1.0).contains(&share), "dropout", share, "0 to 1")?;
-        let sweep_s = self.sweep_s;
-        require(
-            (0.0..=0.5).contains(&sweep_s),
-            "sweep_s",
-            sweep_s,
-            "0 to 0.5",
-        )
-    }
-
     /// One scan by a robot at this pose, which must be finite. Each beam ends at the first wall or body it meets, at a
     /// range of zero where the lidar is inside one. Beams that meet nothing within range read infinite; those that are
     /// dropped, and those that meet something nearer than the shortest range, read NaN and make nothing visible. (ROS has

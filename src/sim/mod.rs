@@ -1,7 +1,7 @@
 //! A simulated robot and its world: ground, moving obstacles, a lidar, a tracked base, and injected faults.
 
 mod drive;
-pub(crate) mod error;
+mod error;
 mod fault_injection;
 mod fixes;
 mod lidar;
@@ -23,18 +23,19 @@ mod slip;
 mod timed_path;
 mod world;
 
-pub use drive::{DriveDynamics, SimBase};
+pub use crate::runtime::simulation_settings::{
+    DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSettings, Slip,
+};
+pub use drive::SimBase;
 pub use error::SimError;
 pub use fault_injection::FaultInjection;
-pub use fixes::{FixSource, Fixes};
-pub use lidar::{Lidar, LidarReturn};
+pub use fixes::FixSource;
+pub use lidar::LidarReturn;
 pub use moving_obstacle::{MovingObstacle, SpawnTrigger};
 pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M, YIELD_TIMEOUT_S};
-pub use odometry::OdometryNoise;
 pub use pedestrian_spawner::PedestrianSpawner;
 pub use rotating_lidar::RotatingLidar;
 pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
 pub use simulation::Simulation;
-pub use slip::Slip;
 pub use timed_path::TimedPath;
 pub use world::World;

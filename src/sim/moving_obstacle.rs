@@ -1,6 +1,6 @@
 //! One moving obstacle: how it moves, whether it minds the robot, and since when it is there.
 
-use super::error::{above_zero, at_least_zero, require};
+use super::error::{above_zero, at_least_zero};
 use super::patrol::Patrol;
 use super::random_waypoint::RandomWaypoint;
 use super::timed_path::{TimedPath, TimedPathPlayer};
@@ -9,6 +9,7 @@ use crate::geometry::{Point, Pose, Vector};
 use crate::global::Path;
 use crate::map::{MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
+use crate::settings::require;
 
 /// When an obstacle appears that is not there from the start. Until then it touches nothing and nothing sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +50,7 @@ impl MovingObstacle {
     /// it turns round. Whether the route is free is the caller's affair.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for a radius that is not above zero, a speed below zero, a route of no point, or any of
+    /// [`SimError::Setting`] for a radius that is not above zero, a speed below zero, a route of no point, or any of
     /// these not finite.
     pub fn patrol(radius_m: f64, speed_m_s: f64, route: Vec<Point>) -> Result<Self, SimError> {
         at_least_zero("speed", speed_m_s)?;
@@ -69,7 +70,7 @@ impl MovingObstacle {
     /// long.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for a radius that is not finite and above zero.
+    /// [`SimError::Setting`] for a radius that is not finite and above zero.
     pub fn timed_path(radius_m: f64, script: TimedPath) -> Result<Self, SimError> {
         Self::new(
             radius_m,
@@ -83,7 +84,7 @@ impl MovingObstacle {
     /// another place. Same seed, same places.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for a radius, speed or distance that is not finite and above zero;
+    /// [`SimError::Setting`] for a radius, speed or distance that is not finite and above zero;
     /// [`SimError::NowhereToGo`] where the start is not free ground or has none about it.
     pub fn random_waypoint(
         radius_m: f64,
@@ -126,7 +127,7 @@ impl MovingObstacle {
     /// The same, but not there from the start: it appears where it would have started, and only then begins to move.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for a time or distance that is not finite and at least zero.
+    /// [`SimError::Setting`] for a time or distance that is not finite and at least zero.
     pub fn spawned_by(self, appears: SpawnTrigger) -> Result<Self, SimError> {
         match appears {
             SpawnTrigger::AtTime(time_s) => at_least_zero("appears_at_s", time_s)?,

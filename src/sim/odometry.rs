@@ -3,12 +3,9 @@
 use std::collections::VecDeque;
 
 use rand_pcg::Pcg64Mcg;
-use serde::{Deserialize, Serialize};
 
-use super::SimError;
-use super::error::at_least_zero;
+use super::OdometryNoise;
 use super::rng::{RngStream, generator, normal};
-use crate::documented::documented;
 use crate::geometry::{Pose, Twist};
 use crate::robot::TrackSpeeds;
 use crate::runtime::OdometryReading;
@@ -18,88 +15,6 @@ pub(super) const SAMPLE_S: f64 = 0.01;
 
 /// Times nearer than this are the same, seconds.
 pub(super) const INSTANT_S: f64 = 1e-9;
-
-documented! {
-    /// How well a base measures its own motion. Any of them may be zero: that error is then absent.
-    ///
-    /// Those called sigma are standard deviations. What is constant in a run is drawn at its start.
-    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields, default)]
-    pub struct OdometryNoise {
-        /// Way of a belt from one tick of its encoder to the next, metres, at least zero. Default 0.0001 m: our own choice
-        /// between a 500-line encoder before a 30:1 gear (60,000 edges a turn of a drive wheel, some 0.01 mm) and a 13-line
-        /// Hall sensor there (1560 edges, some 0.3 mm).
-        pub encoder_tick_m: f64,
-        /// Error of the length of a tick, as a share, at least zero, constant in a run. Default 0.005: our own choice for
-        /// belts that stretch and wear.
-        pub travel_scale_sigma: f64,
-        /// The reported forward speed is the mean over so long, seconds, at least zero; no more than the last sample for
-        /// zero. Default 0.05 s: in one sample of 10 ms a slow belt moves few ticks.
-        pub speed_window_s: f64,
-        /// White noise of each sample of the turn rate, rad/s, at least zero. Default 0.00087 rad/s: 0.05 deg/s, the total
-        /// noise that the MPU-6050 datasheet states for its filter of 100 Hz (revision 3.4, section 6.1).
-        pub gyro_sigma_rad_s: f64,
-        /// Bias of the turn rate, rad/s, at least zero, constant in a run. Default 0.00035 rad/s, 0.02 deg/s: our own
-        /// choice of what is left of the datasheet's +-20 deg/s when the mean of a standstill is taken off and the chip has
-        /// warmed up since.
-        pub gyro_bias_sigma_rad_s: f64,
-        /// Error of the gyro's scale, as a share, at least zero, constant in a run. Default 0.01: the datasheet's tolerance
-        /// of +-3 % taken as three deviations.
-        pub gyro_scale_sigma: f64,
-        /// Turn rate of one bit, rad/s, at least zero; it is rounded to the nearest. Default 0.00026644 rad/s: 16 bits over
-        /// +-500 deg/s, as WHEELTEC's drivers read the same chip.
-        pub gyro_bit_rad_s: f64,
-    }
-}
-
-impl Default for OdometryNoise {
-    fn default() -> Self {
-        Self {
-            encoder_tick_m: 1e-4,
-            travel_scale_sigma: 0.005,
-            speed_window_s: 0.05,
-            gyro_sigma_rad_s: 8.7e-4,
-            gyro_bias_sigma_rad_s: 3.5e-4,
-            gyro_scale_sigma: 0.01,
-            gyro_bit_rad_s: 2.6644e-4,
-        }
-    }
-}
-
-impl OdometryNoise {
-    /// Sensors without any error. The ground may still slip: the encoders do not see it.
-    #[must_use]
-    pub const fn none() -> Self {
-        Self {
-            encoder_tick_m: 0.0,
-            travel_scale_sigma: 0.0,
-            speed_window_s: 0.0,
-            gyro_sigma_rad_s: 0.0,
-            gyro_bias_sigma_rad_s: 0.0,
-            gyro_scale_sigma: 0.0,
-            gyro_bit_rad_s: 0.0,
-        }
-    }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`SimError::BadSetting`] names the first that is not finite and at least zero.
-    pub fn validate(&self) -> Result<(), SimError> {
-        for (name, value) in [
-            ("encoder_tick_m", self.encoder_tick_m),
-            ("travel_scale_sigma", self.travel_scale_sigma),
-            ("speed_window_s", self.speed_window_s),
-            ("gyro_sigma_rad_s", self.gyro_sigma_rad_s),
-            ("gyro_bias_sigma_rad_s", self.gyro_bias_sigma_rad_s),
-            ("gyro_scale_sigma", self.gyro_scale_sigma),
-            ("gyro_bit_rad_s", self.gyro_bit_rad_s),
-        ] {
-            at_least_zero(name, value)?;
-        }
-        Ok(())
-    }
-}
 
 /// The sensors of one run.
 #[derive(Clone, Debug)]

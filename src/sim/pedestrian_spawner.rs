@@ -8,7 +8,7 @@ use rand_pcg::Pcg64Mcg;
 use super::error::above_zero;
 use super::patrol::Patrol;
 use super::route_sampler::{straight_walk, winding_walk};
-use super::{MovingObstacle, MovingObstacles, SimError};
+use super::{MovingObstacle, MovingObstacles, PedestrianSettings, SimError};
 use crate::geometry::{Point, bearing};
 use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid, OccupancyGrid};
@@ -56,6 +56,20 @@ impl PedestrianSpawner {
     }
 }
 
+impl PedestrianSettings {
+    /// Returns a spawner of this many pedestrians.
+    #[must_use]
+    pub const fn spawner(&self, count: usize, seed: u64) -> PedestrianSpawner {
+        PedestrianSpawner {
+            count,
+            seed,
+            radius_m: self.radius_m,
+            speed_m_s: (self.min_speed, self.max_speed),
+            yields: self.yields,
+        }
+    }
+}
+
 impl PedestrianSpawner {
     /// Spawns pedestrians along the route that a robot plans from the first of the ends to the second.
     ///
@@ -84,7 +98,7 @@ impl PedestrianSpawner {
     /// within a quarter of its length.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where there is
+    /// [`SimError::Setting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where there is
     /// no walk for some of them.
     pub fn spawn(
         &self,

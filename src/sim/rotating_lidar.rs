@@ -38,7 +38,7 @@ impl RotatingLidar {
     /// and time of a turn are the LD19's own.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] names the first setting out of range.
+    /// [`SimError::Setting`] names the first setting out of range.
     pub fn new(lidar: Lidar, world: World, seed: u64) -> Result<Self, SimError> {
         let lidar = Lidar {
             range_max_m: RANGE_MAX_M,

@@ -107,7 +107,7 @@ impl<'a> SimulatedRobot<'a> {
         let truth = simulation.truth.clone().unwrap_or_else(known);
         let positioning = match config.pose_source {
             PoseSource::Fixes => Some(SimulatedPositioning::new(
-                config.fixes,
+                config.simulation.fixes,
                 mission.start,
                 *seed,
             )?),
@@ -130,7 +130,7 @@ impl<'a> SimulatedRobot<'a> {
     }
 
     fn scan(&mut self) -> LidarData {
-        let lidar = &self.config.lidar;
+        let lidar = &self.config.simulation.lidar;
         let (faults, time_s) = (&self.simulation.faults, self.time_s);
         let true_poses = &self.true_poses;
         let pose_at = |time_s: f64| true_poses.at(time_s).unwrap_or_default();

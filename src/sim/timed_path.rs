@@ -1,8 +1,8 @@
 //! A scripted way: places at given times.
 
 use super::SimError;
-use super::error::require;
 use crate::geometry::{Point, Vector};
+use crate::settings::require;
 
 /// Shortest time from one key to the next, seconds, and greatest coordinate, metres: within them every speed is a number.
 const SHORTEST_LEG_S: f64 = 1e-6;
@@ -28,7 +28,7 @@ impl TimedPath {
     /// A script that goes straight and evenly from place to place. Times in seconds, places in metres, the period in seconds.
     ///
     /// # Errors
-    /// [`SimError::BadSetting`] for no key, for times that are below zero or do not ascend by a microsecond at least, for a
+    /// [`SimError::Setting`] for no key, for times that are below zero or do not ascend by a microsecond at least, for a
     /// period that is not above zero or ends before the last time, for a place beyond 1e9 m, or any number that is not finite.
     pub fn new(keys: &[(f64, Point)], loop_s: Option<f64>) -> Result<Self, SimError> {
         require(

@@ -28,40 +28,27 @@ pub use session::ArduinoSession;
 use serde::{Deserialize, Serialize};
 
 use super::BaseError;
-use super::settings::{above_zero, at_least_one};
-use crate::documented::documented;
+use crate::settings::{Setting, settings};
 
 /// Time after the last motor command at which the firmware stops, seconds.
 pub const WATCHDOG_S: f64 = 2.0;
 
-documented! {
+settings! {
     /// Protocol settings of a `ROSArduinoBridge`.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct ArduinoSettings {
-        /// Speed of the serial line, baud, at least 1. Default 57,600, the firmware's.
-        pub baud: u32,
-        /// Cycle time of the firmware's speed control, seconds, above zero. Default 0.033 s.
-        pub pid_interval_s: f64,
-        /// Time until an answer counts as lost, seconds, above zero. Default 0.05 s: the firmware may move servos between two
-        /// reads, and USB adapters delay bytes for up to 0.016 s.
-        pub answer_timeout_s: f64,
-        /// Attempts of each request, at least one. Default 3.
-        pub max_attempts: u32,
-        /// Time between encoder readings, seconds, above zero. Default 0.033 s, one cycle of the firmware.
-        pub poll_period_s: f64,
-    }
-}
-
-impl Default for ArduinoSettings {
-    fn default() -> Self {
-        Self {
-            baud: 57_600,
-            pid_interval_s: 0.033,
-            answer_timeout_s: 0.05,
-            max_attempts: 3,
-            poll_period_s: 0.033,
-        }
+        /// Speed of the serial line. Default 57,600, the firmware's.
+        pub baud: u32 = 57_600, ["baud", at_least 1];
+        /// Cycle time of the firmware's speed control. Default 0.033 s.
+        pub pid_interval_s: f64 = 0.033, ["s", above 0];
+        /// Time until an answer counts as lost. Default 0.05 s: the firmware may move servos between two reads, and
+        /// USB adapters delay bytes for up to 0.016 s.
+        pub answer_timeout_s: f64 = 0.05, ["s", above 0];
+        /// Attempts of each request. Default 3.
+        pub max_attempts: u32 = 3, ["", at_least 1];
+        /// Time between encoder readings. Default 0.033 s, one cycle of the firmware.
+        pub poll_period_s: f64 = 0.033, ["s", above 0];
     }
 }
 
@@ -69,12 +56,8 @@ impl ArduinoSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BaseError::BadSetting`] for the first number out of range.
+    /// [`BaseError::Setting`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
-        at_least_one("arduino.baud", self.baud)?;
-        above_zero("arduino.pid_interval_s", self.pid_interval_s)?;
-        above_zero("arduino.answer_timeout_s", self.answer_timeout_s)?;
-        at_least_one("arduino.max_attempts", self.max_attempts)?;
-        above_zero("arduino.poll_period_s", self.poll_period_s)
+        Ok(self.check_ranges()?)
     }
 }

@@ -2,38 +2,25 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::settings::{above_zero, require};
 use crate::base::{BaseError, FaultDetectorSettings};
-use crate::documented::documented;
+use crate::settings::{Setting, require, settings};
 
-documented! {
+settings! {
     /// Command rate, target timeout, reconnection and fault detection.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct SupervisorSettings {
-        /// Commands per second, 5 to 1000. Default 50.
-        pub rate_hz: f64,
-        /// Age at which a target expires, seconds, above zero. Default 0.3 s: three periods of the planner. The ROS differential
-        /// drive controller allows 0.5 s, and cannot tell that a hung planner repeats an old target.
-        pub target_timeout_s: f64,
-        /// Pause after the first failure of the connection, seconds, above zero. Default 0.1 s.
-        pub reconnect_min_s: f64,
-        /// Longest pause between attempts to reconnect, seconds, at least `reconnect_min_s`. Default 5 s.
-        pub reconnect_max_s: f64,
+        /// Commands per second. Default 50.
+        pub rate_hz: f64 = 50.0, ["Hz", 5 to 1000];
+        /// Age at which a target expires. Default 0.3 s: three periods of the planner. The ROS differential drive
+        /// controller allows 0.5 s, and cannot tell that a hung planner repeats an old target.
+        pub target_timeout_s: f64 = 0.3, ["s", above 0];
+        /// Pause after the first failure of the connection. Default 0.1 s.
+        pub reconnect_min_s: f64 = 0.1, ["s", above 0];
+        /// Longest pause between attempts to reconnect, at least `reconnect_min_s`. Default 5 s.
+        pub reconnect_max_s: f64 = 5.0, ["s", above 0];
         /// Thresholds of the fault detector.
-        pub fault_detector: FaultDetectorSettings,
-    }
-}
-
-impl Default for SupervisorSettings {
-    fn default() -> Self {
-        Self {
-            rate_hz: 50.0,
-            target_timeout_s: 0.3,
-            reconnect_min_s: 0.1,
-            reconnect_max_s: 5.0,
-            fault_detector: FaultDetectorSettings::default(),
-        }
+        pub fault_detector: FaultDetectorSettings = FaultDetectorSettings::default();
     }
 }
 
@@ -41,18 +28,11 @@ impl SupervisorSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BaseError::BadSetting`] for the first number out of range.
+    /// [`BaseError::Setting`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
+        self.check_ranges()?;
         require(
-            (5.0..=1000.0).contains(&self.rate_hz),
-            "rate_hz",
-            self.rate_hz,
-            "from 5 to 1000",
-        )?;
-        above_zero("target_timeout_s", self.target_timeout_s)?;
-        above_zero("reconnect_min_s", self.reconnect_min_s)?;
-        require(
-            self.reconnect_max_s.is_finite() && self.reconnect_max_s >= self.reconnect_min_s,
+            self.reconnect_max_s >= self.reconnect_min_s,
             "reconnect_max_s",
             self.reconnect_max_s,
             "finite and at least reconnect_min_s",

@@ -5,8 +5,8 @@ use core::f64::consts::PI;
 use crate::local::{LocalSettings, Stopping, Weights};
 use crate::navigator::NavigatorSettings;
 use crate::robot::{Disc, Footprint, Limits};
-use crate::runtime::{Config, RobotConfig};
-use crate::sim::{DriveDynamics, Fixes, Lidar};
+use crate::runtime::{Config, RobotConfig, SimulationSettings};
+use crate::sim::{Fixes, Lidar};
 
 /// The wheels' coefficient of friction is 0.5 in `jackal.urdf.xacro`: its wheels accelerate by at most 4.9 m/s^2, whatever
 /// its controller allows (20 m/s^2 and 25 rad/s^2 in `jackal_control/config/control.yaml` of `jackal/jackal`).
@@ -35,21 +35,23 @@ pub fn barn_config(max_speed: f64) -> Config {
                 decel_lim_theta: -ANGULAR_ACCELERATION,
             },
         },
-        lidar: Lidar {
-            // A SICK LMS111, Jackal's own front laser (`sick_lms1xx.urdf.xacro`: 720 beams, 30 m) over the 270 degrees
-            // that the instrument has, with noise ten times that in Gazebo.
-            beams: 720,
-            field_of_view_rad: 1.5 * PI,
-            range_max_m: 30.0,
-            range_sigma_m: 0.01,
-            ..Lidar::default()
+        simulation: SimulationSettings {
+            lidar: Lidar {
+                // A SICK LMS111, Jackal's own front laser (`sick_lms1xx.urdf.xacro`: 720 beams, 30 m) over the 270 degrees
+                // that the instrument has, with noise ten times that in Gazebo.
+                beams: 720,
+                field_of_view_rad: 1.5 * PI,
+                range_max_m: 30.0,
+                range_sigma_m: 0.01,
+                ..Lidar::default()
+            },
+            // There is no map to match scans to.
+            fixes: Fixes {
+                rate_hz: 0.0,
+                ..Fixes::default()
+            },
+            ..SimulationSettings::default()
         },
-        // There is no map to match scans to.
-        fixes: Fixes {
-            rate_hz: 0.0,
-            ..Fixes::default()
-        },
-        dynamics: DriveDynamics::default(),
         local: LocalSettings {
             // The challenge's baseline decides 20 times a second.
             control_period_s: 0.05,

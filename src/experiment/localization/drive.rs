@@ -72,7 +72,7 @@ impl LocalizationPlan {
             case: case.name().to_owned(),
             map: self.name.clone(),
             seed,
-            slip: config.dynamics.slip.mean,
+            slip: config.simulation.dynamics.slip.mean,
             reached: result.reached,
             collided: result.collided,
             travelled_m: result.travelled_m,

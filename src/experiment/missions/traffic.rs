@@ -73,7 +73,7 @@ pub(super) fn traffic(
         kind => {
             let spawner = PedestrianSpawner {
                 yields: kind == TrafficKind::Yielding,
-                ..config.pedestrians.spawner(count, seed)
+                ..config.simulation.pedestrians.spawner(count, seed)
             };
             along(spawner, ground, path)
         }
@@ -106,7 +106,7 @@ fn appearing(
     path: &Path,
     rng: &mut Pcg64Mcg,
 ) -> MovingObstacles {
-    let people = config.pedestrians;
+    let people = config.simulation.pedestrians;
     let stretch = FROM_ENDS_M..path.length_m() - FROM_ENDS_M;
     if stretch.is_empty() {
         return MovingObstacles::default();
@@ -114,7 +114,7 @@ fn appearing(
     let mut moving = Vec::with_capacity(count);
     for _ in 0..count {
         let place = path.point_at(rng.random_range(stretch.clone()));
-        let speed = rng.random_range(people.slowest..=people.fastest);
+        let speed = rng.random_range(people.min_speed..=people.max_speed);
         let appears = SpawnTrigger::WithinDistance(rng.random_range(APPEARS_WITHIN_M));
         let seed = rng.random();
         let one =

@@ -120,7 +120,7 @@ impl Course {
         };
         let spawner = PedestrianSpawner {
             yields,
-            ..config.pedestrians.spawner(self.people, seed)
+            ..config.simulation.pedestrians.spawner(self.people, seed)
         };
         let path = self.plan.smoothed.points();
         let keep_clear = [self.start.position(), self.goal.position];

@@ -8,8 +8,8 @@ use super::error::Nav2Error;
 use super::import_report::{Import, Mapped, MappedSetting, Unmapped, UnmappedReason};
 use super::parameters::Parameter;
 use crate::base::BaseConfig;
-use crate::documented::Described;
 use crate::runtime::Config;
+use crate::settings::KeyDescription;
 
 /// How several parameters of one setting are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -167,7 +167,7 @@ impl ConfigBuilder {
     }
 
     /// The settings among the keys in TOML, in the order of the keys.
-    fn toml(&self, keys: &[Described]) -> String {
+    fn toml(&self, keys: &[KeyDescription]) -> String {
         let mut text = String::new();
         let mut open = "";
         for known in keys {

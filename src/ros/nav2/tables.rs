@@ -244,8 +244,10 @@ const NO_LAYERS: &str =
     "there are no layers: map and scans are always obstacles, and moving obstacles are tracked";
 const NO_INFLATION: &str =
     "distances to obstacles are weighted without inflation, up to local.max_clearance_m";
-const SCAN_MAX: &str = "the scan's own range applies; the simulated lidar has lidar.range_max_m";
-const SCAN_MIN: &str = "the scan's own range applies; the simulated lidar has lidar.range_min_m";
+const SCAN_MAX: &str =
+    "the scan's own range applies; the simulated lidar has simulation.lidar.range_max_m";
+const SCAN_MIN: &str =
+    "the scan's own range applies; the simulated lidar has simulation.lidar.range_min_m";
 
 /// Only the footprint of the local costmap is imported.
 #[rustfmt::skip]

@@ -84,7 +84,7 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
         // A point on a cell's border may be rounded into the next cell or off the grid.
         Err(error) => {
             assert!(
-                !matches!(error, PlanError::BadSetting { .. }),
+                !matches!(error, PlanError::Setting(_)),
                 "map {number}: {error}"
             );
             None

@@ -1,8 +1,8 @@
 //! What the program tells of its settings is what the code has: every key, its default, and a range that is kept.
 
 use inbye::base::BaseConfig;
-use inbye::documented::Described;
 use inbye::runtime::Config;
+use inbye::settings::KeyDescription;
 use serde::Serialize;
 use toml::{Table, Value};
 
@@ -12,7 +12,7 @@ const OPTIONAL: [&str; 2] = ["navigator.deadline_s", "base.min_battery_v"];
 /// A kind of configuration.
 struct Kind {
     text: String,
-    keys: Vec<Described>,
+    keys: Vec<KeyDescription>,
     defaults: Table,
     /// Reads a text and checks it; the settings written again, or what is wrong.
     read: fn(&str) -> Result<Table, String>,
@@ -105,7 +105,7 @@ fn the_text_is_the_default_and_names_each_key_once() {
                 let line = line.strip_prefix("# ").unwrap_or(line);
                 line.starts_with(&format!("{name} = "))
             };
-            let of_that_name = |other: &&Described| other.key.rsplit('.').next() == Some(name);
+            let of_that_name = |other: &&KeyDescription| other.key.rsplit('.').next() == Some(name);
             assert_eq!(
                 kind.text.lines().filter(line).count(),
                 kind.keys.iter().filter(of_that_name).count(),

@@ -82,6 +82,9 @@ fn what_is_left_out_is_the_default() {
         rate_hz: 2.0,
         ..Fixes::default()
     };
-    assert_eq!(config.dynamics.slip, slip);
-    assert_eq!((config.odometry, config.fixes), (odometry, fixes));
+    assert_eq!(config.simulation.dynamics.slip, slip);
+    assert_eq!(
+        (config.simulation.odometry, config.simulation.fixes),
+        (odometry, fixes)
+    );
 }

@@ -36,7 +36,7 @@ fn tours_by_scans() -> Result<(), Failed> {
         lidar: Lidar::turning(),
         ..Config::default()
     };
-    config.dynamics.slip.mean = 0.05;
+    config.simulation.dynamics.slip.mean = 0.05;
     let plan = LocalizationPlan {
         name: "mine".to_owned(),
         map: Arc::new(load(Path::new(MAP), &LoadOptions::default())?),

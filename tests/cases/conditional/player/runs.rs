@@ -36,7 +36,7 @@ pub fn faulty_run(ticks: usize) -> Run {
     let simulation = back_and_forth(ticks);
     let mut config = Config::default();
     // Odometry is the only source of the pose.
-    config.fixes.rate_hz = 0.0;
+    config.simulation.fixes.rate_hz = 0.0;
     let mut base = FaultyBase::new(&simulation, &config);
     run(simulation, &config, failing_engine(), Some(&mut base))
 }

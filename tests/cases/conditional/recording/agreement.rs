@@ -75,7 +75,7 @@ fn replay_repeats_late_decisions() {
         .iter()
         .position(|&count| count > 0)
         .expect("a plan was received");
-    let at = command_at(config.lidar.beams) + 72;
+    let at = command_at(config.simulation.lidar.beams) + 72;
     let copy = altered(&bytes, "/inbye/tick", first, |message| {
         assert_eq!(message[at..at + 8], 1_u64.to_le_bytes());
         message[at] = 0;
@@ -92,7 +92,7 @@ fn command_at(beams: usize) -> usize {
 fn replay_reports_flipped_bit() {
     let (simulation, config) = tour();
     let (result, file) = record(&simulation, &config);
-    let at = command_at(config.lidar.beams);
+    let at = command_at(config.simulation.lidar.beams);
     // The least significant bit of the speed, the turn rate and the target, and the mode.
     for (place, field) in [
         (at, "command_linear"),

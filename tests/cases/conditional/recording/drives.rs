@@ -57,7 +57,7 @@ pub fn tour() -> (Simulation, Config) {
     let map = Arc::new(map);
     let known = map.obstacles(config.unknown);
     let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];
-    let spawner = config.pedestrians.spawner(1, 3);
+    let spawner = config.simulation.pedestrians.spawner(1, 3);
     let moving_obstacles = spawner.spawn(&known, &way, &way).expect("enough space");
     let simulation = Simulation {
         moving_obstacles,
@@ -148,7 +148,7 @@ pub fn crowded() -> (Simulation, Config) {
     };
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
-    let spawner = config.pedestrians.spawner(4, 5);
+    let spawner = config.simulation.pedestrians.spawner(4, 5);
     let moving_obstacles = spawner.spawn(&known, &way, &way).expect("enough space");
     let simulation = Simulation {
         moving_obstacles,

@@ -12,7 +12,7 @@ fn config() -> Config {
         lidar: Lidar::turning(),
         ..Config::default()
     };
-    config.dynamics.slip.mean = 0.05;
+    config.simulation.dynamics.slip.mean = 0.05;
     config.navigator.localization_patience_s = 5.0;
     config
 }
