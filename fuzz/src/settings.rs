@@ -206,7 +206,7 @@ pub fn short_drive(data: &[u8]) {
     let local = &config.local;
     let samples = local.vx_samples as usize * local.vtheta_samples as usize;
     let is_much = samples * local.steps() as usize > MOST_WORK
-        || config.lidar.beams > MOST_BEAMS
+        || config.simulation.lidar.beams > MOST_BEAMS
         || local.control_period_s > LONGEST_PERIOD_S;
     if is_much {
         return;

@@ -216,7 +216,7 @@ mod tests {
                     ticks_per_m: no_ticks,
                     ..valid
                 },
-                "ticks_per_m.left is 0",
+                "ticks_per_m is 0",
             ),
             (
                 BaseSettings {

@@ -277,16 +277,16 @@ fn non_positive_numbers_are_rejected() {
         }
     }
     let weights: [(&str, Set); 4] = [
-        ("weight heading", |problem, value| {
+        ("heading", |problem, value| {
             problem.weights.heading = value;
         }),
-        ("weight clearance", |problem, value| {
+        ("clearance", |problem, value| {
             problem.weights.clearance = value;
         }),
-        ("weight velocity", |problem, value| {
+        ("velocity", |problem, value| {
             problem.weights.velocity = value;
         }),
-        ("weight path", |problem, value| problem.weights.path = value),
+        ("path", |problem, value| problem.weights.path = value),
     ];
     for (what, set) in weights {
         for (inside, outside) in [(0.0, -1e-9), (1e6, 1.1e6), (1.0, f64::NAN)] {

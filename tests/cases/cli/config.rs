@@ -55,7 +55,7 @@ fn printed_configuration_is_valid_and_equals_defaults() {
         assert_eq!(status, 0);
         assert_fields(
             &object,
-            "config text, keys list, keys[].key text, keys[].says text",
+            "config text, keys list, keys[].key text, keys[].description text",
         );
         let text = object["config"].as_str().expect("a text");
         assert_eq!(text.trim_end(), run.stdout.trim_end());
@@ -95,7 +95,7 @@ fn check_reports_errors_of_the_commands() {
         ),
         (
             "--base --check base.toml",
-            "base.toml: [supervisor] rate_hz is 1; from 5 to 1000",
+            "base.toml: [supervisor] rate_hz is 1; 5 to 1000",
         ),
         (
             "--base --check good.toml",

@@ -230,7 +230,7 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [local]|sim_time_s = nan -> [local] sim_time_s; above zero
 [local]|sim_time_s = 999.0 -> [local]; steps; sim_time_s; 1 to 1023
 [local]|vx_samples = 9999|vtheta_samples = 9999 -> [local]; vx_samples; 1 to 4194304
-[local.weights]|heading = -1.0 -> [local] weight heading is -1; 0 to 1e6
+[local.weights]|heading = -1.0 -> [local.weights] heading is -1; 0 to 1e6
 [local]|max_clearance_m = 500.0 -> mine.yaml; clearance cap; at most
 [robot.limits]|max_vel_x = inf -> [robot.limits] max_vel_x is inf; finite
 [robot.limits]|decel_lim_x = 1.0 -> [robot.limits] decel_lim_x is 1; below zero
@@ -245,9 +245,11 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [navigator]|passing_speed = 0.0 -> [navigator] passing_speed is 0; above zero
 [navigator]|key_node_spacing_m = 0.0 -> [navigator] key_node_spacing_m is 0; 0.01 to
 [navigator]|rotate_in_place_until = 3.0 -> [navigator] rotate_in_place_until is 3; at most rotate_in_place_from
-[lidar]|beams = 0 -> [lidar] beams is 0; 1 to
-[dynamics]|motor_lag_s = -1.0 -> [dynamics] motor_lag_s is -1; at least zero
-[pedestrians]|slowest = 0.9|fastest = 0.2 -> [pedestrians] fastest is 0.2; at least slowest
+[simulation.lidar]|beams = 0 -> [simulation.lidar] beams is 0; 1 to
+[simulation.dynamics]|motor_lag_s = -1.0 -> [simulation.dynamics] motor_lag_s is -1; at least zero
+[simulation.pedestrians]|min_speed = 0.9|max_speed = 0.2 -> [simulation.pedestrians] max_speed is 0.2; at least min_speed
+[walkers]|radius_m = 0.2 -> line 1; `walkers` is now `simulation.pedestrians`
+[navigator]|patience_s = 1.0 -> line 2; `patience_s` is now `stuck_patience_s`
 ";
     for line in table.lines().filter(|line| !line.is_empty()) {
         let (text, words) = line.split_once(" -> ").expect("a line has an arrow");
@@ -305,7 +307,7 @@ fn unusable_problem_values_are_rejected() {
 /target [1e300,0] -> distance to the target; at most
 /key_node [5000,0] -> distance to the key node; at most
 /key_node "x" -> "key_node":"x"; length 2
-/weights/heading -1 -> weight heading is -1; 0 to 1e6
+/weights/heading -1 -> heading is -1; 0 to 1e6
 /weights/pth 1 -> unknown field `pth`; did you mean `path`?
 /limits/max_vel 1 -> unknown field `max_vel`; did you mean `max_vel_x`?
 /limits/max_vel_x -1 -> limits: max_vel_x is -1; at least min_vel_x

@@ -1,8 +1,8 @@
-//! What the program tells of its settings is what the code has: every key, its default, and a range that is kept.
+//! Each setting is declared once: its documentation, its default, its range and the schema agree.
 
 use inbye::base::BaseConfig;
 use inbye::runtime::Config;
-use inbye::settings::KeyDescription;
+use inbye::settings::{KeyDescription, Range};
 use serde::Serialize;
 use toml::{Table, Value};
 
@@ -14,7 +14,8 @@ struct Kind {
     text: String,
     keys: Vec<KeyDescription>,
     defaults: Table,
-    /// Reads a text and checks it; the settings written again, or what is wrong.
+    schema: serde_json::Value,
+    /// Reads and checks a text. Returns the settings as a table, or the error.
     read: fn(&str) -> Result<Table, String>,
 }
 
@@ -23,6 +24,7 @@ fn kinds() -> [Kind; 2] {
         text: Config::documented(),
         keys: Config::keys(),
         defaults: table(&Config::default()),
+        schema: Config::schema(),
         read: |text| {
             let config: Config = toml::from_str(text).map_err(|error| error.to_string())?;
             config.validate().map_err(|error| error.to_string())?;
@@ -33,6 +35,7 @@ fn kinds() -> [Kind; 2] {
         text: BaseConfig::documented(),
         keys: BaseConfig::keys(),
         defaults: table(&BaseConfig::default()),
+        schema: BaseConfig::schema(),
         read: |text| {
             let config: BaseConfig = toml::from_str(text).map_err(|error| error.to_string())?;
             config.validate().map_err(|error| error.to_string())?;
@@ -70,8 +73,14 @@ fn leaves(root: &Table, path: &str, whole: &dyn Fn(&str) -> bool, found: &mut Ve
     }
 }
 
+/// The default of a key as a TOML value.
+fn default_of(known: &KeyDescription) -> Option<Value> {
+    let default = known.default.as_ref()?;
+    Some(Value::try_from(default).expect("defaults are TOML values"))
+}
+
 #[test]
-fn every_key_is_described_and_every_description_has_its_key() {
+fn every_key_has_a_description_and_every_description_a_key() {
     for kind in kinds() {
         let described: Vec<&str> = kind.keys.iter().map(|known| known.key.as_str()).collect();
         let mut found = Vec::new();
@@ -84,19 +93,20 @@ fn every_key_is_described_and_every_description_has_its_key() {
         described.sort_unstable();
         assert_eq!(described, found);
         for known in &kind.keys {
-            assert_eq!(known.default.as_ref(), at(&kind.defaults, &known.key));
-            assert!(known.says.len() > 15, "{}: {:?}", known.key, known.says);
-            assert!(known.says.ends_with('.'), "{}: {}", known.key, known.says);
-            assert!(!known.says.contains("[`"), "{}: a link", known.key);
+            assert_eq!(default_of(known).as_ref(), at(&kind.defaults, &known.key));
+            let text = &known.description;
+            assert!(text.len() > 15, "{}: {text:?}", known.key);
+            assert!(text.ends_with('.'), "{}: {text}", known.key);
+            assert!(!text.contains("[`"), "{}: a link", known.key);
         }
     }
 }
 
 #[test]
-fn the_text_is_the_default_and_names_each_key_once() {
+fn commented_toml_is_the_default_configuration() {
     for kind in kinds() {
         assert_eq!((kind.read)(&kind.text).as_ref(), Ok(&kind.defaults));
-        // Not by what is left out: the text itself has each value.
+        // The text itself has each value.
         let written: Table = kind.text.parse().expect("the text is TOML");
         assert_eq!(written, kind.defaults);
         for known in &kind.keys {
@@ -105,21 +115,19 @@ fn the_text_is_the_default_and_names_each_key_once() {
                 let line = line.strip_prefix("# ").unwrap_or(line);
                 line.starts_with(&format!("{name} = "))
             };
-            let of_that_name = |other: &&KeyDescription| other.key.rsplit('.').next() == Some(name);
+            let has_name = |other: &&KeyDescription| other.key.rsplit('.').next() == Some(name);
             assert_eq!(
                 kind.text.lines().filter(line).count(),
-                kind.keys.iter().filter(of_that_name).count(),
+                kind.keys.iter().filter(has_name).count(),
                 "{name}"
             );
         }
         assert!(kind.text.lines().all(|line| line.chars().count() <= 120));
     }
-    let again = kinds().map(|kind| kind.text);
-    assert_eq!(kinds().map(|kind| kind.text), again);
 }
 
 #[test]
-fn what_has_no_default_is_commented_out_with_an_example_that_works() {
+fn key_without_default_is_commented_out_with_a_valid_example() {
     for kind in kinds() {
         let optional: Vec<&str> = OPTIONAL
             .into_iter()
@@ -136,101 +144,65 @@ fn what_has_no_default_is_commented_out_with_an_example_that_works() {
     }
 }
 
-/// A number in words or figures, or the default of the key beside it.
-fn figure(word: &str, beside: &Table) -> Option<f64> {
-    let word = word.trim_matches(|letter: char| !letter.is_alphanumeric() && letter != '-');
-    match word {
-        "zero" => Some(0.0),
-        "one" => Some(1.0),
-        "pi" => Some(core::f64::consts::PI),
-        word => match beside.get(word) {
-            Some(value) => number(value),
-            None => word.replace(',', "").parse().ok(),
-        },
-    }
-}
-
 fn number(value: &Value) -> Option<f64> {
     value
         .as_float()
         .or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
-/// Numbers just outside the range that a text states.
-fn outside(says: &str, beside: &Table, whole: bool) -> Vec<f64> {
-    let stated = says.split("Default").next().unwrap_or_default();
-    let words: Vec<&str> = stated.split_whitespace().collect();
-    let below = |number: f64| {
-        if whole {
-            number - 1.0
-        } else {
-            number.next_down()
-        }
-    };
-    let above = |number: f64| {
-        if whole {
-            number + 1.0
-        } else {
-            number.next_up()
-        }
-    };
+/// The numbers next to a range's bounds, outside it.
+fn outside(range: &Range, is_whole: bool) -> Vec<f64> {
     let mut found = Vec::new();
-    for at in 0..words.len().saturating_sub(1) {
-        let after = |skip: usize| words.get(at + skip).and_then(|word| figure(word, beside));
-        match (words[at], words[at + 1]) {
-            ("above" | "below", _) => found.extend(after(1)),
-            ("at", "least") => found.extend(after(2).map(below)),
-            ("at", "most") => found.extend(after(2).map(above)),
-            (_, "to" | "or") => {
-                if let (Some(least), Some(most)) = (after(0), after(2)) {
-                    found.extend([below(least), above(most)]);
-                }
-            }
-            _ => {}
-        }
+    if range.min.is_finite() {
+        found.push(match (range.is_min_open, is_whole) {
+            (true, _) => range.min,
+            (false, true) => range.min - 1.0,
+            (false, false) => range.min.next_down(),
+        });
+    }
+    if range.max.is_finite() {
+        found.push(match (range.is_max_open, is_whole) {
+            (true, _) => range.max,
+            (false, true) => range.max + 1.0,
+            (false, false) => range.max.next_up(),
+        });
     }
     found
 }
 
 #[test]
-fn every_number_says_its_range_and_is_kept_to_it() {
+fn every_number_has_a_range_and_is_rejected_outside_it() {
     let mut tried = 0;
     for kind in kinds() {
         for known in &kind.keys {
-            let example = Value::Float(1.0);
-            let default = known.default.as_ref().unwrap_or(&example);
+            let default = default_of(known).unwrap_or(Value::Float(1.0));
             // Pairs of numbers, one of each track, are tried by their left one.
             let (suffix, default) = match default.get("left") {
-                Some(left) => (".left", left),
+                Some(left) => (".left", left.clone()),
                 None => ("", default),
             };
-            if number(default).is_none() {
+            let Some(number) = number(&default) else {
                 continue;
-            }
-            let whole = default.is_integer();
-            let (parent, _) = known.key.rsplit_once('.').expect("numbers are in tables");
-            let beside = at(&kind.defaults, parent).and_then(Value::as_table);
-            let mut wrong = outside(&known.says, beside.expect("its table"), whole);
-            assert!(
-                !wrong.is_empty(),
-                "{} says no range: {}",
-                known.key,
-                known.says
-            );
-            if !whole {
+            };
+            let range = known.range.expect("a number has a range");
+            assert!(range.contains(number), "{}", known.key);
+            assert!(known.description.contains(range.text), "{}", known.key);
+            let is_whole = default.is_integer();
+            let mut wrong = outside(&range, is_whole);
+            if !is_whole {
                 wrong.extend([f64::NAN, f64::INFINITY]);
             }
             for wrong in wrong {
-                let value = if whole {
+                let value = if is_whole {
                     Value::Integer(wrong as i64)
                 } else {
                     Value::Float(wrong)
                 };
-                let mut spoilt = kind.defaults.clone();
-                set(&mut spoilt, &format!("{}{suffix}", known.key), value);
-                let text = toml::to_string(&spoilt).expect("settings are TOML");
+                let mut changed = kind.defaults.clone();
+                set(&mut changed, &format!("{}{suffix}", known.key), value);
+                let text = toml::to_string(&changed).expect("settings are TOML");
                 let read = (kind.read)(&text);
-                assert!(read.is_err(), "{} = {wrong} is not refused", known.key);
+                assert!(read.is_err(), "{} = {wrong} is accepted", known.key);
                 tried += 1;
             }
         }
@@ -238,7 +210,7 @@ fn every_number_says_its_range_and_is_kept_to_it() {
     assert!(tried > 200, "{tried}");
 }
 
-/// Puts a value at a path, the tables of which are there, but for the key itself.
+/// Sets the value at a path whose tables exist.
 fn set(root: &mut Table, path: &str, value: Value) {
     let (parent, key) = path.rsplit_once('.').unwrap_or(("", path));
     let mut table = root;
@@ -248,23 +220,36 @@ fn set(root: &mut Table, path: &str, value: Value) {
     table.insert(key.to_owned(), value);
 }
 
+/// The schema of a key.
+fn schema_of<'a>(kind: &'a Kind, key: &str) -> &'a serde_json::Value {
+    key.split('.')
+        .fold(&kind.schema, |schema, name| &schema["properties"][name])
+}
+
 #[test]
-fn every_word_that_may_be_chosen_is_named() {
+fn every_choice_is_in_the_description_and_in_the_schema() {
     let mut tried = 0;
     for kind in kinds() {
         for known in &kind.keys {
-            let Some(Value::String(_)) = &known.default else {
+            let Some(Value::String(_)) = default_of(known) else {
                 continue;
             };
-            let mut spoilt = kind.defaults.clone();
-            let word = Value::String("?".to_owned());
-            set(&mut spoilt, &known.key, word);
-            let text = toml::to_string(&spoilt).expect("settings are TOML");
-            let refusal = (kind.read)(&text).expect_err("a question mark is no choice");
-            let (_, choices) = refusal.split_once("expected ").expect("what is expected");
+            let mut changed = kind.defaults.clone();
+            set(&mut changed, &known.key, Value::String("?".to_owned()));
+            let text = toml::to_string(&changed).expect("settings are TOML");
+            let error = (kind.read)(&text).expect_err("a question mark is no choice");
+            let (_, choices) = error.split_once("expected ").expect("what is expected");
+            let in_schema = schema_of(&kind, &known.key)["enum"].as_array();
             for choice in choices.split('`').skip(1).step_by(2) {
                 let quoted = format!("`{choice}`");
-                assert!(known.says.contains(&quoted), "{}: no {quoted}", known.key);
+                assert!(
+                    known.description.contains(&quoted),
+                    "{}: {quoted}",
+                    known.key
+                );
+                if let Some(words) = in_schema {
+                    assert!(words.contains(&choice.into()), "{}: {choice}", known.key);
+                }
                 tried += 1;
             }
         }
@@ -272,20 +257,52 @@ fn every_word_that_may_be_chosen_is_named() {
     assert!(tried >= 10, "{tried}");
 }
 
-/// A default that the text names in its reasons is the one in the code.
 #[test]
-fn defaults_in_words_are_those_of_the_code() {
+fn schema_has_type_default_and_bounds_of_every_key() {
+    for kind in kinds() {
+        assert!(
+            kind.schema["$schema"]
+                .as_str()
+                .is_some_and(|uri| uri.contains("2020-12"))
+        );
+        for known in &kind.keys {
+            let schema = schema_of(&kind, &known.key);
+            assert_eq!(schema["description"], known.description.as_str());
+            assert_eq!(
+                schema.get("default"),
+                known.default.as_ref(),
+                "{}",
+                known.key
+            );
+            let has_type = schema.get("type").or(schema.get("enum")).is_some();
+            assert!(has_type, "{}: {schema}", known.key);
+            let Some(range) = known.range else { continue };
+            let bound = |closed: &str, open: &str| {
+                let value = schema.get(closed).or(schema.get(open));
+                value.and_then(serde_json::Value::as_f64)
+            };
+            let finite = |bound: f64| bound.is_finite().then_some(bound);
+            assert_eq!(bound("minimum", "exclusiveMinimum"), finite(range.min));
+            assert_eq!(bound("maximum", "exclusiveMaximum"), finite(range.max));
+        }
+    }
+}
+
+/// A default in the text equals the one in the code.
+#[test]
+fn defaults_in_descriptions_are_those_of_the_code() {
     let mut compared = 0;
     for known in kinds().iter().flat_map(|kind| &kind.keys) {
-        let (Some((_, after)), Some(default)) = (known.says.split_once("Default "), &known.default)
+        let (Some((_, after)), Some(default)) =
+            (known.description.split_once("Default "), default_of(known))
         else {
             continue;
         };
         let word = after.split([' ', ':', ';']).next().unwrap_or_default();
         let word = word.trim_end_matches(['.', ',']).replace(',', "");
-        let default = default.get("left").unwrap_or(default);
-        if let (Ok(said), Some(value)) = (word.parse::<f64>(), number(default)) {
-            assert_eq!(said, value, "{}", known.key);
+        let default = default.get("left").unwrap_or(&default);
+        if let (Ok(stated), Some(value)) = (word.parse::<f64>(), number(default)) {
+            assert_eq!(stated, value, "{}", known.key);
             compared += 1;
         }
     }

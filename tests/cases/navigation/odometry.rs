@@ -60,7 +60,7 @@ fn odometry_is_exact_without_noise_and_slip() {
 fn odometry_misses_slip_and_measures_turns() {
     let slip = Slip {
         mean: 0.1,
-        wander: 0.0,
+        variation: 0.0,
         ..Slip::default()
     };
     let dynamics = DriveDynamics {

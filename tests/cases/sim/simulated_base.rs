@@ -188,7 +188,7 @@ fn steady_slip_and_width_change_speed_and_turn_as_stated() {
         mean: 0.1,
         width_ratio: 1.6,
         calibrated_width_ratio: 1.2,
-        wander: 0.0,
+        variation: 0.0,
         ..Slip::default()
     };
     let dynamics = DriveDynamics {
@@ -212,13 +212,13 @@ fn steady_slip_and_width_change_speed_and_turn_as_stated() {
 }
 
 /// True speed and turn rate over those commanded, at each of many metres of a steady drive.
-fn grip(wander: f64, seed: u64) -> Vec<[f64; 2]> {
+fn grip(variation: f64, seed: u64) -> Vec<[f64; 2]> {
     let slip = Slip {
         mean: 0.05,
         width_ratio: 1.5,
         calibrated_width_ratio: 1.5,
-        wander,
-        wander_length_m: 2.0,
+        variation,
+        variation_length_m: 2.0,
     };
     let dynamics = DriveDynamics {
         slip,
@@ -302,7 +302,7 @@ fn bad_settings_are_refused_by_name() {
         ..Slip::default()
     });
     let wild = slipping(Slip {
-        wander: 0.3,
+        variation: 0.3,
         ..Slip::default()
     });
     let noise = OdometryNoise::default();
@@ -310,7 +310,7 @@ fn bad_settings_are_refused_by_name() {
         (lag, "motor_lag_s is NaN"),
         (late, "command_delay_s is -0.1"),
         (all, "slip.mean is 1"),
-        (wild, "slip.wander is 0.3"),
+        (wild, "slip.variation is 0.3"),
     ] {
         let error = refusal(LIMITS, dynamics, noise);
         assert!(error.starts_with(words), "{error}");

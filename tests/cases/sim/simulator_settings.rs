@@ -1,4 +1,4 @@
-//! The simulator's tables of a configuration: each key is read, and refused by its table and name.
+//! The table `[simulation]` of a configuration.
 
 use inbye::runtime::Config;
 use inbye::sim::{Fixes, OdometryNoise, Slip};
@@ -12,40 +12,52 @@ fn refusal(text: &str) -> String {
 }
 
 #[test]
-fn every_key_out_of_range_is_refused_by_table_and_name() {
+fn settings_reject_number_out_of_range_by_table_and_key() {
     for (text, words) in [
         (
-            "[dynamics]\ncommand_delay_s = -0.1",
-            "[dynamics] command_delay_s is -0.1",
+            "[simulation.dynamics]\ncommand_delay_s = -0.1",
+            "[simulation.dynamics] command_delay_s is -0.1",
         ),
         (
-            "[dynamics.slip]\nmean = -0.1",
-            "[dynamics] slip.mean is -0.1",
+            "[simulation.dynamics.slip]\nmean = -0.1",
+            "[simulation.dynamics.slip] mean is -0.1",
         ),
         (
-            "[dynamics.slip]\nwidth_ratio = 0.0",
-            "[dynamics] slip.width_ratio is 0",
+            "[simulation.dynamics.slip]\nwidth_ratio = 0.0",
+            "[simulation.dynamics.slip] width_ratio is 0",
         ),
         (
-            "[dynamics.slip]\ncalibrated_width_ratio = nan",
-            "[dynamics] slip.calibrated_width_ratio is NaN",
+            "[simulation.dynamics.slip]\ncalibrated_width_ratio = nan",
+            "[simulation.dynamics.slip] calibrated_width_ratio is NaN",
         ),
         (
-            "[dynamics.slip]\nwander_length_m = 0.0",
-            "[dynamics] slip.wander_length_m is 0",
+            "[simulation.dynamics.slip]\nvariation_length_m = 0.0",
+            "[simulation.dynamics.slip] variation_length_m is 0",
         ),
         (
-            "[odometry]\nspeed_window_s = -1.0",
-            "[odometry] speed_window_s is -1",
+            "[simulation.odometry]\nspeed_window_s = -1.0",
+            "[simulation.odometry] speed_window_s is -1",
         ),
         (
-            "[odometry]\ngyro_bit_rad_s = inf",
-            "[odometry] gyro_bit_rad_s is inf",
+            "[simulation.odometry]\ngyro_bit_rad_s = inf",
+            "[simulation.odometry] gyro_bit_rad_s is inf",
         ),
-        ("[fixes]\nrate_hz = 1e6", "[fixes] rate_hz is 1000000"),
-        ("[fixes]\ndropout = 2.0", "[fixes] dropout is 2"),
-        ("[lidar]\nrange_min_m = -1.0", "[lidar] range_min_m is -1"),
-        ("[lidar]\ndropout = 1.5", "[lidar] dropout is 1.5"),
+        (
+            "[simulation.fixes]\nrate_hz = 1e6",
+            "[simulation.fixes] rate_hz is 1000000",
+        ),
+        (
+            "[simulation.fixes]\ndropout = 2.0",
+            "[simulation.fixes] dropout is 2",
+        ),
+        (
+            "[simulation.lidar]\nrange_min_m = -1.0",
+            "[simulation.lidar] range_min_m is -1",
+        ),
+        (
+            "[simulation.lidar]\ndropout = 1.5",
+            "[simulation.lidar] dropout is 1.5",
+        ),
     ] {
         let error = refusal(text);
         assert!(error.starts_with(words), "{error}");
@@ -55,18 +67,18 @@ fn every_key_out_of_range_is_refused_by_table_and_name() {
 #[test]
 fn unknown_keys_are_errors() {
     for text in [
-        "[dynamics.slip]\nratio = 1.0",
-        "[odometry]\nnoise = 1.0",
-        "[fixes]\nrate = 1.0",
+        "[simulation.dynamics.slip]\nratio = 1.0",
+        "[simulation.odometry]\nnoise = 1.0",
+        "[simulation.fixes]\nrate = 1.0",
     ] {
         assert!(toml::from_str::<Config>(text).is_err(), "{text}");
     }
 }
 
 #[test]
-fn what_is_left_out_is_the_default() {
+fn settings_keep_defaults_of_omitted_keys() {
     let config: Config = toml::from_str(
-        "[dynamics.slip]\nmean = 0.1\n[odometry]\nencoder_tick_m = 0.0\n[fixes]\nrate_hz = 2.0",
+        "[simulation.dynamics.slip]\nmean = 0.1\n[simulation.odometry]\nencoder_tick_m = 0.0\n[simulation.fixes]\nrate_hz = 2.0",
     )
     .expect("a valid configuration");
     assert_eq!(config.validate(), Ok(()));

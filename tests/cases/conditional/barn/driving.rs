@@ -98,7 +98,7 @@ fn ends_within_a_metre() {
 fn drives_through() {
     // A robot that sees a hand's breadth, and so not in time.
     let mut blind = barn_config(2.0);
-    blind.lidar.range_max_m = 0.1;
+    blind.simulation.lidar.range_max_m = 0.1;
     let row = run(posts(), SHORT, &blind);
     assert_eq!(
         (row.outcome, row.score),
@@ -112,7 +112,7 @@ fn drives_through() {
     // Contact within the goal's radius is contact.
     let behind = vec![post(3.2, 0.0)];
     let mut blind = barn_config(0.5);
-    blind.lidar.range_max_m = 0.1;
+    blind.simulation.lidar.range_max_m = 0.1;
     let tight = Course {
         goal_radius_m: 0.5,
         ..SHORT

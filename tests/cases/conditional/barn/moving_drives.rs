@@ -70,7 +70,7 @@ fn run(world: &DynaBarnWorld, config: &Config) -> RunRow {
 /// A Jackal that sees a hand's breadth.
 fn blind() -> Config {
     let mut blind = dynabarn_config();
-    blind.lidar.range_max_m = 0.1;
+    blind.simulation.lidar.range_max_m = 0.1;
     blind
 }
 

@@ -32,10 +32,8 @@ pub fn trial_by_scans() -> Trial {
 }
 
 fn tours_by_scans() -> Result<(), Failed> {
-    let mut config = Config {
-        lidar: Lidar::turning(),
-        ..Config::default()
-    };
+    let mut config = Config::default();
+    config.simulation.lidar = Lidar::turning();
     config.simulation.dynamics.slip.mean = 0.05;
     let plan = LocalizationPlan {
         name: "mine".to_owned(),

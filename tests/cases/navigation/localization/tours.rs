@@ -8,10 +8,8 @@ use inbye::sim::{Lidar, Scene, crossing, roadway};
 
 /// 5 % slip, a small lidar, and a short patience of a lost robot.
 fn config() -> Config {
-    let mut config = Config {
-        lidar: Lidar::turning(),
-        ..Config::default()
-    };
+    let mut config = Config::default();
+    config.simulation.lidar = Lidar::turning();
     config.simulation.dynamics.slip.mean = 0.05;
     config.navigator.localization_patience_s = 5.0;
     config

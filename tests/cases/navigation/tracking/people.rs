@@ -128,7 +128,7 @@ fn two_cylinders_that_merge_before_their_motion_is_established_keep_their_tracks
     for seed in 0..20 {
         let mut stage = Stage::open(seed);
         stage.errors = ODOMETRY;
-        stage.lidar = inbye::experiment::barn::barn_config(2.0).lidar;
+        stage.lidar = inbye::experiment::barn::barn_config(2.0).simulation.lidar;
         stage.period_s = 0.05;
         let mut walkers = [
             disc(19.0, 19.0, 0.5, -1.19, 1.07),

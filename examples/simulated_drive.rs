@@ -1,0 +1,40 @@
+//! Simulates a drive among pedestrians in a built-in scene: `cargo run --release --example simulated_drive`
+
+use std::sync::Arc;
+
+use inbye::local::CpuEngine;
+use inbye::navigator::Goal;
+use inbye::runtime::{Config, Mission, Observer};
+use inbye::sim::{PedestrianSpawner, Simulation, crossing};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (scene, config) = (crossing(), Config::default());
+    let ends = (scene.start.position(), scene.goal);
+    let pedestrians = PedestrianSpawner::new(3, 7).spawn_on_route(&scene.map, &config, ends)?;
+    let goal = Goal {
+        position: scene.goal,
+        yaw: None,
+    };
+    let simulation = Simulation {
+        moving_obstacles: pedestrians,
+        seed: 7,
+        ..Simulation::new(Mission::new(Arc::new(scene.map), scene.start, goal))
+    };
+    let mut observer = Observer {
+        clock: &mut || 0.0,
+        on_tick: &mut |_| {},
+    };
+    let result = simulation.run(
+        &config,
+        Box::new(CpuEngine::single_threaded()),
+        &mut observer,
+    )?;
+    println!(
+        "reached: {}, {:.1} m in {:.1} s, trace {}",
+        result.reached,
+        result.travelled_m,
+        result.time_s,
+        result.trace.digest()
+    );
+    Ok(())
+}
