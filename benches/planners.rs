@@ -1,4 +1,4 @@
-//! A global path on a built-in scene, stage by stage, and the localiser's revolutions there.
+//! Timings of global planning by stage, and of localisation updates, on a built-in scene.
 
 use std::hint::black_box;
 
@@ -11,7 +11,7 @@ use inbye::sim::{Lidar, World, roadway, scenes};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-/// The robot's circle with its margin, and that with the comfortable distance.
+/// The robot's radius with its margin, and with the preferred clearance.
 const RADII_M: (f64, f64) = (0.5, 0.75);
 
 fn scene_plan(criterion: &mut Criterion) {
@@ -55,7 +55,7 @@ fn scene_plan(criterion: &mut Criterion) {
     }
 }
 
-/// One revolution of 450 beams laid on the map of the roadway scene, by a robot that knows where it is, and by one that is lost.
+/// Updates with a revolution of 450 beams on the roadway scene: while tracking, and while lost.
 fn scene_revolution(criterion: &mut Criterion) {
     let scene = roadway();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
@@ -73,8 +73,8 @@ fn scene_revolution(criterion: &mut Criterion) {
         scene.start.y - 0.02,
         scene.start.yaw + 0.01,
     );
-    let localizer = Localizer::new(&obstacles, settings, &start).expect("good settings");
-    criterion.bench_function("localizer, map of 600 x 400 taken in", |bencher| {
+    let localizer = Localizer::new(&obstacles, settings, &start).expect("valid settings");
+    criterion.bench_function("localizer, new on a map of 600 x 400", |bencher| {
         bencher.iter(|| black_box(Localizer::new(&obstacles, settings, &start)));
     });
     criterion.bench_function("localizer, revolution of 450 beams", |bencher| {
@@ -90,7 +90,7 @@ fn scene_revolution(criterion: &mut Criterion) {
     while lost.estimate().status.lost_reason().is_none() {
         lost.update(&sweep);
     }
-    criterion.bench_function("localizer, lost robot looked for", |bencher| {
+    criterion.bench_function("localizer, relocalisation", |bencher| {
         bencher.iter_batched_ref(
             || lost.clone(),
             |localizer| black_box(localizer.update(&sweep).status),

@@ -2,7 +2,7 @@
 
 mod support {
     pub mod gap;
-    pub mod random_ground;
+    pub mod random_grid;
 }
 
 mod cases {

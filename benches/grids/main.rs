@@ -1,8 +1,8 @@
-//! Grid searches beside an independent A*, on the same queries, in the same run.
+//! Grid searches compared with an independent A*, on the same queries in the same run.
 //!
-//! The queries are the hundred longest of six public maps, where those lie beside the repository, and of maps made here
-//! where they do not. Answers are compared before anything is timed. Figures of a shared machine swing, so each
-//! query is put to all searches in turn, and each keeps the best of a few passes; what counts are the ratios.
+//! The queries are the hundred longest of six public maps if these are next to the repository, else of generated maps.
+//! Results are compared before timing. Timings on a shared machine vary, so each query runs with all searches in turn
+//! and the best of several passes counts; only the ratios are meaningful.
 //!
 //! `cargo bench --bench grids -- --record FILE.csv` writes the rows to a file.
 
@@ -14,15 +14,15 @@ use std::time::Instant;
 
 use inbye::global::{Heuristic, Searcher};
 use inbye::map::{Cell, FreeSpace};
-use maps::Course;
+use maps::TimedMap;
 
-/// Passes over each query, the best of which counts.
+/// Passes over each query; the best one counts.
 const PASSES: usize = 3;
 
-/// A way to answer a query: the path's cost and how often a cell was expanded.
-type Search = fn(&mut Searcher, &Course, Cell, Cell) -> (u64, u32);
+/// A search: returns the path's cost and the number of expansions.
+type Search = fn(&mut Searcher, &TimedMap, Cell, Cell) -> (u64, u32);
 
-/// The first is what the others are measured against; whether the cost must be its own.
+/// The searches, with the reference first, and whether the cost must equal the reference's.
 const SEARCHES: [(&str, bool, Search); 4] = [
     ("pathfinding astar", true, |_, course, start, goal| {
         peer::shortest(&course.obstacles, start, goal)
@@ -93,14 +93,14 @@ struct Timed {
 }
 
 impl Timed {
-    /// The least time that so large a share of the queries does not exceed.
+    /// The time that this fraction of the queries does not exceed.
     fn quantile(&self, share: f64) -> f64 {
         let rank = (share * self.times_ms.len() as f64).ceil() as usize;
         self.times_ms[rank.max(1) - 1]
     }
 }
 
-fn time(course: &Course) -> Vec<Timed> {
+fn time(course: &TimedMap) -> Vec<Timed> {
     let mut searcher = Searcher::default();
     let mut timed: Vec<Timed> = SEARCHES
         .iter()

@@ -1,4 +1,4 @@
-//! Maps and the queries that are timed on them.
+//! Maps and their timed queries.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use inbye::map::{
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Queries of each map.
+/// Number of queries per map.
 const QUERIES: usize = 100;
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
@@ -26,23 +26,23 @@ const PUBLIC: [&str; 6] = [
     "mine/niosh_sr_025m",
 ];
 
-/// Side of the maps made here, cells.
+/// Side of the generated maps, cells.
 const SIDE: i32 = 512;
 
-/// A map with its queries, all of which have an answer.
-pub struct Course {
+/// A map with queries that all have a path.
+pub struct TimedMap {
     pub name: String,
     pub obstacles: ObstacleGrid,
     pub space: FreeSpace,
     pub queries: Vec<(Cell, Cell)>,
 }
 
-/// All that are timed.
+/// All timed maps.
 #[expect(clippy::print_stdout, reason = "a bench prints what it does")]
-pub fn courses() -> Vec<Course> {
-    let public: Vec<Course> = PUBLIC.into_iter().filter_map(public).collect();
+pub fn courses() -> Vec<TimedMap> {
+    let public: Vec<TimedMap> = PUBLIC.into_iter().filter_map(public).collect();
     if public.is_empty() {
-        println!("The public maps are not beside the repository: timing maps made here.");
+        println!("The public maps are not next to the repository: timing generated maps.");
         return vec![
             made("pillars", |column, row, _| column % 16 < 9 && row % 16 < 9),
             made("clutter of a quarter", |_, _, random| {
@@ -57,8 +57,8 @@ pub fn courses() -> Vec<Course> {
     public
 }
 
-/// The scenarios of greatest listed length, ties in file order; none where the files are not here.
-fn public(name: &str) -> Option<Course> {
+/// The scenarios with the largest listed lengths, ties in file order; none without the files.
+fn public(name: &str) -> Option<TimedMap> {
     let file = |ending: &str| Path::new(DATA).join(format!("{name}.{ending}"));
     let map = load(&file("map"), &LoadOptions::default()).ok()?;
     let mut scenarios = read_scen(&file("map.scen")).ok()?;
@@ -67,7 +67,7 @@ fn public(name: &str) -> Option<Course> {
     let queries = scenarios.iter().take(QUERIES);
     let queries = queries.map(|query| (at(query.start), at(query.goal)));
     let obstacles = map.obstacles(UnknownPolicy::Blocked);
-    Some(Course {
+    Some(TimedMap {
         name: name.to_owned(),
         space: FreeSpace::new(&obstacles, 0.0),
         queries: queries.collect(),
@@ -75,8 +75,8 @@ fn public(name: &str) -> Option<Course> {
     })
 }
 
-/// A map by a rule for its cells, and random queries across it.
-fn made(name: &str, mut is_blocked: impl FnMut(i32, i32, &mut Pcg64Mcg) -> bool) -> Course {
+/// Generates a map from a rule for its cells, with random queries.
+fn made(name: &str, mut is_blocked: impl FnMut(i32, i32, &mut Pcg64Mcg) -> bool) -> TimedMap {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let frame = GridFrame::new(SIDE, SIDE, 1.0, Pose::default()).expect("a sound size");
     let cells = (0..frame.len()).map(|index| frame.cell_at(index));
@@ -97,7 +97,7 @@ fn made(name: &str, mut is_blocked: impl FnMut(i32, i32, &mut Pcg64Mcg) -> bool)
             queries.push((start, goal));
         }
     }
-    Course {
+    TimedMap {
         name: name.to_owned(),
         obstacles,
         space,

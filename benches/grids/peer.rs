@@ -1,10 +1,10 @@
-//! The searches' peer: A* of the `pathfinding` crate, given the grid as its users give it one.
+//! Reference search: A* of the `pathfinding` crate, used as its documentation shows.
 
 use inbye::global::{DIAGONAL, STRAIGHT};
 use inbye::map::{Cell, ObstacleGrid};
 use pathfinding::prelude::astar;
 
-/// Cost of a shortest path between cells that are joined, and how often a cell's moves were asked for.
+/// Cost of a shortest path between connected cells, and the number of expansions.
 pub fn shortest(obstacles: &ObstacleGrid, start: Cell, goal: Cell) -> (u64, u32) {
     let mut expanded = 0;
     let found = astar(
@@ -22,7 +22,7 @@ pub fn shortest(obstacles: &ObstacleGrid, start: Cell, goal: Cell) -> (u64, u32)
     )
 }
 
-/// The cells that one move leads to: diagonals only where both cells beside them are free.
+/// The neighbours of a cell; diagonals only between two free cells.
 fn moves(obstacles: &ObstacleGrid, from: Cell) -> Vec<(Cell, u32)> {
     let to = |dx: i32, dy: i32| Cell::new(from.column + dx, from.row + dy);
     let is_free = |dx, dy| !obstacles.is_blocked(to(dx, dy));

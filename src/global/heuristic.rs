@@ -24,6 +24,7 @@ pub(super) fn octile(one: Cell, other: Cell) -> u64 {
 /// exceeds the true cost on an 8-connected grid with diagonals of sqrt 2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Heuristic {
     /// `dx + dy` (eq. 14). Not admissible with diagonal moves.
     Manhattan,

@@ -10,6 +10,7 @@ use crate::settings::{Setting, choices, range, require, setting_schema, settings
 /// The search algorithm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SearchMethod {
     /// A* with [`Settings::heuristic`].
     #[default]
@@ -21,6 +22,7 @@ pub enum SearchMethod {
 /// The nodes that pruning considers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Pruning {
     /// On long paths, the corners and some nodes between them: a nearly shortest chain in a tenth of the time.
     #[default]

@@ -11,6 +11,7 @@ use crate::geometry::Pose;
 /// Why localisation is lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum LostReason {
     /// The lidar has too few returns where the map shows surfaces.
     NoReturns,
@@ -39,6 +40,7 @@ impl fmt::Display for LostReason {
 /// Reliability of the pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum LocalizationStatus {
     /// The scans match the map at this pose.
     Tracking,

@@ -1,13 +1,13 @@
-//! How near a polyline comes to obstacles, by walking along it in tiny steps; shares no arithmetic with the crate.
+//! Clearance of a polyline by brute force in small steps, independent of the crate's arithmetic.
 
 use inbye::geometry::Point;
 use inbye::map::{Cell, ObstacleGrid};
 
-/// A twentieth of a cell: steps to find a path that comes too near.
+/// Step length to detect a violated clearance: a twentieth of a cell.
 pub const STEP: f64 = 1.0 / 20.0;
 
-/// The smallest distance in metres from any step of the polyline to an obstacle cell's square, looked for `reach_m` around
-/// each. Steps are at most `step` cells long.
+/// The smallest distance, metres, from any step of the polyline to an obstacle cell's square within `reach_m` of
+/// it. Steps are at most `step` cells long.
 pub fn smallest_gap_m(points: &[Point], obstacles: &ObstacleGrid, reach_m: f64, step: f64) -> f64 {
     let cell_m = obstacles.frame().resolution_m;
     let reach = reach_m / cell_m;

@@ -1,7 +1,7 @@
-//! PNG files put together by hand, for what an encoder does not write: palettes, single bits, headers that lie.
+//! Hand-written PNG files for cases that encoders do not produce: palettes, single bits, false headers.
 
-/// A PNG file of one image. The rows are packed samples as they stand in the file, top row first; chunks between the
-/// header and the pixels (`PLTE`, `tRNS`) come ready with their names.
+/// Builds a PNG file. The rows are packed samples as in the file, top row first; chunks between the header and the
+/// pixels (`PLTE`, `tRNS`) are given with their names.
 pub fn png(
     (width, height): (u32, u32),
     bit_depth: u8,
@@ -36,7 +36,7 @@ fn append_chunk(file: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
     file.extend(check.to_be_bytes());
 }
 
-/// A zlib stream that compresses nothing.
+/// A zlib stream without compression.
 fn stored_zlib(data: &[u8]) -> Vec<u8> {
     let mut stream = vec![0x78, 0x01];
     let blocks: Vec<&[u8]> = data.chunks(0xffff).collect();

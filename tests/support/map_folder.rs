@@ -1,4 +1,4 @@
-//! A folder of map files that lasts as long as a test.
+//! A temporary folder of map files.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,21 +7,21 @@ use image::DynamicImage;
 use inbye::map::{LoadOptions, MapError, OccupancyGrid, load};
 use tempfile::TempDir;
 
-/// The folder; it is gone when this is dropped.
+/// The folder; it is removed when this is dropped.
 pub struct Folder(TempDir);
 
 impl Folder {
-    /// An empty folder.
+    /// Creates an empty folder.
     pub fn new() -> Self {
         Self(tempfile::tempdir().expect("a place for temporary files"))
     }
 
-    /// Where a file of this name is, or would be.
+    /// The path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// Writes a file and says where.
+    /// Writes a file and returns its path.
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path(name);
         fs::write(&path, bytes).expect("the folder can be written to");
@@ -34,8 +34,8 @@ impl Folder {
         saved.expect("the format holds such pixels");
     }
 
-    /// Loads `map.yaml`, written with these lines about an image that is already here; keys that the lines leave out
-    /// have usual values.
+    /// Writes `map.yaml` with these lines for an existing image, and loads it. Keys that the lines omit
+    /// have common values.
     pub fn load_yaml(&self, image: &str, lines: &str) -> Result<OccupancyGrid, MapError> {
         let usual = [
             "resolution: 0.05",

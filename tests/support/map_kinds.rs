@@ -1,4 +1,4 @@
-//! Maps of random pixels in every kind of image file, each under every mode and its settings.
+//! Maps of random pixels in every image format, with all modes and thresholds.
 
 use std::fs;
 use std::io;
@@ -9,9 +9,9 @@ use rand_pcg::Pcg64Mcg;
 
 use super::hand_png::png;
 
-/// A kind of image file, or the text map without one.
+/// An image format, or the text map.
 pub struct Kind {
-    /// Name of the kind.
+    /// Name of the format.
     pub name: &'static str,
     extension: &'static str,
     encode: fn(&mut Pcg64Mcg) -> Vec<u8>,
@@ -21,7 +21,7 @@ const WIDTH: usize = 61;
 const HEIGHT: usize = 47;
 const SIZE: (u32, u32) = (WIDTH as u32, HEIGHT as u32);
 
-/// All kinds; the first is the plainest.
+/// All formats; the first is the simplest.
 pub const KINDS: [Kind; 12] = [
     kind("grey pgm", "pgm", |random| {
         [
@@ -109,7 +109,7 @@ const fn kind(
 }
 
 impl Kind {
-    /// Writes one image into a folder, and a YAML file for each combination of settings. The maps to load, in order.
+    /// Writes an image to a folder, with a YAML file for each combination of settings. Returns the maps to load, in order.
     pub fn write(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
         let mut random = Pcg64Mcg::seed_from_u64(2_026);
         let image = folder.join(format!("random.{}", self.extension));
@@ -150,7 +150,7 @@ fn rows(random: &mut Pcg64Mcg, count: usize) -> Vec<Vec<u8>> {
     (0..HEIGHT).map(|_| bytes(random, count)).collect()
 }
 
-/// The same rows with every second alpha, the last byte of a pixel, made opaque.
+/// Makes every second pixel opaque; alpha is the last byte of a pixel.
 fn opaque_for_half(mut rows: Vec<Vec<u8>>, pixel_bytes: usize) -> Vec<Vec<u8>> {
     for row in &mut rows {
         for pixel in row.chunks_exact_mut(pixel_bytes).step_by(2) {

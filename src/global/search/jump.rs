@@ -74,9 +74,9 @@ impl Jumps<'_> {
         for side in [(ahead + 1) % 4, (ahead + 3) % 4] {
             let (sx, sy) = MOVES[side];
             let (free, _) = self.space.bits();
-            let beside = free.position(column + sx, row + sy);
+            let adjacent = free.position(column + sx, row + sy);
             let behind = free.position(column + sx - dx, row + sy - dy);
-            if free.at(beside) && !free.at(behind) {
+            if free.at(adjacent) && !free.at(behind) {
                 self.run_straight(run, run.from.cell(), 0, side);
                 self.run_diagonally(run, ahead, side);
             }

@@ -41,7 +41,7 @@ fn cases(seed: u64, maps: usize, most_side: i32) -> impl Iterator<Item = Case> {
 }
 
 fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
-    let obstacles = crate::support::random_ground::obstacles(random, most_side);
+    let obstacles = crate::support::random_grid::obstacles(random, most_side);
     let frame = *obstacles.frame();
     let cells = RADII[number % RADII.len()];
     let search_m = cells * frame.resolution_m;

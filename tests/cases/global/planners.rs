@@ -35,11 +35,11 @@ fn moves(space: &FreeSpace, from: Cell) -> Vec<(Cell, u64)> {
     for dx in -1..=1 {
         for dy in -1..=1 {
             let to = Cell::new(from.column + dx, from.row + dy);
-            let beside = [
+            let adjacent = [
                 Cell::new(from.column, to.row),
                 Cell::new(to.column, from.row),
             ];
-            if to != from && space.is_free(to) && beside.iter().all(|&cell| space.is_free(cell)) {
+            if to != from && space.is_free(to) && adjacent.iter().all(|&cell| space.is_free(cell)) {
                 let cost = if dx * dy == 0 { STRAIGHT } else { DIAGONAL };
                 moves.push((to, cost));
             }
@@ -68,12 +68,12 @@ fn heuristics_agree_with_dijkstra_on_random_grids() {
     let (mut found_any, mut found_none, mut detours) = (0, 0, 0);
     let mut used = Searcher::default();
     for case in 0..600 {
-        let obstacles = crate::support::random_ground::obstacles(&mut random, 36);
+        let obstacles = crate::support::random_grid::obstacles(&mut random, 36);
         let frame = obstacles.frame();
         let radius_m = [0.0, 0.0, 0.6][case % 3] * frame.resolution_m;
         let space = FreeSpace::new(&obstacles, radius_m);
-        let start = crate::support::random_ground::cell(&mut random, frame);
-        let goal = crate::support::random_ground::cell(&mut random, frame);
+        let start = crate::support::random_grid::cell(&mut random, frame);
+        let goal = crate::support::random_grid::cell(&mut random, frame);
         if !(space.is_free(start) && space.is_free(goal)) {
             continue;
         }
@@ -127,11 +127,11 @@ fn jump_points_find_paths_as_short_as_a_star() {
     let (mut found_any, mut found_none, mut jumped) = (0, 0, 0);
     for case in 0..6000 {
         let obstacles =
-            crate::support::random_ground::obstacles(&mut random, [20, 70, 200][case % 3]);
+            crate::support::random_grid::obstacles(&mut random, [20, 70, 200][case % 3]);
         let frame = obstacles.frame();
         let space = FreeSpace::new(&obstacles, [0.0, 0.3][case % 2] * frame.resolution_m);
-        let start = crate::support::random_ground::cell(&mut random, frame);
-        let goal = crate::support::random_ground::cell(&mut random, frame);
+        let start = crate::support::random_grid::cell(&mut random, frame);
+        let goal = crate::support::random_grid::cell(&mut random, frame);
         let expected = searcher.astar(&space, start, goal, Heuristic::Octile, None);
         let expected = expected.map(|found| (found.cost, found.expanded));
         match (expected, searcher.jump_points(&space, start, goal)) {

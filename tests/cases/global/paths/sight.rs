@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::lattice_sight::{self, LatticePoint, STEPS};
-use crate::support::{gap, random_ground};
+use crate::support::{gap, random_grid};
 
 /// A grid with exact float arithmetic: powers of two, at the origin.
 fn exact_grid(random: &mut Pcg64Mcg, density: f64) -> FreeSpace {
@@ -141,12 +141,12 @@ fn clearance_equals_the_minimum_over_small_steps() {
     let mut random = Pcg64Mcg::seed_from_u64(33);
     let mut near = 0;
     for case in 0..300 {
-        let mut obstacles = random_ground::obstacles(&mut random, 30);
+        let mut obstacles = random_grid::obstacles(&mut random, 30);
         let frame = *obstacles.frame();
         if case % 3 == 0 {
             // A single obstacle, far from most of the path.
             obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-            obstacles.set(random_ground::cell(&mut random, &frame), true);
+            obstacles.set(random_grid::cell(&mut random, &frame), true);
         }
         let mut place = |_| {
             let along =

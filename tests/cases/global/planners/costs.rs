@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use super::{WORKINGS, cost_of, moves};
-use crate::support::random_ground;
+use crate::support::random_grid;
 
 /// The documented cost formula, with a brute-force distance.
 fn expected_cost(obstacles: &ObstacleGrid, cell: Cell, preferred_m: f64, weight: f64) -> u64 {
@@ -31,11 +31,11 @@ fn search_with_costs_finds_the_cheapest_path() {
     let mut searcher = Searcher::default();
     let (mut compared, mut dearer) = (0, 0);
     for case in 0..200 {
-        let obstacles = random_ground::obstacles(&mut random, 24);
+        let obstacles = random_grid::obstacles(&mut random, 24);
         let frame = obstacles.frame();
         let space = FreeSpace::new(&obstacles, 0.0);
-        let start = random_ground::cell(&mut random, frame);
-        let goal = random_ground::cell(&mut random, frame);
+        let start = random_grid::cell(&mut random, frame);
+        let goal = random_grid::cell(&mut random, frame);
         // An odd value, so that only a clearance of zero gives a whole number of sixteenths.
         let (preferred_m, weight) = (3.2179 * frame.resolution_m, [0.731, 3.07, 15.0][case % 3]);
         let costs = ClearanceCosts::new(&obstacles, preferred_m, weight);

@@ -1,4 +1,4 @@
-//! Random grids, and random places on them.
+//! Random grids and random cells.
 
 use core::f64::consts::TAU;
 
@@ -7,10 +7,10 @@ use inbye::map::{Cell, GridFrame, ObstacleGrid};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-/// Sides of a cell to choose from, metres; that of a survey of a real mine is among them.
+/// Cell sizes, metres, including that of a survey of a real mine.
 const RESOLUTIONS_M: [f64; 5] = [0.05, 0.1, 0.1254, 0.5, 1.0];
 
-/// A grid of up to `most_side` cells a side, anywhere and turned anyhow, with scattered cells or blocks of rock.
+/// A grid of up to `most_side` cells per side, at a random pose, with scattered obstacle cells or blocks.
 pub fn obstacles(random: &mut Pcg64Mcg, most_side: i32) -> ObstacleGrid {
     let origin = match random.random_range(0..3) {
         0 => Pose::default(),
@@ -48,7 +48,7 @@ pub fn obstacles(random: &mut Pcg64Mcg, most_side: i32) -> ObstacleGrid {
     obstacles
 }
 
-/// Any cell of a grid.
+/// A random cell of a grid.
 pub fn cell(random: &mut Pcg64Mcg, frame: &GridFrame) -> Cell {
     Cell::new(
         random.random_range(0..frame.width),
