@@ -26,10 +26,9 @@ pub use agreement::Agreement;
 pub use deskewed_scan::DeskewedScan;
 pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
+pub use pose_filter::{PoseFilter, PoseMeasurement};
 pub use pose_history::PoseHistory;
 pub use settings::LocalizationSettings;
-
-pub(crate) use pose_filter::{PoseFilter, PoseMeasurement};
 
 /// An invalid setting or start pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

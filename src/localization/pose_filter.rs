@@ -10,7 +10,7 @@ use crate::geometry::{Pose, wrap_angle};
 
 /// A measured pose in the map frame with its accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PoseMeasurement {
+pub struct PoseMeasurement {
     /// The pose, metres and radians.
     pub pose: Pose,
     /// Standard deviation along each axis, metres, above zero.
@@ -37,7 +37,7 @@ const ACCEPTED_AFTER: u32 = 10;
 
 /// An estimate of the robot's pose in the map frame.
 #[derive(Clone, Debug)]
-pub(crate) struct PoseFilter {
+pub struct PoseFilter {
     pose: Pose,
     covariance: Matrix3<f64>,
     odometry: Option<Pose>,
@@ -46,6 +46,7 @@ pub(crate) struct PoseFilter {
 
 impl PoseFilter {
     /// A filter for a robot that stands at a measured pose.
+    #[must_use]
     pub fn new(start: &PoseMeasurement) -> Self {
         Self {
             pose: start.pose,
@@ -56,6 +57,7 @@ impl PoseFilter {
     }
 
     /// The estimate.
+    #[must_use]
     pub const fn pose(&self) -> &Pose {
         &self.pose
     }

@@ -74,6 +74,7 @@ impl Route {
     }
 
     /// The key nodes in order, the goal last.
+    #[cfg(feature = "experiment")]
     pub fn key_nodes(&self) -> impl Iterator<Item = Point> + '_ {
         self.key_nodes_m.iter().map(|&arc| self.path.point_at(arc))
     }
