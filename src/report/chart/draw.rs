@@ -183,6 +183,7 @@ impl Area<'_> {
                 spaced.push(tick);
             }
         }
+        spaced.reverse();
         spaced
     }
 

@@ -79,12 +79,12 @@ fn plan_is_drawn_on_map() {
         assert_eq!(drawn.count(), 1, "{stage}");
     }
     let texts = texts(&drawing);
-    for text in ["start", "goal", "1", "2", "smoothed", "obstacle", "x", "y"] {
+    for text in ["start", "goal", "1", "2", "smoothed path", "obstacle", "x", "y"] {
         assert!(texts.contains(&text), "no {text:?} in {texts:?}");
     }
     let caption = texts.iter().find(|text| text.contains(" m long"));
     let caption = caption.expect("a caption");
-    for words in ["2 stops on the way", "turns", "at the narrowest"] {
+    for words in ["2 stops", "turns", "clearance at least"] {
         assert!(caption.contains(words), "{caption}");
     }
     assert!(texts.iter().any(|text| text.contains("mine.yaml")));
@@ -165,7 +165,7 @@ fn failed_plan_is_drawn() {
         texts(&drawing).contains(&"no path to the goal (NO_VALID_PATH)"),
         "{svg}"
     );
-    assert!(texts(&drawing).contains(&"nearest that can be reached"));
+    assert!(texts(&drawing).contains(&"nearest reachable point"));
     // The planned leg.
     assert!(!with_class(&drawing, "smoothed").is_empty());
 

@@ -214,7 +214,7 @@ fn the_scenes_are_driven() {
     for name in ["table_3", "table_4", "table_4_heedless"] {
         let picture = fs::read_to_string(place.path(&format!("out/{name}.svg"))).expect("charts");
         let document = Document::parse(&picture).expect("sound markup");
-        // A mark of each drive that arrived and of each that the paper prints, in both charts.
+        // A mark of each drive that reached its goal and of each drive of the paper, in both charts.
         let circles = |class: &str| {
             let group = |node: &Node| {
                 node.tag_name().name() == "g" && node.attribute("class") == Some(class)
@@ -228,13 +228,13 @@ fn the_scenes_are_driven() {
             .expect("a table");
         let arrived = table["rows"].as_array().expect("a list").iter();
         let arrived = arrived.filter(|row| row["reached"] == true).count();
-        let drawn = [circles("deviation ours"), circles("deviation papers")];
+        let drawn = [circles("deviation measured"), circles("deviation published")];
         assert_eq!(drawn, [2 * arrived, 20], "{name}");
     }
     for words in [
         "Fig. 12",
         "Fig. 13",
-        "the paper's text",
+        "text of the paper",
         "every drive reached its goal",
     ] {
         assert!(page.contains(words), "{words}");

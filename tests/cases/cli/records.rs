@@ -66,9 +66,9 @@ fn draw_shows_several_records() {
     for drawn in [
         "CPU, 1 thread",
         "llvmpipe (LLVM 15.0.6, 256 bits)",
-        "world 3: 2 of 2 runs arrived, in 8.0 to 20.0 s",
-        "world 12: 0 of 1 runs arrived",
-        "contact: run into, avoidable",
+        "world 3: 2 of 2 runs reached the goal, in 8.0 to 20.0 s",
+        "world 12: 0 of 1 runs reached the goal",
+        "avoidable contact caused by an obstacle",
     ] {
         assert!(picture.contains(drawn), "{drawn}");
     }
@@ -99,7 +99,7 @@ fn draw_report_has_its_rows_in_files() {
         "inbye bench draw latency.csv barn.csv --report out/deep",
         "latency.csv (latencies)",
         "href=\"barn.json\"",
-        "success 0.500, 0 collided, score 0.1875 of 0.5",
+        "success 0.500, 0 collisions, score 0.1875 of 0.5",
     ] {
         assert!(page.contains(said), "{said}");
     }
@@ -138,12 +138,12 @@ fn draw_groups_a_soak_by_map_and_traffic() {
     let told: BTreeSet<&str> = titles.filter_map(|node| node.text()).collect();
     let counted = |label: &str, is: &dyn Fn(&Value) -> bool| {
         let of: Vec<&Value> = rows.iter().filter(|row| is(row)).collect();
-        let arrived = of.iter().filter(|row| row["outcome"] == "reached").count();
-        let line = format!("{label}: {arrived} of {} arrived", of.len());
+        let reached = of.iter().filter(|row| row["outcome"] == "reached").count();
+        let line = format!("{label}: {reached} of {} reached", of.len());
         assert!(told.contains(&line[..]), "{line} in {told:?}");
     };
     counted("all missions", &|_| true);
-    counted("people who mind nobody", &|row| {
+    counted("pedestrians that ignore the robot", &|row| {
         row["traffic"] == "non_yielding"
     });
     let maps: BTreeSet<&str> = rows
@@ -155,8 +155,8 @@ fn draw_groups_a_soak_by_map_and_traffic() {
         counted(map, &|row| row["world"] == map);
     }
     // One of each kind that occurs in the legend; no contact was the robot's.
-    assert!(picture.contains("contact by somebody else's motion") && picture.contains("time up"));
-    assert!(!picture.contains("<rect class=\"end-robot\""));
+    assert!(picture.contains("contact caused by an obstacle") && picture.contains("timeout"));
+    assert!(!picture.contains("<rect class=\"end-contact\""));
     for row in rows.iter().filter(|row| row["outcome"] != "reached") {
         let reason = row["reason"].as_str().expect("a sentence");
         assert!(page.contains(&format!("<td>{reason}</td>")), "{reason}");
