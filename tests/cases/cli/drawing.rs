@@ -79,7 +79,16 @@ fn plan_is_drawn_on_map() {
         assert_eq!(drawn.count(), 1, "{stage}");
     }
     let texts = texts(&drawing);
-    for text in ["start", "goal", "1", "2", "smoothed path", "obstacle", "x", "y"] {
+    for text in [
+        "start",
+        "goal",
+        "1",
+        "2",
+        "smoothed path",
+        "obstacle",
+        "x",
+        "y",
+    ] {
         assert!(texts.contains(&text), "no {text:?} in {texts:?}");
     }
     let caption = texts.iter().find(|text| text.contains(" m long"));

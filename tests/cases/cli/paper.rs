@@ -228,7 +228,10 @@ fn the_scenes_are_driven() {
             .expect("a table");
         let arrived = table["rows"].as_array().expect("a list").iter();
         let arrived = arrived.filter(|row| row["reached"] == true).count();
-        let drawn = [circles("deviation measured"), circles("deviation published")];
+        let drawn = [
+            circles("deviation measured"),
+            circles("deviation published"),
+        ];
         assert_eq!(drawn, [2 * arrived, 20], "{name}");
     }
     for words in [
