@@ -242,7 +242,7 @@ impl<'de> de::Deserializer<'de> for Variants {
     }
 }
 
-/// A range as it is declared: `above 0`, `at_least 0`, `below 0`, `finite`, `0 to 1`, or `above 0 to 1`.
+/// A range as it is declared: `above 0`, `at_least 0`, `below 0`, `finite`, `0 to 1`, `above 0 to 1`, `above 0 to pi`, or `above 0 to tau`.
 macro_rules! range {
     (finite) => {
         $crate::settings::range!(@ f64::NEG_INFINITY, true, f64::INFINITY, "finite")
@@ -252,6 +252,12 @@ macro_rules! range {
     };
     (above $min:literal) => {
         $crate::settings::range!(@ $min, true, f64::INFINITY, concat!("finite and above ", $min))
+    };
+    (above 0 to pi) => {
+        $crate::settings::range!(@ 0.0, true, core::f64::consts::PI, "above zero and at most pi")
+    };
+    (above 0 to tau) => {
+        $crate::settings::range!(@ 0.0, true, core::f64::consts::TAU, "above zero and at most 2 pi")
     };
     (above 0 to $max:literal) => {
         $crate::settings::range!(@ 0.0, true, $max as f64, concat!("above zero and at most ", $max))

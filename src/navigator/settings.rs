@@ -14,11 +14,11 @@ settings! {
         /// The goal is reached when the robot stands within this distance of it.
         pub xy_goal_tolerance: f64 = 0.25, ["m", above 0 to 10000];
         /// Where the goal has a yaw, the robot must stand within this of it.
-        pub yaw_goal_tolerance: f64 = 0.1, ["rad", above 0 to 3.141592653589793];
+        pub yaw_goal_tolerance: f64 = 0.1, ["rad", above 0 to pi];
         /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal.
         pub xy_parking_tolerance: f64 = 0.006, ["m", above 0 to 10000];
         /// Parking tries to stand within this of the goal's yaw.
-        pub yaw_parking_tolerance: f64 = 0.003, ["rad", above 0 to 3.141592653589793];
+        pub yaw_parking_tolerance: f64 = 0.003, ["rad", above 0 to pi];
         /// The robot parks straight at a goal ahead that is nearer than this.
         pub parking_distance_m: f64 = 1.0, ["m", 0 to 10000];
         /// After this time a parking robot has arrived if it stands within the goal's tolerances.
@@ -49,7 +49,7 @@ settings! {
         /// The path is checked for new obstacles this far ahead, as far as the local window shows.
         pub path_check_distance_m: f64 = 8.0, ["m", 0 to 10000];
         /// The robot rotates in place when the target lies further off its heading than this.
-        pub rotate_in_place_from: f64 = 1.2, ["rad", above 0 to 3.141592653589793];
+        pub rotate_in_place_from: f64 = 1.2, ["rad", above 0 to pi];
         /// The rotation ends when the target lies within this of the heading, at most `rotate_in_place_from`.
         pub rotate_in_place_until: f64 = 0.3, ["rad", above 0];
         /// The robot escapes after it has stood or crept for this long.

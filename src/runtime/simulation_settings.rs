@@ -34,7 +34,7 @@ settings! {
         pub beams: usize = 360, ["", 1 to 65536];
         /// Angle covered by the beams, centred ahead. Default a full turn; many scanners cover three quarters of one,
         /// 4.71238898038469 rad.
-        pub field_of_view_rad: f64 = TAU, ["rad", above 0 to 6.283185307179586];
+        pub field_of_view_rad: f64 = TAU, ["rad", above 0 to tau];
         /// Shortest range; a nearer surface gives no measurement. Default 0.05 m, as SICK's `TiM` series.
         pub range_min_m: f64 = 0.05, ["m", at_least 0];
         /// Longest range, above `range_min_m`. Default 10 m.
