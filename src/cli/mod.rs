@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let json = arguments.json;
     anyhow::ensure!(
         arguments.command.is_none() || arguments.report.is_none(),
-        "--report before a command belongs to the demo: write it after a command that has a report"
+        "--report before a command belongs to the demo: write it after the command, if that command has a report"
     );
     match &arguments.command {
         None => demo::run(arguments),

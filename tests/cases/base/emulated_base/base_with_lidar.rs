@@ -134,7 +134,7 @@ fn robot_with_wrong_map_is_lost_and_stands() {
     fs::write(hall.path().join("hall.txt"), rows).expect("written");
     fs::write(
         hall.path().join("patience.toml"),
-        "[navigator]\nlost_patience_s = 2.0\n",
+        "[navigator]\nlocalization_patience_s = 2.0\n",
     )
     .expect("written");
     let map = file(&hall, "hall.txt");
