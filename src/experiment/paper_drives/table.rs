@@ -202,7 +202,7 @@ pub fn drive_table(drives: &Drives) -> DriveTable {
         ),
         TrafficKind::NonYielding => (
             "table_4_non_yielding",
-            format!("Table 4 and fig. 13 once more: driven {text}"),
+            format!("Table 4 and fig. 13 again: driven {text}"),
             published_table_4(),
         ),
     };

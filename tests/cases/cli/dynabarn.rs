@@ -10,7 +10,7 @@ use super::program::{Workplace, assert_fields};
 const FOUR: &str = r#"{"world": 4, "start_x_y_yaw": [3, 0, 3.14], "goal_x_y": [-3, 0], "obstacles": [
     {"name": "a", "radius_m": 0.5, "loop_s": 9, "keyframes_t_x_y": [[0, 0, -2], [4.5, 0, 2], [9, 0, -2]]},
     {"name": "b", "radius_m": 0.5, "loop_s": 9, "keyframes_t_x_y": [[0, 1, 3]]}]}"#;
-/// One that nobody can evade.
+/// A cylinder that cannot be evaded.
 const SIX: &str = r#"{"world": 6, "start_x_y_yaw": [3, 0, 3.14], "goal_x_y": [-3, 0], "obstacles": [
     {"name": "a", "radius_m": 6, "loop_s": 2, "keyframes_t_x_y": [[0, 16, 0], [2, -20, 0]]}]}"#;
 

@@ -147,7 +147,7 @@ fn a_folder_is_measured_map_by_map() {
 fn a_wrong_answer_is_told_by_the_exit_status() {
     let place = place();
     for (from, to, counts, said) in [
-        // Legal paths, but nobody who measured that length walked round the wall.
+        // Legal paths whose listed length goes through the wall.
         (
             "8.82843",
             "7.82843",

@@ -176,18 +176,18 @@ fn the_scenes_are_driven() {
     let tables = object["tables"].as_array().expect("a list");
     let drives = &tables[5..];
     let names: Vec<&Value> = drives.iter().map(|table| &table["name"]).collect();
-    assert_eq!(names, ["table_3", "table_4", "table_4_heedless"]);
+    assert_eq!(names, ["table_3", "table_4", "table_4_non_yielding"]);
     let traffic: Vec<&Value> = drives.iter().map(|table| &table["traffic"]).collect();
-    assert_eq!(traffic, ["nobody", "minding", "heedless"]);
+    assert_eq!(traffic, ["none", "yielding", "non_yielding"]);
     for table in drives {
         assert_fields(
             table,
-            "title text, rows[].scene text, rows[].seed whole, rows[].reached bool, rows[].collided bool, \
+            "title text, rows[].scene text, rows[].seed whole, rows[].outcome text, \
              rows[].deviation.dx_m real, rows[].deviation.dy_m real, rows[].deviation.dyaw_rad real, rows[].time_s real, \
              rows[].travelled_m real, rows[].path_length_m real, rows[].min_clearance_m real, rows[].plans whole, \
              rows[].waited_share real, rows[].longest_wait_s real, rows[].final_speed_m_s real, rows[].fault null, \
              rows[].trace_digest text, summaries[].scene text, summaries[].runs whole, summaries[].reached whole, \
-             summaries[].contacts whole, summaries[].met_somebody whole, summaries[].time_s real, \
+             summaries[].contacts whole, summaries[].near_people whole, summaries[].time_s real, \
              summaries[].waited_share real, paper.rows list, paper.of_rows.mean.dx_m real, paper.of_text.max.dyaw_rad real, \
              acceptance.no_contact bool, acceptance.all_reached bool, acceptance.means_within_limits bool, findings list",
         );
@@ -208,10 +208,10 @@ fn the_scenes_are_driven() {
         page.matches("role=\"img\"").count(),
         5 * 3 + 1 + 4 + 3 * (3 + 2)
     );
-    for name in ["table_3", "table_4", "table_4_heedless"] {
+    for name in ["table_3", "table_4", "table_4_non_yielding"] {
         assert!(page.contains(&format!("<section id=\"{name}\"")), "{name}");
     }
-    for name in ["table_3", "table_4", "table_4_heedless"] {
+    for name in ["table_3", "table_4", "table_4_non_yielding"] {
         let picture = fs::read_to_string(place.path(&format!("out/{name}.svg"))).expect("charts");
         let document = Document::parse(&picture).expect("sound markup");
         // A mark of each drive that reached its goal and of each drive of the paper, in both charts.
@@ -227,7 +227,7 @@ fn the_scenes_are_driven() {
             .find(|table| table["name"] == name)
             .expect("a table");
         let arrived = table["rows"].as_array().expect("a list").iter();
-        let arrived = arrived.filter(|row| row["reached"] == true).count();
+        let arrived = arrived.filter(|row| row["outcome"] == "reached").count();
         let drawn = [
             circles("deviation measured"),
             circles("deviation published"),

@@ -116,7 +116,7 @@ fn another_plan() {
     place.json("sweep plan.toml --out out --list");
     place.write("other.toml", PLAN.replace("[0, 1, 2]", "[0]"));
     let in_use = File::open(place.path("out/sweep.lock")).expect("a folder in use has it");
-    in_use.lock_shared().expect("nobody else has it");
+    in_use.lock_shared().expect("the lock is free");
     let said = place.refusal("sweep other.toml --out out");
     assert!(said.contains("another plan is being run in it"), "{said}");
     // The same plan may be run beside.

@@ -8,7 +8,7 @@ use super::place::{PLAN, Place};
 pub const TESTS: &[Test] = &[
     (
         "no cell of any process runs beside a latency cell",
-        nobody_beside,
+        latency_cells_run_alone,
     ),
     ("latencies stand in a table of their own", own_table),
 ];
@@ -45,7 +45,7 @@ fn spans(place: &Place, out: &str) -> Vec<(f64, f64, bool)> {
         .collect()
 }
 
-fn nobody_beside() {
+fn latency_cells_run_alone() {
     let place = Place::new();
     measured(&place);
     // Two folders: what they share is the machine.

@@ -44,7 +44,7 @@ fn changed_bits() {
     let (place, key) = done();
     let file = format!("out/cells/{key}.json");
     let whole = place.read(&file);
-    // From the first byte to the last one, and in the number that somebody might like to mend.
+    // The first byte, the last one, and a byte of a number.
     let text = String::from_utf8(whole.clone()).expect("text");
     let time = text.find("time_s\":").expect("a time") + 8;
     for place_of in [0, time, whole.len() / 2, whole.len() - 30, whole.len() - 1] {
