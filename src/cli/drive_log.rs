@@ -34,7 +34,7 @@ impl DriveLog {
                 plan.expanded,
             ));
         }
-        let faults = self.fault_events.at(tick);
+        let faults = self.fault_events.update(tick);
         for fault in faults.iter().filter(|fault| !self.faults.contains(fault)) {
             output::detail(format!("{}: {fault}", at()));
         }

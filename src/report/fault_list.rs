@@ -31,7 +31,7 @@ pub(super) struct FaultList {
 impl FaultList {
     /// Records the faults of a tick. Ticks are recorded in order, without gaps.
     pub(super) fn record(&mut self, tick: usize, event: &TickEvent<'_>) {
-        for text in self.events.at(event) {
+        for text in self.events.update(event) {
             self.add(tick, event.row.time_s, text);
         }
     }

@@ -1,41 +1,39 @@
-//! What goes wrong on a drive, tick by tick and in words: faulty observations, a GPU that is lost, trouble with the
-//! base, contact, and why a mission is given up.
+//! Describes the faults of a drive tick by tick: faulty observations, GPU failures, faults of the base, contact, and
+//! why the mission failed.
 
 use super::TickEvent;
 use crate::local::GpuFailureKind;
 use crate::navigator::Mode;
 
-/// Tells what is wrong at each tick of one drive, shown to it in order.
+/// Describes the faults of each tick of a drive. Takes the ticks in order.
 #[derive(Clone, Debug, Default)]
 pub struct FaultEvents {
-    /// Incidents of the engine up to the last tick.
+    /// Number of the engine's incidents up to the last tick.
     incidents: u64,
 }
 
 impl FaultEvents {
-    /// A sentence for each thing that is wrong at the next tick; none where all is well.
-    pub fn at(&mut self, moment: &TickEvent<'_>) -> Vec<String> {
-        let navigator = moment.navigator;
+    /// Returns a sentence for each fault of the next tick.
+    pub fn update(&mut self, tick: &TickEvent<'_>) -> Vec<String> {
+        let navigator = tick.navigator;
         let mut now: Vec<String> = navigator
             .observation_fault()
             .map(|fault| format!("sensors: {fault}"))
             .into_iter()
             .collect();
-        now.extend(self.of_engine(moment));
-        now.extend(moment.robot_fault.map(|words| format!("base: {words}")));
-        if moment.row.gap_m <= 0.0 {
+        now.extend(self.engine_events(tick));
+        now.extend(tick.robot_fault.map(|words| format!("base: {words}")));
+        if tick.row.gap_m <= 0.0 {
             now.push("contact: the robot touches something".to_owned());
         }
-        let fault = navigator
-            .fault()
-            .filter(|_| moment.row.mode == Mode::Failed);
+        let fault = navigator.fault().filter(|_| tick.row.mode == Mode::Failed);
         now.extend(fault.map(|fault| format!("gave up: {fault}")));
         now
     }
 
-    /// What happened to a GPU with a stand-in since the last tick. That there is none to begin with is no fault.
-    fn of_engine(&mut self, moment: &TickEvent<'_>) -> Vec<String> {
-        let Some(incidents) = moment.navigator.planner().incidents() else {
+    /// Describes GPU failures since the last tick. A GPU that is absent from the start is no fault.
+    fn engine_events(&mut self, tick: &TickEvent<'_>) -> Vec<String> {
+        let Some(incidents) = tick.navigator.planner().incidents() else {
             return Vec::new();
         };
         let before = std::mem::replace(&mut self.incidents, incidents.total());
@@ -44,7 +42,7 @@ impl FaultEvents {
                 Some(one) if one.kind == Some(GpuFailureKind::Absent) => None,
                 Some(one) => Some(format!("engine: {}", one.message)),
                 None => {
-                    Some("engine: one more incident; only the first are told in words".to_owned())
+                    Some("engine: one more incident; only the first ones are described".to_owned())
                 }
             })
             .collect()

@@ -1,53 +1,52 @@
-//! What happened: one row for each tick. The only thing that leaves a simulation.
+//! The trace of a drive: one row for each tick.
 
 use crate::digest::BitDigest;
 use crate::geometry::{Point, Pose, Twist};
 use crate::navigator::Mode;
 use serde::Serialize;
 
-/// The truth at one tick, and what the robot decided.
+/// The true state and the decision of one tick.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TraceRow {
-    /// Simulated time at the start of the tick, seconds.
+    /// Time at the start of the tick, seconds.
     pub time_s: f64,
-    /// Where the robot truly is.
+    /// True pose.
     pub pose: Pose,
-    /// Where it believes to be.
+    /// Estimated pose.
     pub belief: Pose,
-    /// How fast it truly moves.
+    /// True motion.
     pub twist: Twist,
     /// The command sent to the base.
     pub command: Twist,
-    /// The key node it made for.
+    /// The local target.
     pub local_target: Point,
-    /// Smallest gap between the footprint and anything solid, metres; not above zero is contact.
+    /// Smallest gap between the footprint and anything solid, metres; contact at or below zero.
     pub gap_m: f64,
-    /// Samples of the dynamic window that were admissible.
+    /// Number of admissible samples of the dynamic window.
     pub admissible: u32,
-    /// Samples that were evaluated; zero where the decision needed none.
+    /// Number of evaluated samples; zero where the decision needed none.
     pub samples: u32,
-    /// What the navigator was doing.
+    /// Mode of the navigator.
     pub mode: Mode,
-    /// Which of [`Trace::paths`] it followed.
+    /// Index of the path in [`Trace::paths`].
     pub path: usize,
     /// Centre of each moving obstacle; none for one that has not yet appeared.
     pub moving: Vec<Option<Point>>,
 }
 
-/// A whole run.
+/// A whole drive.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Trace {
-    /// One for each tick, in order.
+    /// One row for each tick, in order.
     pub rows: Vec<TraceRow>,
-    /// Each global path that was followed, in order of planning.
+    /// The global paths that the robot followed, in order of planning.
     pub paths: Vec<Vec<Point>>,
     /// Radius of each moving obstacle, metres, in the order of [`TraceRow::moving`].
     pub moving_radii: Vec<f64>,
 }
 
 impl Trace {
-    /// A digest over the exact bits of every row and path. Two runs that differ in one bit of one number have different
-    /// digests; how long a decision took is not part of it.
+    /// Returns a digest of the exact bits of every row and path. It does not depend on the duration of decisions.
     #[must_use]
     pub fn digest(&self) -> String {
         let mut digest = BitDigest::default();
@@ -92,7 +91,7 @@ impl TraceRow {
         digest.word(self.samples);
         digest.word(self.mode as u32);
         digest.wide(self.path as u64);
-        // No centre is NaN, so this is none of them.
+        // No centre is NaN, so this value is distinct from every centre.
         let absent = Point::new(f64::NAN, f64::NAN);
         self.moving
             .iter()

@@ -1,4 +1,4 @@
-//! A tracked base in motion: commands that come late, ramps that limit, motors that lag, and tracks that slip.
+//! A simulated tracked base: delayed commands, acceleration ramps, motor lag and track slip.
 
 use core::ops::ControlFlow;
 use std::collections::VecDeque;
@@ -13,26 +13,26 @@ use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
 use crate::runtime::{Config, GroundTruth, OdometryReading, Robot, SensorData};
 use crate::settings::require;
 
-/// A simulated tracked base: the same to a caller as a real one, but its time passes only in [`SimBase::step`].
+/// A simulated tracked base, whose time passes only in [`SimBase::step`].
 ///
-/// A command, brought within the speed limits, acts after a delay. It is approached by a ramp within the acceleration
-/// limits, which the controller turns into belt speeds by the track width it believes in; each track's motor follows
-/// with a first-order lag. So in the controller's belief speed and turn rate never change faster than the limits allow;
-/// only when the motion reverses does the braking limit, and not the lower one for gaining, hold for a few lags more.
-/// What the belts do to the base is the ground's affair: see [`Slip`].
+/// A command is clamped to the speed limits and acts after a delay. The controller follows it by a ramp within the
+/// acceleration limits and converts the ramp to belt speeds with its calibrated track width; each motor follows with a
+/// first-order lag. For the controller, speed and turn rate thus never change faster than the limits. Only at a
+/// reversal does the deceleration limit, instead of the lower acceleration limit, hold for a few lags longer.
+/// [`Slip`](super::Slip) determines the motion of the base from that of its belts.
 #[derive(Clone, Debug)]
 pub struct SimBase {
     drive: TrackedDrive,
-    /// The same with the track width that the controller believes in.
-    believed: TrackedDrive,
+    /// The drive with the controller's calibrated track width.
+    calibrated: TrackedDrive,
     limits: Limits,
     dynamics: DriveDynamics,
     pose: Pose,
-    /// Commands under way, each with the time until it acts, seconds; the oldest first.
+    /// Delayed commands, each with the time until it acts, seconds; the oldest first.
     pending: VecDeque<(f64, Twist)>,
     command: Twist,
     command_age_s: f64,
-    /// Where the ramp stands.
+    /// The present output of the ramp.
     set: Twist,
     tracks: TrackSpeeds,
     ground: Ground,
@@ -42,7 +42,7 @@ pub struct SimBase {
 }
 
 impl SimBase {
-    /// A base that stands still at a pose. Same seed, same slip and same noise.
+    /// Creates a base at rest at a pose. The same seed gives the same slip and noise.
     ///
     /// # Errors
     /// Names the first setting that is out of range.
@@ -67,7 +67,7 @@ impl SimBase {
         }
         Ok(Self {
             drive,
-            believed: dynamics.slip.believed(&drive),
+            calibrated: dynamics.slip.calibrated(&drive),
             limits,
             dynamics,
             pose,
@@ -98,25 +98,25 @@ impl SimBase {
         )
     }
 
-    /// Where the base truly is; its yaw is in (-pi, pi].
+    /// True pose; its yaw is in (-pi, pi].
     #[must_use]
     pub const fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// How fast it truly moves.
+    /// True motion.
     #[must_use]
     pub fn twist(&self) -> Twist {
         self.ground.twist(&self.drive, &self.tracks)
     }
 
-    /// How fast its belts run.
+    /// Speeds of the belts.
     #[must_use]
     pub const fn track_speeds(&self) -> &TrackSpeeds {
         &self.tracks
     }
 
-    /// What it knows of its motion by its own sensors, which are read each 10 ms.
+    /// Motion as measured by its sensors, which are sampled every 10 ms.
     #[must_use]
     pub const fn odometry(&self) -> OdometryReading {
         self.odometry.reading()
@@ -137,17 +137,17 @@ impl SimBase {
         Ok(())
     }
 
-    /// Lets time pass, seconds; none for a time that is not finite or below a nanosecond.
+    /// Simulates a time, seconds. Does nothing for a time that is not finite or below a nanosecond.
     ///
-    /// Steps of at most 10 ms, which end where a command begins to act: within each the twist is the mean of those at
-    /// its ends, along which the pose moves on an exact arc.
+    /// Steps are at most 10 ms long and end where a command begins to act. In a step the base moves on an exact arc
+    /// with the mean of the twists at its ends.
     pub fn step(&mut self, time_s: f64) {
         if !time_s.is_finite() {
             return;
         }
         let mut left_s = time_s;
         while left_s > INSTANT_S {
-            self.take_commands();
+            self.apply_due_commands();
             let until_command_s = self.pending.front().map_or(f64::INFINITY, |next| next.0);
             let sub_step_s = left_s.min(self.until_sample_s).min(until_command_s);
             self.sub_step(sub_step_s);
@@ -155,8 +155,8 @@ impl SimBase {
         }
     }
 
-    /// Commands whose time has come take effect, the newest last.
-    fn take_commands(&mut self) {
+    /// Applies the commands that are due, the newest last.
+    fn apply_due_commands(&mut self) {
         while let Some(&(due_s, command)) = self.pending.front()
             && due_s <= INSTANT_S
         {
@@ -167,13 +167,13 @@ impl SimBase {
     }
 
     fn sub_step(&mut self, time_s: f64) {
-        let wanted = if self.command_age_s > self.dynamics.command_timeout_s {
+        let target = if self.command_age_s > self.dynamics.command_timeout_s {
             Twist::STOP
         } else {
             self.command
         };
-        self.set = self.limits.reachable(&self.set, &wanted, time_s);
-        let set = self.believed.tracks(&self.set);
+        self.set = self.limits.reachable(&self.set, &target, time_s);
+        let set = self.calibrated.tracks(&self.set);
         let share = if self.dynamics.motor_lag_s > 0.0 {
             1.0 - libm::exp(-time_s / self.dynamics.motor_lag_s)
         } else {
@@ -191,11 +191,11 @@ impl SimBase {
         self.odometry.roll(&mean, moved.angular * time_s, time_s);
         self.ground
             .roll(f64::midpoint(mean.left.abs(), mean.right.abs()) * time_s);
-        self.pass(time_s);
+        self.advance_clocks(time_s);
     }
 
-    /// Moves every clock on.
-    fn pass(&mut self, time_s: f64) {
+    /// Advances every clock.
+    fn advance_clocks(&mut self, time_s: f64) {
         self.command_age_s += time_s;
         for (due_s, _) in &mut self.pending {
             *due_s -= time_s;

@@ -1,4 +1,4 @@
-//! A planar lidar: exact rays through the world.
+//! The simulated planar lidar: exact ray casting in the world.
 
 use core::f64::consts::TAU;
 
@@ -11,31 +11,30 @@ use super::{Lidar, World};
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::{MovingDisc, Scan, TimedScan};
 
-/// One scan, and which moving obstacles it shows.
+/// A scan, and the moving obstacles that it shows.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct LidarReturn {
     /// The measured ranges.
     pub scan: Scan,
-    /// Positions in [`World::moving`] of those that at least one beam met first, ascending.
+    /// Indices in [`World::moving`] of the obstacles that at least one beam hits first, ascending.
     pub visible: Vec<usize>,
 }
 
 impl Lidar {
-    /// One scan by a robot at this pose, which must be finite. Each beam ends at the first wall or body it meets, at a
-    /// range of zero where the lidar is inside one. Beams that meet nothing within range read infinite; those that are
-    /// dropped, and those that meet something nearer than the shortest range, read NaN and make nothing visible. (ROS has
-    /// minus infinity for the latter, REP-117; real scanners give zero, NaN or any error code.)
+    /// Returns a scan at a finite pose. A beam ends at the first obstacle; its range is zero where the lidar is inside
+    /// one. A beam without a hit within range reads infinite. A dropped beam, and one with a hit nearer than the
+    /// shortest range, reads NaN and makes nothing visible. (REP-117 has minus infinity for the latter; real scanners
+    /// give zero, NaN or an error code.)
     ///
-    /// Noise is normal and independent for each beam, and kept within the shortest and the longest range; what is visible
-    /// does not depend on it. Without noise and dropouts the generator is left alone.
+    /// Noise is normal, independent for each beam and clamped to the shortest and longest range; visibility does not
+    /// depend on it. Without noise and dropouts nothing is drawn from the generator.
     #[must_use]
     pub fn scan(&self, world: &World, pose: &Pose, rng: &mut Pcg64Mcg) -> LidarReturn {
         self.scan_from(world, |_| *pose, rng)
     }
 
-    /// A revolution that ends at a time, seconds, by a robot that was at this pose at each time, seconds, in the last
-    /// [`Lidar::sweep_s`] before. Each beam is that of [`Lidar::scan`] from the pose of its own moment; bodies are where they are in
-    /// the end.
+    /// Returns a revolution that ends at a time, seconds. Each beam is that of [`Lidar::scan`] from the pose at its own
+    /// time, seconds; moving obstacles are where they are at the end.
     #[must_use]
     pub fn sweep(
         &self,
@@ -50,7 +49,7 @@ impl Lidar {
         TimedScan::from_scan(&seen.scan, end_s, self.sweep_s)
     }
 
-    /// A scan whose beams start each at a pose of its own.
+    /// Returns a scan with a pose for each beam.
     fn scan_from(
         &self,
         world: &World,
@@ -77,13 +76,13 @@ impl Lidar {
         }
     }
 
-    /// One beam of a scan: its range in a direction of the robot's frame, radians.
+    /// Returns the range of one beam in a direction of the robot's frame, radians.
     #[must_use]
     pub fn measure(&self, world: &World, pose: &Pose, angle: f64, rng: &mut Pcg64Mcg) -> f64 {
         self.beam(world, pose, angle, rng).0
     }
 
-    /// What a beam reads, and the moving obstacle that it shows, if it shows one.
+    /// The range of a beam, and the moving obstacle that it hits, if any.
     fn beam(
         &self,
         world: &World,
@@ -105,7 +104,7 @@ impl Lidar {
         (range, disc)
     }
 
-    /// A full turn has no second beam at its seam; a smaller fan has one at either edge.
+    /// A full turn has one beam at its seam; a smaller field of view has a beam at both edges.
     fn angle_increment(&self) -> f64 {
         let gaps = if self.field_of_view_rad < TAU {
             (self.beams - 1).max(1)
@@ -115,7 +114,7 @@ impl Lidar {
         self.field_of_view_rad / gaps as f64
     }
 
-    /// True range, infinite beyond the longest, and the moving obstacle that ends the beam, if one does.
+    /// True range, infinite beyond the longest, and the moving obstacle that the beam hits, if any.
     fn first_hit(&self, world: &World, start: &Point, direction: f64) -> (f64, Option<usize>) {
         let mut range = self.range_to_wall(world, start, direction);
         let mut first = None;

@@ -1,4 +1,4 @@
-//! Mine workings cut out of solid rock: what a map of them looks like.
+//! Builds maps of mine workings.
 
 use crate::geometry::{Point, Pose, bearing, nearest_on_segment};
 use crate::map::{Cell, GridFrame, OccupancyGrid};
@@ -6,13 +6,13 @@ use crate::map::{Cell, GridFrame, OccupancyGrid};
 /// Side of a cell, metres.
 const RESOLUTION_M: f64 = 0.05;
 
-/// Coarse and fine roughness of the walls: size of the bumps and how far they stand out, metres.
+/// Coarse and fine roughness of the walls: size and height of the bumps, metres.
 const ROUGHNESS_M: [(f64, f64); 2] = [(1.1, 0.16), (0.3, 0.07)];
 
 const FREE: i8 = 0;
 const OCCUPIED: i8 = 100;
 
-/// A block of rock, seen from above, with workings in it. Lengths are in metres from its lower-left corner.
+/// Builds a map by cutting workings out of solid rock. Coordinates are in metres from the lower-left corner.
 pub(super) struct MineMapBuilder {
     frame: GridFrame,
     cells: Vec<i8>,
@@ -20,7 +20,7 @@ pub(super) struct MineMapBuilder {
 }
 
 impl MineMapBuilder {
-    /// Solid rock. The seed shapes the walls of what is cut into it.
+    /// Starts with solid rock. The seed determines the roughness of the walls.
     pub(super) fn solid(width_m: f64, height_m: f64, seed: u64) -> Self {
         let frame = GridFrame {
             width: (width_m / RESOLUTION_M).round() as i32,
@@ -35,9 +35,8 @@ impl MineMapBuilder {
         }
     }
 
-    /// Drives a roadway of a width along a line of points, with rough walls and round ends. Bumps of the walls stand
-    /// out or in by at most 0.23 m.
-    pub(super) fn drift(&mut self, width_m: f64, line: &[[f64; 2]]) {
+    /// Cuts a roadway along a polyline, with round ends and walls that are rough by at most 0.23 m.
+    pub(super) fn roadway(&mut self, width_m: f64, line: &[[f64; 2]]) {
         for leg in line.windows(2) {
             let (from, to) = (Point::from(leg[0]), Point::from(leg[1]));
             for index in 0..self.cells.len() {
@@ -50,7 +49,7 @@ impl MineMapBuilder {
         }
     }
 
-    /// Parks a machine: a box of a length along its heading, in radians, and a width.
+    /// Adds a machine: a box with a heading, radians.
     pub(super) fn machine(
         &mut self,
         center: [f64; 2],
@@ -65,7 +64,7 @@ impl MineMapBuilder {
         });
     }
 
-    /// Lets a heap of broken rock lie about a point.
+    /// Adds a heap of broken rock.
     pub(super) fn heap(&mut self, center: [f64; 2], radius_m: f64) {
         let center = Point::from(center);
         let seed = self.seed;
@@ -74,7 +73,7 @@ impl MineMapBuilder {
         });
     }
 
-    /// Sets props, 0.2 m square, along a line at equal distances of about `spacing_m`.
+    /// Adds props, 0.2 m square, along a line at equal distances of about `spacing_m`.
     pub(super) fn props(&mut self, from: [f64; 2], to: [f64; 2], spacing_m: f64) {
         let (from, to) = (Point::from(from), Point::from(to));
         let count = ((to - from).norm() / spacing_m).round().max(1.0);
@@ -84,8 +83,8 @@ impl MineMapBuilder {
         }
     }
 
-    /// The map of what was cut.
-    pub(super) fn survey(self) -> OccupancyGrid {
+    /// Returns the map.
+    pub(super) fn build(self) -> OccupancyGrid {
         OccupancyGrid::new(self.frame, self.cells)
     }
 
@@ -98,7 +97,7 @@ impl MineMapBuilder {
         }
     }
 
-    /// How far the wall lies outside its line here, metres.
+    /// Offset of the wall from its nominal line, metres, outwards positive.
     fn roughness(&self, point: &Point) -> f64 {
         ROUGHNESS_M
             .iter()
@@ -108,7 +107,7 @@ impl MineMapBuilder {
     }
 }
 
-/// Smooth noise from -1 to 1 with bumps of a size in metres: random values on a lattice, blended between.
+/// Value noise from -1 to 1 on a lattice with a pitch in metres.
 fn noise(point: &Point, size_m: f64, seed: u64) -> f64 {
     let (x, y) = (point.x / size_m, point.y / size_m);
     let (column, row) = (x.floor(), y.floor());
@@ -120,8 +119,8 @@ fn noise(point: &Point, size_m: f64, seed: u64) -> f64 {
     low + (high - low) * up
 }
 
-/// A value from -1 to 1 that belongs to a lattice point: its coordinates and the seed through the finalizer of
-/// Steele, Lea and Flood's `SplitMix64` (2014).
+/// Pseudo-random value from -1 to 1 of a lattice point: coordinates and seed through the finalizer of Steele, Lea and
+/// Flood's `SplitMix64` (2014).
 fn lattice(column: i64, row: i64, seed: u64) -> f64 {
     let mut bits = seed;
     for part in [column, row] {
@@ -130,6 +129,6 @@ fn lattice(column: i64, row: i64, seed: u64) -> f64 {
         bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         bits ^= bits >> 31;
     }
-    // The upper 53 bits fill a double's digits.
+    // A double has 53 significant bits.
     (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }

@@ -1,4 +1,4 @@
-//! One moving obstacle: how it moves, whether it minds the robot, and since when it is there.
+//! One simulated moving obstacle.
 
 use super::error::{above_zero, at_least_zero};
 use super::patrol::Patrol;
@@ -11,29 +11,29 @@ use crate::map::{MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 use crate::settings::require;
 
-/// When an obstacle appears that is not there from the start. Until then it touches nothing and nothing sees it.
+/// When an obstacle appears. Until then it is invisible and touches nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpawnTrigger {
     /// At a time, seconds after the start.
     AtTime(f64),
-    /// When the robot's origin comes within a distance, metres, of the place where it appears.
+    /// When the robot's origin is within a distance, metres, of the obstacle's start.
     WithinDistance(f64),
 }
 
-/// A disc that moves by itself.
+/// A disc that moves by itself and may yield to the robot.
 ///
-/// One that yields holds while its next step would bring it within [`YIELD_GAP_M`] of the robot and nearer than it is,
-/// and gives up its way after [`YIELD_TIMEOUT_S`]; nor does it appear within that gap. So it never walks into the robot,
-/// though the robot may drive into it. One that does not yield takes no notice of the robot.
+/// A yielding obstacle stops while its next step would end within [`YIELD_GAP_M`] of the robot and nearer than before;
+/// after [`YIELD_TIMEOUT_S`] it changes its route. It does not appear within that gap either. It never hits the robot,
+/// but the robot may hit it. Other obstacles ignore the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingObstacle {
     radius_m: f64,
     yields: bool,
-    /// None once it is there.
+    /// None after it has appeared.
     appears: Option<SpawnTrigger>,
-    /// How long it has been waited for.
+    /// Time since the start while it has not appeared, seconds.
     waited_s: f64,
-    /// How long it has stood for the robot; zero while it moves.
+    /// Time for which it has yielded, seconds; zero while it moves.
     held_s: f64,
     motion: Motion,
 }
@@ -41,16 +41,16 @@ pub struct MovingObstacle {
 #[derive(Clone, Debug, PartialEq)]
 enum Motion {
     Patrol(Patrol),
-    TimedPathPlayer(TimedPathPlayer),
+    TimedPath(TimedPathPlayer),
     RandomWaypoint(Box<RandomWaypoint>),
 }
 
 impl MovingObstacle {
-    /// Somebody who walks a route from end to end and back, at a speed in m/s, which may be zero; yields. Patience gone,
-    /// it turns round. Whether the route is free is the caller's affair.
+    /// Creates a yielding obstacle that moves along a route and back at a speed, m/s, which may be zero. It reverses
+    /// after the yield timeout. The route is not checked for obstacles.
     ///
     /// # Errors
-    /// [`SimError::Setting`] for a radius that is not above zero, a speed below zero, a route of no point, or any of
+    /// [`SimError::Setting`] for a radius that is not above zero, a speed below zero, an empty route, or any of
     /// these not finite.
     pub fn patrol(radius_m: f64, speed_m_s: f64, route: Vec<Point>) -> Result<Self, SimError> {
         at_least_zero("speed", speed_m_s)?;
@@ -66,26 +66,26 @@ impl MovingObstacle {
         )
     }
 
-    /// A body that plays a script, and does not yield. One that is made to yield stops its clock while it holds, however
-    /// long.
+    /// Creates an obstacle that follows a timed path and does not yield. If it is made to yield, its clock stops while
+    /// it yields.
     ///
     /// # Errors
     /// [`SimError::Setting`] for a radius that is not finite and above zero.
-    pub fn timed_path(radius_m: f64, script: TimedPath) -> Result<Self, SimError> {
+    pub fn timed_path(radius_m: f64, path: TimedPath) -> Result<Self, SimError> {
         Self::new(
             radius_m,
             false,
-            Motion::TimedPathPlayer(TimedPathPlayer::new(script)),
+            Motion::TimedPath(TimedPathPlayer::new(path)),
         )
     }
 
-    /// Somebody who starts at a place and walks, at a speed in m/s, to one random place after another, round corners, over
-    /// ground that is free for it and within a distance, metres, of its start; yields. Patience gone, it makes for
-    /// another place. Same seed, same places.
+    /// Creates a yielding obstacle that moves at a speed, m/s, to one random waypoint after another, over free space
+    /// within a distance, metres, of its start. It chooses another waypoint after the yield timeout. The same seed
+    /// gives the same waypoints.
     ///
     /// # Errors
     /// [`SimError::Setting`] for a radius, speed or distance that is not finite and above zero;
-    /// [`SimError::NowhereToGo`] where the start is not free ground or has none about it.
+    /// [`SimError::NoFreeSpace`] where there is no free space at or around the start.
     pub fn random_waypoint(
         radius_m: f64,
         speed_m_s: f64,
@@ -113,18 +113,18 @@ impl MovingObstacle {
         })
     }
 
-    /// A walk that is already under way.
-    pub(super) fn under_way(radius_m: f64, yields: bool, walk: Patrol) -> Result<Self, SimError> {
+    /// Creates an obstacle in the middle of a patrol.
+    pub(super) fn mid_patrol(radius_m: f64, yields: bool, walk: Patrol) -> Result<Self, SimError> {
         Self::new(radius_m, yields, Motion::Patrol(walk))
     }
 
-    /// The same, minding the robot or not.
+    /// Sets whether it yields to the robot.
     #[must_use]
     pub fn yielding(self, yields: bool) -> Self {
         Self { yields, ..self }
     }
 
-    /// The same, but not there from the start: it appears where it would have started, and only then begins to move.
+    /// Lets the obstacle appear later, at its start, where it then begins to move.
     ///
     /// # Errors
     /// [`SimError::Setting`] for a time or distance that is not finite and at least zero.
@@ -141,13 +141,13 @@ impl MovingObstacle {
         })
     }
 
-    /// Its radius, metres, whether it is there or not.
+    /// Radius, metres.
     #[must_use]
     pub const fn radius_m(&self) -> f64 {
         self.radius_m
     }
 
-    /// Where it is now and how it moves, if it is there; one that holds does not move.
+    /// Position and velocity, after it has appeared; the velocity is zero while it yields.
     #[must_use]
     pub fn disc(&self) -> Option<MovingDisc> {
         if self.appears.is_some() {
@@ -168,14 +168,14 @@ impl MovingObstacle {
         })
     }
 
-    /// Lets time pass, seconds, while the robot stands at a pose.
+    /// Advances by a time, seconds, with the robot at a pose.
     pub(super) fn step(&mut self, time_s: f64, robot: &Pose, footprint: &Footprint) {
         let gap = |center| footprint.gap_to_disc_m(robot, &center, self.radius_m);
         if let Some(appears) = self.appears {
             self.waited_s += time_s;
             let start = self.center();
             let is_time = match appears {
-                // The sum of many steps may fall short of their number by its rounding.
+                // The sum of many steps is rounded.
                 SpawnTrigger::AtTime(at_s) => self.waited_s >= at_s - 1e-9,
                 SpawnTrigger::WithinDistance(distance_m) => {
                     (start - robot.position()).norm() <= distance_m
@@ -189,24 +189,24 @@ impl MovingObstacle {
         if self.yields {
             let ahead = gap(self.center_after(time_s));
             if ahead < YIELD_GAP_M && ahead < gap(self.center()) {
-                self.hold(time_s);
+                self.yield_to_robot(time_s);
                 return;
             }
         }
         self.held_s = 0.0;
         match &mut self.motion {
             Motion::Patrol(walk) => walk.step(time_s),
-            Motion::TimedPathPlayer(script) => script.step(time_s),
+            Motion::TimedPath(path) => path.step(time_s),
             Motion::RandomWaypoint(wander) => wander.step(time_s),
         }
     }
 
-    fn hold(&mut self, time_s: f64) {
+    fn yield_to_robot(&mut self, time_s: f64) {
         self.held_s += time_s;
         if self.held_s >= YIELD_TIMEOUT_S {
             match &mut self.motion {
-                Motion::Patrol(walk) => walk.turn_round(),
-                Motion::TimedPathPlayer(_) => return,
+                Motion::Patrol(walk) => walk.reverse(),
+                Motion::TimedPath(_) => return,
                 Motion::RandomWaypoint(wander) => wander.choose(),
             }
             self.held_s = 0.0;
@@ -216,7 +216,7 @@ impl MovingObstacle {
     fn center(&self) -> Point {
         match &self.motion {
             Motion::Patrol(walk) => walk.center(),
-            Motion::TimedPathPlayer(script) => script.center(),
+            Motion::TimedPath(path) => path.center(),
             Motion::RandomWaypoint(wander) => wander.center(),
         }
     }
@@ -224,7 +224,7 @@ impl MovingObstacle {
     fn velocity(&self) -> Vector {
         match &self.motion {
             Motion::Patrol(walk) => walk.velocity(),
-            Motion::TimedPathPlayer(script) => script.velocity(),
+            Motion::TimedPath(path) => path.velocity(),
             Motion::RandomWaypoint(wander) => wander.velocity(),
         }
     }
@@ -232,7 +232,7 @@ impl MovingObstacle {
     fn center_after(&self, time_s: f64) -> Point {
         match &self.motion {
             Motion::Patrol(walk) => walk.center_after(time_s),
-            Motion::TimedPathPlayer(script) => script.center_after(time_s),
+            Motion::TimedPath(path) => path.center_after(time_s),
             Motion::RandomWaypoint(wander) => wander.center_after(time_s),
         }
     }

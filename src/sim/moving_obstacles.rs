@@ -1,48 +1,46 @@
-//! All that moves in a simulation but the robot.
+//! The moving obstacles of a simulation.
 
 use super::MovingObstacle;
 use crate::geometry::Pose;
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 
-/// The gap to the robot, metres, that a yielding obstacle keeps: it does not take a step that would end nearer and
-/// bring it nearer still.
+/// Gap to the robot, metres, that a yielding obstacle keeps: it takes no step that ends nearer than this and nearer
+/// than before.
 pub const YIELD_GAP_M: f64 = 0.3;
 
-/// How long, seconds, a yielding obstacle stands before it goes another way.
+/// Time, seconds, after which a yielding obstacle changes its route.
 pub const YIELD_TIMEOUT_S: f64 = 3.0;
 
-/// Longest step of a walk, seconds: at 1 m/s a walker looks again every 2 cm.
+/// Longest step, seconds: 2 cm at 1 m/s.
 const SUB_STEP_S: f64 = 0.02;
 
-/// All moving obstacles of a simulation, each known by its place in the list from start to end. They do not mind each
-/// other.
+/// The moving obstacles, identified by their indices. They ignore each other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MovingObstacles {
     moving: Vec<MovingObstacle>,
 }
 
 impl MovingObstacles {
-    /// These obstacles.
+    /// Creates the collection.
     #[must_use]
     pub const fn new(moving: Vec<MovingObstacle>) -> Self {
         Self { moving }
     }
 
-    /// How many there are, those included that have not yet appeared.
+    /// Number of obstacles, including those that have not yet appeared.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.moving.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.moving.is_empty()
     }
 
-    /// Lets everybody move for a time, seconds, while the robot stands at a pose; none for a time that is not above
-    /// zero.
+    /// Advances by a time, seconds, with the robot at a pose. Does nothing for a time that is not above zero.
     pub fn step(&mut self, time_s: f64, robot: &Pose, footprint: &Footprint) {
         if !(time_s > 0.0 && time_s.is_finite()) {
             return;
@@ -61,13 +59,13 @@ impl MovingObstacles {
         self.moving.iter().map(MovingObstacle::radius_m).collect()
     }
 
-    /// Where each is now and how it moves; none for one that has not yet appeared.
+    /// Position and velocity of each; none for one that has not yet appeared.
     #[must_use]
-    pub fn places(&self) -> Vec<Option<MovingDisc>> {
+    pub fn states(&self) -> Vec<Option<MovingDisc>> {
         self.moving.iter().map(MovingObstacle::disc).collect()
     }
 
-    /// Those that are there, in order: as [`MovingObstacles::places`] without the gaps.
+    /// Positions and velocities of those that have appeared, in order.
     #[must_use]
     pub fn discs(&self) -> Vec<MovingDisc> {
         self.moving

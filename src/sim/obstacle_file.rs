@@ -1,4 +1,4 @@
-//! Moving obstacles read from a file.
+//! Reads moving obstacles from a file.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::{MovingObstacle, MovingObstacles, SimError, SpawnTrigger, TimedPath};
 use crate::geometry::Point;
 use crate::map::{GridFrame, ObstacleGrid};
 
-/// One moving obstacle as a file has it.
+/// One moving obstacle of a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
@@ -27,7 +27,7 @@ struct Entry {
     appears_within_m: Option<f64>,
 }
 
-/// A TOML document, which cannot be a bare list.
+/// A TOML document, because TOML has no list at its root.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
@@ -50,23 +50,23 @@ impl MovingObstacles {
         }
     }
 
-    /// Moving obstacles from the text of a file: TOML, with an `[[obstacles]]` table for each, when the file's name
-    /// ends in `.toml`, else a JSON list. Lengths are in metres, times in seconds, speeds in m/s, points in the map
-    /// frame. Each has a `radius`, above zero, and moves in one of three ways:
+    /// Parses the text of a file: TOML, with an `[[obstacles]]` table for each obstacle, if the file's name ends in
+    /// `.toml`, else a JSON list. Lengths are in metres, times in seconds, speeds in m/s, points in the map frame. Each
+    /// obstacle has a `radius`, above zero, and one of three motions:
     ///
-    /// - to and fro: from `x`, `y` at `speed`, at least zero, to the last of the points `[x, y]` of `route` and back (left
-    ///   out: it stands), see [`MovingObstacle::patrol`];
-    /// - at random: from `x`, `y` at `speed` over free ground within `wander_m` of its start, see [`MovingObstacle::random_waypoint`]; the
-    ///   seed, and its place in the list, decide where to;
-    /// - by script: at the times and places `[t, x, y]` of `keyframes`, again and again with a period of `loop_s` where it
-    ///   is given, see [`TimedPath`].
+    /// - patrol: from `x`, `y` at `speed`, at least zero, along the points `[x, y]` of `route` and back (without `route` it
+    ///   stands), see [`MovingObstacle::patrol`];
+    /// - random waypoints: from `x`, `y` at `speed` over free space within `wander_m` of its start, see [`MovingObstacle::random_waypoint`]; the
+    ///   seed and its index in the list determine the waypoints;
+    /// - timed path: at the times and points `[t, x, y]` of `keyframes`, repeated with the period `loop_s` if there is one,
+    ///   see [`TimedPath`].
     ///
-    /// `yields` says whether it minds the robot (left out: it does, unless it plays a script). `appears_at_s`, or
-    /// `appears_within_m` of the robot, says when it appears (left out: it is there from the start). All points must lie
-    /// in the map; that they are free ground is the caller's affair.
+    /// `yields` is true for an obstacle that yields to the robot (default: true except for a timed path).
+    /// `appears_at_s` or `appears_within_m` of the robot is when it appears (default: at the start). All points must
+    /// lie in the map; they are not checked for obstacles.
     ///
     /// # Errors
-    /// [`SimError::NotObstacles`], or [`SimError::InObstacle`] for the first that is wrong.
+    /// [`SimError::InvalidObstacleFile`], or [`SimError::InvalidObstacle`] for the first invalid obstacle.
     pub fn parse(
         text: &str,
         file: &str,
@@ -87,7 +87,7 @@ impl MovingObstacles {
         } else {
             serde_json::from_str::<Vec<Entry>>(text).map_err(|error| error.to_string())
         };
-        let entries = entries.map_err(|reason| SimError::NotObstacles {
+        let entries = entries.map_err(|reason| SimError::InvalidObstacleFile {
             file: file.to_owned(),
             reason: reason.split_whitespace().collect::<Vec<_>>().join(" "),
         })?;
@@ -96,10 +96,10 @@ impl MovingObstacles {
             .iter()
             .enumerate()
             .map(|(index, entry)| {
-                // Drawn for each entry, so that no obstacle changes when another does.
+                // Drawn for each entry, so that a change of one obstacle leaves the others unchanged.
                 entry
                     .moving(ground, seeds.random())
-                    .map_err(|reason| SimError::InObstacle {
+                    .map_err(|reason| SimError::InvalidObstacle {
                         file: file.to_owned(),
                         index,
                         reason: Box::new(reason),
@@ -159,7 +159,7 @@ impl Entry {
         }
     }
 
-    /// Refuses keys that contradict each other or mean nothing together.
+    /// Rejects keys that contradict each other or have no meaning together.
     fn check_keys(&self) -> Result<(), SimError> {
         let given = [
             ("x", self.x.is_some()),
@@ -183,25 +183,25 @@ impl Entry {
             ("appears_at_s", "appears_within_m"),
         ] {
             if has(key) && has(other) {
-                return Err(SimError::KeysExclude { key, other });
+                return Err(SimError::ConflictingKeys { key, other });
             }
         }
         if has("loop_s") && !has("keyframes") {
-            return Err(SimError::KeyMissing { key: "keyframes" });
+            return Err(SimError::MissingKey { key: "keyframes" });
         }
         Ok(())
     }
 }
 
 fn needed(key: &'static str, value: Option<f64>) -> Result<f64, SimError> {
-    value.ok_or(SimError::KeyMissing { key })
+    value.ok_or(SimError::MissingKey { key })
 }
 
 fn check_inside(point: &Point, frame: &GridFrame) -> Result<(), SimError> {
     if frame.cell_of(point).is_some() {
         return Ok(());
     }
-    Err(SimError::ObstacleOutside {
+    Err(SimError::OutsideMap {
         x: point.x,
         y: point.y,
         width_m: f64::from(frame.width) * frame.resolution_m,

@@ -1,4 +1,4 @@
-//! Dead reckoning: encoders on the tracks and a gyro, and where they say the base has come to.
+//! Dead reckoning by track encoders and a gyro, with their errors.
 
 use std::collections::VecDeque;
 
@@ -10,10 +10,10 @@ use crate::geometry::{Pose, Twist};
 use crate::robot::TrackSpeeds;
 use crate::runtime::OdometryReading;
 
-/// Time from one sample of the sensors to the next, seconds: the inner loop of usual base firmware runs at 100 Hz.
+/// Sampling period of the sensors, seconds: common base firmware runs its inner loop at 100 Hz.
 pub(super) const SAMPLE_S: f64 = 0.01;
 
-/// Times nearer than this are the same, seconds.
+/// Smallest difference between two times, seconds.
 pub(super) const INSTANT_S: f64 = 1e-9;
 
 /// The sensors of one run.
@@ -24,14 +24,14 @@ pub(super) struct Odometry {
     travel_scale: f64,
     gyro_scale: f64,
     gyro_bias: f64,
-    /// Way of each belt since the start as its encoder would have it without ticks, metres.
+    /// Travel of each belt since the start with the scale error, before quantisation, metres.
     travel_m: [f64; 2],
-    /// The same as counted at the last sample.
+    /// The quantised travel at the last sample.
     counted_m: [f64; 2],
-    /// Time and true turn since the last sample.
+    /// Time and true rotation since the last sample.
     elapsed_s: f64,
     turned_rad: f64,
-    /// Time and way of the newest samples.
+    /// Time and travel of the newest samples.
     window: VecDeque<(f64, f64)>,
     reading: OdometryReading,
 }
@@ -57,12 +57,12 @@ impl Odometry {
         }
     }
 
-    /// As of the last sample.
+    /// The reading of the last sample.
     pub(super) const fn reading(&self) -> OdometryReading {
         self.reading
     }
 
-    /// Lets the belts run at these mean speeds for a time, seconds, while the base truly turns by an angle, radians.
+    /// Advances by a time, seconds, with the mean belt speeds and the true rotation, radians, of that time.
     pub(super) fn roll(&mut self, tracks: &TrackSpeeds, turned_rad: f64, time_s: f64) {
         self.travel_m[0] += tracks.left * time_s * self.travel_scale;
         self.travel_m[1] += tracks.right * time_s * self.travel_scale;
@@ -84,16 +84,16 @@ impl Odometry {
                 travel
             }
         });
-        let way_m = f64::midpoint(
+        let travel_step_m = f64::midpoint(
             counted[0] - self.counted_m[0],
             counted[1] - self.counted_m[1],
         );
         self.counted_m = counted;
         let angular = self.turn_rate(turned_rad / time_s);
-        let moved = Twist::new(way_m / time_s, angular);
+        let moved = Twist::new(travel_step_m / time_s, angular);
         self.reading = OdometryReading {
             pose: self.reading.pose.after(&moved, time_s),
-            twist: Twist::new(self.mean_speed(time_s, way_m), angular),
+            twist: Twist::new(self.mean_speed(time_s, travel_step_m), angular),
         };
     }
 
@@ -108,9 +108,9 @@ impl Odometry {
         }
     }
 
-    /// Mean speed over the window, with one more sample in it.
-    fn mean_speed(&mut self, time_s: f64, way_m: f64) -> f64 {
-        self.window.push_back((time_s, way_m));
+    /// Adds a sample; returns the mean speed over the window.
+    fn mean_speed(&mut self, time_s: f64, travel_step_m: f64) -> f64 {
+        self.window.push_back((time_s, travel_step_m));
         let sums = |window: &VecDeque<(f64, f64)>| {
             let add = |sum: (f64, f64), part: &(f64, f64)| (sum.0 + part.0, sum.1 + part.1);
             window.iter().fold((0.0, 0.0), add)
@@ -119,7 +119,7 @@ impl Odometry {
         {
             self.window.pop_front();
         }
-        let (time_s, way_m) = sums(&self.window);
-        way_m / time_s
+        let (time_s, travel_step_m) = sums(&self.window);
+        travel_step_m / time_s
     }
 }

@@ -1,9 +1,9 @@
-//! A walk along a route, to its end and back.
+//! Motion along a route and back.
 
 use crate::geometry::{Point, Vector};
 use crate::global::Path;
 
-/// Somebody on a route, who goes to and fro between its ends at one speed.
+/// Motion between the ends of a route at constant speed.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Patrol {
     pub(super) route: Path,
@@ -33,19 +33,19 @@ impl Patrol {
     }
 
     pub(super) fn center_after(&self, time_s: f64) -> Point {
-        self.route.point_at(self.place_after(time_s).0)
+        self.route.point_at(self.state_after(time_s).0)
     }
 
     pub(super) fn step(&mut self, time_s: f64) {
-        (self.along_m, self.forward) = self.place_after(time_s);
+        (self.along_m, self.forward) = self.state_after(time_s);
     }
 
-    pub(super) const fn turn_round(&mut self) {
+    pub(super) const fn reverse(&mut self) {
         self.forward = !self.forward;
     }
 
-    /// Where a step leads, and which way it faces then: the way back from the ends of the route.
-    fn place_after(&self, time_s: f64) -> (f64, bool) {
+    /// Distance along the route and direction after a step; it reverses at the ends.
+    fn state_after(&self, time_s: f64) -> (f64, bool) {
         let length = self.route.length_m();
         let stride = self.speed_m_s * time_s;
         let (along, forward) = if self.forward {

@@ -1,4 +1,4 @@
-//! MovingObstacles placed by a seed along the way that the robot means to take.
+//! Spawns pedestrians along the robot's route.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::error::above_zero;
 use super::patrol::Patrol;
-use super::route_sampler::{straight_walk, winding_walk};
+use super::route_sampler::{straight_route, winding_route};
 use super::{MovingObstacle, MovingObstacles, PedestrianSettings, SimError};
 use crate::geometry::{Point, bearing};
 use crate::global::Path;
@@ -18,32 +18,32 @@ use crate::runtime::Config;
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
 
-/// MovingObstacles keep this far from the places kept clear, metres.
+/// Distance of walks from the points to keep clear, metres.
 const KEEP_CLEAR_M: f64 = 5.0;
 
-/// Attempts to find each walker a walk; after half of them its place need not be its own part of the path.
+/// Attempts to find a walk for each pedestrian; after half of them it may be on any part of the path.
 const ATTEMPTS: usize = 64;
 
-/// Turns of a crossing walk away from square to the path, radians, tried in this order.
+/// Deviations of a crossing walk from perpendicular to the path, radians, in the order of the attempts.
 const SLANTS_RAD: [f64; 7] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75];
 
-/// How many people walk where the robot drives, and how.
+/// Number and properties of the pedestrians to spawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PedestrianSpawner {
-    /// How many.
+    /// Number of pedestrians.
     pub count: usize,
-    /// Same seed, same walkers.
+    /// Seed; the same seed gives the same pedestrians.
     pub seed: u64,
     /// Radius of each, metres. Default 0.3 m.
     pub radius_m: f64,
-    /// Slowest and fastest, metres per second. Default 0.3 to 0.8 m/s.
+    /// Lowest and highest speed, m/s. Default 0.3 to 0.8 m/s.
     pub speed_m_s: (f64, f64),
-    /// Whether they mind the robot. Default yes.
+    /// Whether they yield to the robot. Default yes.
     pub yields: bool,
 }
 
 impl PedestrianSpawner {
-    /// People of usual size and pace, who mind the robot.
+    /// Creates a spawner of yielding pedestrians with usual size and speed.
     #[must_use]
     pub const fn new(count: usize, seed: u64) -> Self {
         Self {
@@ -134,16 +134,20 @@ impl PedestrianSpawner {
             let mut walk = Patrol::new(route, speed);
             walk.along_m = walk.route.length_m() * rng.random::<f64>();
             walk.forward = rng.random_bool(0.5);
-            moving_obstacles.push(MovingObstacle::under_way(self.radius_m, self.yields, walk)?);
+            moving_obstacles.push(MovingObstacle::mid_patrol(
+                self.radius_m,
+                self.yields,
+                walk,
+            )?);
         }
         Ok(MovingObstacles::new(moving_obstacles))
     }
 }
 
-/// Where walks may be laid.
+/// Free space and candidate points for walks.
 struct Places<'a> {
     free: FreeSpace,
-    /// Points along the path that may be walked over, each with the path's direction.
+    /// Candidate points along the path, each with the path's direction.
     spots: Vec<(Point, f64)>,
     keep_clear: &'a [Point],
     keep_clear_m: f64,
@@ -181,7 +185,7 @@ impl<'a> Places<'a> {
             .all(|place| (point - place).norm() >= self.keep_clear_m)
     }
 
-    /// A walk through the part of the path that belongs to one walker of several, or elsewhere if none is there.
+    /// Finds a walk across or along the pedestrian's own part of the path, or elsewhere if there is none.
     fn walk(&self, index: usize, count: usize, rng: &mut Pcg64Mcg) -> Option<Path> {
         let spots = self.spots.len();
         let own = index * spots / count..(index + 1) * spots / count;
@@ -199,7 +203,7 @@ impl<'a> Places<'a> {
             let points = if crossing {
                 self.crossing(&spot, direction)
             } else {
-                winding_walk(&self.free, &spot, &WALK_M, rng)
+                winding_route(&self.free, &spot, &WALK_M, rng)
             };
             let route = points
                 .map(Path::new)
@@ -212,12 +216,12 @@ impl<'a> Places<'a> {
         None
     }
 
-    /// A straight walk through a spot, from wall to wall, as square to the path as is long enough.
+    /// A straight walk through a point, from wall to wall, as perpendicular to the path as possible.
     fn crossing(&self, spot: &Point, direction: f64) -> Option<Vec<Point>> {
         SLANTS_RAD
             .iter()
             .map(|slant| (direction + FRAC_PI_2 + slant) % TAU)
-            .map(|across| straight_walk(&self.free, spot, across, *WALK_M.end() / 2.0))
+            .map(|across| straight_route(&self.free, spot, across, *WALK_M.end() / 2.0))
             .find(|[from, to]| (to - from).norm() >= *WALK_M.start())
             .map(Vec::from)
     }

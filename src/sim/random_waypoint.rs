@@ -1,4 +1,4 @@
-//! A walk without a plan: to a random free place, and from there to the next.
+//! Motion to one random waypoint after another.
 
 use std::sync::Arc;
 
@@ -6,12 +6,12 @@ use rand_pcg::Pcg64Mcg;
 
 use super::SimError;
 use super::rng::{RngStream, generator};
-use super::route_sampler::roaming_walk;
+use super::route_sampler::roaming_route;
 use crate::geometry::{Point, Vector};
 use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid};
 
-/// Somebody who walks over free ground near home, always on the way to a random place.
+/// Motion over free space around a home position to random waypoints.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RandomWaypoint {
     ground: Arc<FreeSpace>,
@@ -46,7 +46,7 @@ impl RandomWaypoint {
         if wander.route.length_m() > 0.0 {
             Ok(wander)
         } else {
-            Err(SimError::NowhereToGo {
+            Err(SimError::NoFreeSpace {
                 x: home.x,
                 y: home.y,
                 radius_m,
@@ -67,7 +67,7 @@ impl RandomWaypoint {
         self.route.point_at(self.along_m + self.speed_m_s * time_s)
     }
 
-    /// At the end of its route it chooses another place.
+    /// Chooses the next waypoint at the end of the route.
     pub(super) fn step(&mut self, time_s: f64) {
         self.along_m += self.speed_m_s * time_s;
         if self.along_m >= self.route.length_m() {
@@ -75,12 +75,11 @@ impl RandomWaypoint {
         }
     }
 
-    /// Makes for another place from where it is; keeps to its way if there is none, as where it stands on a corner of a
-    /// cell that is not free.
+    /// Chooses another waypoint; keeps the route if there is none, as on a corner of a cell that is not free.
     pub(super) fn choose(&mut self) {
         let here = self.center();
         if let Some(walk) =
-            roaming_walk(&self.ground, &here, &self.home, self.reach_m, &mut self.rng)
+            roaming_route(&self.ground, &here, &self.home, self.reach_m, &mut self.rng)
         {
             self.route = Path::new(walk);
             self.along_m = 0.0;

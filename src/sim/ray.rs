@@ -1,9 +1,9 @@
-//! The cells that a straight ray passes through.
+//! The cells along a straight ray.
 
 use crate::geometry::{Point, Vector};
 use crate::map::Cell;
 
-/// Cells along a ray in order, each with the distance at which the ray enters it; it never ends.
+/// An endless iterator of the cells along a ray, each with the distance at which the ray enters it.
 ///
 /// The traversal of Amanatides and Woo (1987). Start, direction and distances are in cell units; the direction has
 /// unit length. A ray through a corner enters the column's neighbour first. Start and direction must be finite.
@@ -14,13 +14,13 @@ pub(super) struct GridRay {
     across_rows: Crossing,
 }
 
-/// When a ray crosses the lines between the cells of one axis.
+/// Crossings of a ray with the cell borders of one axis.
 struct Crossing {
     /// -1, 0 or 1 cells.
     step: i32,
-    /// Distance to the next line; infinite along the axis' normal.
+    /// Distance to the next border; infinite for a ray across the axis.
     next: f64,
-    /// Distance from one line to the one after it.
+    /// Distance between two borders.
     pitch: f64,
 }
 
@@ -59,7 +59,7 @@ impl Crossing {
         }
     }
 
-    /// Crosses the next line; returns its distance.
+    /// Crosses the next border; returns its distance.
     fn cross(&mut self, coordinate: &mut i32) -> f64 {
         *coordinate = coordinate.saturating_add(self.step);
         let at = self.next;

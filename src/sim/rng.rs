@@ -1,12 +1,12 @@
-//! Seeded random numbers of what is simulated.
+//! Seeded random numbers of the simulation.
 
 use core::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// What draws numbers from the seed of a run. Each draws its own, so that a change of one leaves the others as they
-/// were; the values are arbitrary words.
+/// The streams of random numbers of a run. They are independent, so that a change of one leaves the others unchanged;
+/// the values are arbitrary.
 #[derive(Clone, Copy)]
 #[repr(u64)]
 pub(super) enum RngStream {
@@ -16,19 +16,19 @@ pub(super) enum RngStream {
     Obstacles = 0xa54f_f53a_5f1d_36f1,
 }
 
-/// The generator of one source in a run.
+/// Returns the generator of a stream.
 pub(super) fn generator(seed: u64, source: RngStream) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ source as u64)
 }
 
-/// A draw from the normal distribution of mean zero and deviation one (Box and Muller, 1958).
+/// Draws from the standard normal distribution (Box and Muller, 1958).
 pub(super) fn standard_normal(rng: &mut Pcg64Mcg) -> f64 {
     // 1 - [0, 1) is never zero, so the logarithm is finite.
     let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
     radius * libm::cos(TAU * rng.random::<f64>())
 }
 
-/// A draw of mean zero and a deviation; a deviation of zero is zero and leaves the generator alone.
+/// Draws from a normal distribution with mean zero. A deviation of zero gives zero and draws nothing.
 pub(super) fn normal(rng: &mut Pcg64Mcg, deviation: f64) -> f64 {
     if deviation > 0.0 {
         deviation * standard_normal(rng)

@@ -1,4 +1,4 @@
-//! An LD19 in a simulated world: its packets, point after point, as it would write them.
+//! A simulated LD19 lidar that writes its packets.
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -8,34 +8,34 @@ use crate::base::ld19::{POINTS, POINTS_PER_S, Packet, Point, RANGE_MAX_M};
 use crate::geometry::Pose;
 use crate::localization::PoseHistory;
 
-/// Its speed of rotation, degrees per second: 10 Hz.
+/// Speed of rotation, degrees per second: 10 Hz.
 const SPEED_DEG_S: f64 = 3600.0;
 
-/// Angle from one point to the next, degrees.
+/// Angle between points, degrees.
 const STEP_DEG: f64 = SPEED_DEG_S / POINTS_PER_S;
 
-/// A full turn, 0.01 degrees, and the end of the lidar's clock, ms.
+/// A full turn in units of 0.01 degrees, and the period of the lidar's clock, ms.
 const TURN: f64 = 36_000.0;
 const CLOCK_MS: f64 = 30_000.0;
 
-/// Strength of every echo.
+/// Intensity of every return.
 const INTENSITY: u8 = 200;
 
-/// A lidar at the origin of a robot that moves in a world.
+/// An LD19 at the origin of a robot that moves in a world.
 pub struct RotatingLidar {
     lidar: Lidar,
-    /// The world, to move things in.
+    /// The world; the caller moves its obstacles.
     pub world: World,
     track: PoseHistory,
     rng: Pcg64Mcg,
-    /// Points so far.
+    /// Number of points so far.
     points: u64,
     packet: Packet,
 }
 
 impl RotatingLidar {
-    /// One that is switched on at time zero. Noise and dropouts are those of a simulated lidar; number of beams, field of view, range
-    /// and time of a turn are the LD19's own.
+    /// Creates a lidar that starts at time zero. Noise and dropouts are those of the settings; beams, field of view,
+    /// range and revolution time are the LD19's.
     ///
     /// # Errors
     /// [`SimError::Setting`] names the first setting out of range.
@@ -55,7 +55,7 @@ impl RotatingLidar {
         })
     }
 
-    /// Lets the time pass until now, seconds, when the robot is at a pose, and appends what the lidar writes.
+    /// Advances to a time, seconds, with the robot at a pose; appends the bytes that the lidar writes.
     pub fn step(&mut self, now_s: f64, pose: &Pose, line: &mut Vec<u8>) {
         self.track.record(now_s, pose);
         loop {
@@ -82,7 +82,7 @@ impl RotatingLidar {
         if index == 0 {
             self.packet.first = angle;
         }
-        // Neither nothing within range nor no measurement has a distance.
+        // A distance of zero means no return.
         let distance_mm = if range.is_finite() {
             (range * 1e3).round() as u16
         } else {

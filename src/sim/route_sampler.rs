@@ -1,4 +1,4 @@
-//! Walks over free cells: straight ones from wall to wall, and winding ones round corners.
+//! Samples routes over free cells.
 
 use core::ops::RangeInclusive;
 use std::collections::VecDeque;
@@ -13,15 +13,14 @@ use crate::map::{Cell, FreeSpace};
 /// The four neighbours of a cell.
 const STEPS: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
-/// Who roams makes for a place at least so far off, metres, so that it does not seem to tremble.
-const LEAST_ROAM_M: f64 = 1.0;
+/// Smallest distance to the next random waypoint, metres: a shorter one would look like trembling.
+const MIN_ROAM_M: f64 = 1.0;
 
-/// No step leads here yet.
+/// The cell is not reached.
 const UNREACHED: u8 = u8::MAX;
 
-/// Ends of the straight line through a free spot along a bearing in radians, as far either way as the ground is free
-/// and at most `reach_m`.
-pub(super) fn straight_walk(
+/// Ends of the straight free line through a point along a bearing, radians, at most `reach_m` in both directions.
+pub(super) fn straight_route(
     free: &FreeSpace,
     spot: &Point,
     bearing_rad: f64,
@@ -37,9 +36,9 @@ pub(super) fn straight_walk(
     })
 }
 
-/// A walk of a few legs from a free spot to a cell drawn among those whose straight distance and whose distance on
-/// foot lie in the range, metres; none where there is no such cell. Each leg is straight over free cells.
-pub(super) fn winding_walk(
+/// Draws a route from a free point to a cell whose straight distance and route length are in the range, metres; none
+/// without such a cell. Its legs are straight over free cells.
+pub(super) fn winding_route(
     free: &FreeSpace,
     spot: &Point,
     length_m: &RangeInclusive<f64>,
@@ -48,15 +47,15 @@ pub(super) fn winding_walk(
     let frame = free.frame();
     let start = frame.cell_of(spot)?;
     let most_steps = (length_m.end() / frame.resolution_m) as u32;
-    let reached = Reached::from(free, start, most_steps, |_| true);
+    let reached = FloodFill::from(free, start, most_steps, |_| true);
     let end = reached.draw_beyond(length_m.start() / frame.resolution_m, rng)?;
-    Some(reached.walk_to(end))
+    Some(reached.route_to(end))
 }
 
-/// A walk from a place on free ground to a cell drawn among those that can be reached without leaving a disc about
-/// home, of a radius in metres, and that lie [`LEAST_ROAM_M`] off or, failing these, anywhere else; none where there is
-/// no such cell. Each leg is straight over free cells.
-pub(super) fn roaming_walk(
+/// Draws a route from a free point to a cell that is reachable within a disc around home, radius in metres, and at
+/// least [`MIN_ROAM_M`] away or, without such a cell, anywhere; none if no cell is reachable. Its legs are straight
+/// over free cells.
+pub(super) fn roaming_route(
     free: &FreeSpace,
     place: &Point,
     home: &Point,
@@ -65,27 +64,27 @@ pub(super) fn roaming_walk(
 ) -> Option<Vec<Point>> {
     let frame = free.frame();
     let start = frame.cell_of(place).filter(|&start| free.is_free(start))?;
-    // A disc is convex: the straight legs between its cells do not leave it either.
+    // A disc is convex, so the straight legs stay inside.
     let inside = |cell| (frame.center_of(cell) - home).norm() <= reach_m;
-    let reached = Reached::from(free, start, u32::MAX, inside);
+    let reached = FloodFill::from(free, start, u32::MAX, inside);
     let end = reached
-        .draw_beyond(LEAST_ROAM_M / frame.resolution_m, rng)
+        .draw_beyond(MIN_ROAM_M / frame.resolution_m, rng)
         .or_else(|| reached.draw_beyond(1.0, rng))?;
     let mut walk = vec![*place];
-    walk.extend(reached.walk_to(end));
+    walk.extend(reached.route_to(end));
     Some(walk)
 }
 
 /// Breadth-first search from a cell over free neighbours.
-struct Reached<'a> {
+struct FloodFill<'a> {
     free: &'a FreeSpace,
-    /// For each cell of the grid the step that led to it.
+    /// The step that reached each cell.
     step: Vec<u8>,
-    /// Cells in the order they were reached, the start first.
+    /// Cells in the order in which they were reached, the start first.
     order: Vec<Cell>,
 }
 
-impl<'a> Reached<'a> {
+impl<'a> FloodFill<'a> {
     fn from(
         free: &'a FreeSpace,
         start: Cell,
@@ -98,7 +97,7 @@ impl<'a> Reached<'a> {
             step: vec![UNREACHED; frame.len()],
             order: vec![start],
         };
-        // The start's own entry only keeps it from being reached again.
+        // The entry of the start only marks it as reached.
         reached.step[frame.index(start)] = 0;
         let mut queue = VecDeque::from([(start, 0)]);
         while let Some((cell, steps)) = queue.pop_front() {
@@ -120,7 +119,7 @@ impl<'a> Reached<'a> {
         reached
     }
 
-    /// One of the cells whose straight distance from the start is at least so many cells.
+    /// Draws a cell whose straight distance from the start is at least this many cells.
     fn draw_beyond(&self, least_cells: f64, rng: &mut Pcg64Mcg) -> Option<Cell> {
         let start = self.order[0];
         let far: Vec<Cell> = self
@@ -135,17 +134,17 @@ impl<'a> Reached<'a> {
         (!far.is_empty()).then(|| far[rng.random_range(0..far.len())])
     }
 
-    /// The centres of the cells at the corners of a walk from the start to a cell that was reached.
-    fn walk_to(&self, end: Cell) -> Vec<Point> {
+    /// The corners of the route from the start to a reached cell.
+    fn route_to(&self, end: Cell) -> Vec<Point> {
         let frame = self.free.frame();
-        pull_straight(self.free, &self.way_to(end))
+        pull_straight(self.free, &self.cells_to(end))
             .into_iter()
             .map(|cell| frame.center_of(cell))
             .collect()
     }
 
-    /// Cells from the start to one that was reached, both included.
-    fn way_to(&self, end: Cell) -> Vec<Cell> {
+    /// The cells from the start to a reached cell, both included.
+    fn cells_to(&self, end: Cell) -> Vec<Cell> {
         let mut way = vec![end];
         let mut cell = end;
         while cell != self.order[0] {
@@ -158,8 +157,7 @@ impl<'a> Reached<'a> {
     }
 }
 
-/// The corners that remain when each leg is drawn to the last cell it can reach straight over free ground, searched
-/// until the first it cannot.
+/// Greedy line-of-sight pruning: each leg extends until the first cell that is not reachable in a straight free line.
 fn pull_straight(free: &FreeSpace, cells: &[Cell]) -> Vec<Cell> {
     let mut corners = vec![cells[0]];
     let mut from = 0;
@@ -179,8 +177,7 @@ fn is_straight_free(free: &FreeSpace, from: Cell, to: Cell) -> bool {
     free_length(free, &from.center(), &(leg / length), length) >= length
 }
 
-/// How far, in cells, a ray runs over free cells only, at most `most`. It stops a hair short of a cell that is not
-/// free, so that its end lies in one that is.
+/// Length of a ray over free cells, in cells, at most `most`. It ends slightly before a cell that is not free.
 fn free_length(free: &FreeSpace, start: &Point, direction: &Vector, most: f64) -> f64 {
     GridRay::new(start, direction)
         .take_while(|&(_, entered)| entered <= most)

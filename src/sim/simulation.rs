@@ -174,7 +174,7 @@ impl Robot for SimulatedRobot<'_> {
 
     fn ground_truth(&self) -> Option<GroundTruth> {
         let footprint = &self.config.robot.footprint;
-        let places = self.moving_obstacles.places();
+        let places = self.moving_obstacles.states();
         Some(GroundTruth {
             pose: self.pose,
             twist: self.twist,

@@ -1,35 +1,35 @@
-//! A scripted way: places at given times.
+//! A path with a time for each key point.
 
 use super::SimError;
 use crate::geometry::{Point, Vector};
 use crate::settings::require;
 
-/// Shortest time from one key to the next, seconds, and greatest coordinate, metres: within them every speed is a number.
+/// Shortest time between keys, seconds, and largest coordinate, metres: within them every speed is finite.
 const SHORTEST_LEG_S: f64 = 1e-6;
 const FARTHEST_M: f64 = 1e9;
 
-/// How a script leads from one key to the next.
+/// Interpolation between keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Course {
-    Straight,
+enum Interpolation {
+    Linear,
     Spline,
 }
 
-/// Places at given times, and a way from each to the next. Before the first time its place is the first, after the last one
-/// the last; a script with a period begins anew after it, wherever that is.
+/// Key points with times, and the interpolation between them. The position is the first key's before the first time and
+/// the last key's after the last time. A path with a period restarts after it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedPath {
     keys: Vec<(f64, Point)>,
     loop_s: Option<f64>,
-    course: Course,
+    interpolation: Interpolation,
 }
 
 impl TimedPath {
-    /// A script that goes straight and evenly from place to place. Times in seconds, places in metres, the period in seconds.
+    /// Creates a path that is linear between keys. Times in seconds, points in metres, the period in seconds.
     ///
     /// # Errors
-    /// [`SimError::Setting`] for no key, for times that are below zero or do not ascend by a microsecond at least, for a
-    /// period that is not above zero or ends before the last time, for a place beyond 1e9 m, or any number that is not finite.
+    /// [`SimError::Setting`] without keys, for times below zero or less than a microsecond apart, for a
+    /// period that is not above zero or ends before the last time, for a coordinate beyond 1e9 m, or a number that is not finite.
     pub fn new(keys: &[(f64, Point)], loop_s: Option<f64>) -> Result<Self, SimError> {
         require(
             !keys.is_empty(),
@@ -48,7 +48,7 @@ impl TimedPath {
             latest = time_s;
             for value in [place.x, place.y] {
                 let fits = value.abs() <= FARTHEST_M;
-                require(fits, "place of a keyframe", value, "-1e9 to 1e9")?;
+                require(fits, "coordinate of a keyframe", value, "-1e9 to 1e9")?;
             }
         }
         if let Some(period_s) = loop_s {
@@ -62,35 +62,35 @@ impl TimedPath {
         Ok(Self {
             keys: keys.to_vec(),
             loop_s,
-            course: Course::Straight,
+            interpolation: Interpolation::Linear,
         })
     }
 
-    /// The same places at the same times on a Catmull-Rom spline through them, as the animated models of Gazebo go: the
-    /// tangent at a place is half the way from the place before it to the one after, whatever their times; at an end that is
-    /// not also the beginning it is half the way to its neighbour.
+    /// Interpolates by a Catmull-Rom spline, as Gazebo's animated models: the tangent at a key is half the vector from
+    /// the previous key to the next, independent of their times. At an end of an open path it is half the vector to the
+    /// neighbour.
     #[must_use]
     pub fn on_spline(self) -> Self {
         Self {
-            course: Course::Spline,
+            interpolation: Interpolation::Spline,
             ..self
         }
     }
 
-    /// The period after which it begins anew, seconds.
+    /// The period, seconds.
     #[must_use]
     pub const fn period_s(&self) -> Option<f64> {
         self.loop_s
     }
 
-    /// Times, seconds, and the place at each, metres.
+    /// Times, seconds, and the point at each, metres.
     #[must_use]
     pub fn keys(&self) -> &[(f64, Point)] {
         &self.keys
     }
 
-    /// The place at a time since the script began, seconds and at least zero, and the velocity there, m/s: zero before the
-    /// first key and after the last.
+    /// Position, metres, and velocity, m/s, at a time since the start, seconds, at least zero. The velocity is zero
+    /// before the first key and after the last.
     #[must_use]
     pub fn at(&self, time_s: f64) -> (Point, Vector) {
         let time_s = self.within_period(time_s);
@@ -105,11 +105,11 @@ impl TimedPath {
         let leg_s = to_s - from_s;
         let share = (time_s - from_s) / leg_s;
         let way = end - begin;
-        match self.course {
-            Course::Straight => (begin + way * share, way / leg_s),
-            Course::Spline => {
+        match self.interpolation {
+            Interpolation::Linear => (begin + way * share, way / leg_s),
+            Interpolation::Spline => {
                 let tangents = [self.tangent(from), self.tangent(after)];
-                // Hermite's form of the cubic, and its slope.
+                // The cubic in Hermite form, and its derivative.
                 let along = polynomial(share, [0.0, 0.0, 3.0, -2.0]);
                 let bends = [
                     polynomial(share, [0.0, 1.0, -2.0, 1.0]),
@@ -126,7 +126,7 @@ impl TimedPath {
         }
     }
 
-    /// The spline's tangent at a key, metres for a leg.
+    /// The spline's tangent at a key, metres per leg.
     fn tangent(&self, key: usize) -> Vector {
         let place = |key: usize| self.keys[key].1;
         let last = self.keys.len() - 1;
@@ -156,36 +156,33 @@ fn sum(weights: [f64; 2], [one, other]: [Vector; 2]) -> Vector {
     one * weights[0] + other * weights[1]
 }
 
-/// Somebody who plays a script.
+/// Motion along a timed path.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TimedPathPlayer {
-    script: TimedPath,
-    /// Since the script began; below the period of a loop.
+    path: TimedPath,
+    /// Time since the start, below the period.
     time_s: f64,
 }
 
 impl TimedPathPlayer {
-    pub(super) const fn new(script: TimedPath) -> Self {
-        Self {
-            script,
-            time_s: 0.0,
-        }
+    pub(super) const fn new(path: TimedPath) -> Self {
+        Self { path, time_s: 0.0 }
     }
 
     pub(super) fn center(&self) -> Point {
-        self.script.at(self.time_s).0
+        self.path.at(self.time_s).0
     }
 
     pub(super) fn velocity(&self) -> Vector {
-        self.script.at(self.time_s).1
+        self.path.at(self.time_s).1
     }
 
     pub(super) fn center_after(&self, time_s: f64) -> Point {
-        self.script.at(self.time_s + time_s).0
+        self.path.at(self.time_s + time_s).0
     }
 
     pub(super) fn step(&mut self, time_s: f64) {
-        self.time_s = self.script.within_period(self.time_s + time_s);
+        self.time_s = self.path.within_period(self.time_s + time_s);
     }
 }
 
@@ -193,57 +190,54 @@ impl TimedPathPlayer {
 mod tests {
     use super::*;
 
-    fn script(keys: &[(f64, f64, f64)], loop_s: Option<f64>) -> TimedPath {
+    fn path(keys: &[(f64, f64, f64)], loop_s: Option<f64>) -> TimedPath {
         let keys: Vec<_> = keys
             .iter()
             .map(|&(time_s, x, y)| (time_s, Point::new(x, y)))
             .collect();
-        TimedPath::new(&keys, loop_s).expect("a sound script")
+        TimedPath::new(&keys, loop_s).expect("a valid path")
     }
 
     #[test]
-    fn a_spline_passes_its_keys_with_tangents_along_their_neighbours() {
+    fn spline_passes_keys_with_tangents_along_their_neighbours() {
         let keys = [
             (0.0, 0.0, 0.0),
             (1.0, 1.0, 2.0),
             (3.0, 4.0, 2.0),
             (4.0, 4.0, 0.0),
         ];
-        let spline = script(&keys, None).on_spline();
+        let spline = path(&keys, None).on_spline();
         for (time_s, x, y) in keys {
             assert_eq!(spline.at(time_s).0, Point::new(x, y), "{time_s}");
         }
-        // Half of (4, 2), over the leg's one second before the key and two after it: Gazebo's clock is not smooth.
+        // Half of (4, 2), over one second before the key and two after it: the velocity is discontinuous, as in Gazebo.
         let before = spline.at(1.0 - 1e-9).1;
         let after = spline.at(1.0 + 1e-9).1;
         assert!((before - Vector::new(2.0, 1.0)).norm() < 1e-6, "{before}");
         assert!((after - Vector::new(1.0, 0.5)).norm() < 1e-6, "{after}");
-        // A straight script turns there at once.
-        let straight = script(&keys, None);
+        // A linear path changes its velocity there at once.
+        let straight = path(&keys, None);
         assert_eq!(straight.at(0.5).1, Vector::new(1.0, 2.0));
         assert_eq!(straight.at(1.5).1, Vector::new(1.5, 0.0));
-        // Between symmetric keys the middle is the mean of both, and an eighth of the difference of the tangents.
+        // The midpoint is the mean of the keys plus an eighth of the difference of the tangents.
         let middle = spline.at(2.0).0;
         let bend = (Vector::new(2.0, 1.0) - Vector::new(1.5, -1.0)) / 8.0;
         assert!((middle - (Point::new(2.5, 2.0) + bend)).norm() < 1e-12);
     }
 
     #[test]
-    fn the_velocity_is_the_slope_of_the_place() {
+    fn velocity_is_derivative_of_position() {
         let keys = [
             (0.5, 0.0, 0.0),
             (1.0, 1.0, 2.0),
             (3.0, 4.0, 2.0),
             (4.0, 0.0, 0.0),
         ];
-        for script in [
-            script(&keys, Some(5.0)),
-            script(&keys, Some(5.0)).on_spline(),
-        ] {
+        for path in [path(&keys, Some(5.0)), path(&keys, Some(5.0)).on_spline()] {
             for tick in 0..240_u32 {
                 let time_s = 0.013 + f64::from(tick) * 0.05;
-                let slope = (script.at(time_s + 1e-6).0 - script.at(time_s - 1e-6).0) / 2e-6;
-                let velocity = script.at(time_s).1;
+                let slope = (path.at(time_s + 1e-6).0 - path.at(time_s - 1e-6).0) / 2e-6;
+                let velocity = path.at(time_s).1;
                 assert!(
                     (slope - velocity).norm() < 1e-4,
                     "{time_s}: {slope} {velocity}"
@@ -253,14 +247,14 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_spline_ends_as_it_begins() {
+    fn closed_spline_has_equal_velocity_at_both_ends() {
         let keys = [
             (0.0, 0.0, 0.0),
             (1.0, 2.0, 0.0),
             (2.0, 1.0, 2.0),
             (3.0, 0.0, 0.0),
         ];
-        let spline = script(&keys, Some(3.0)).on_spline();
+        let spline = path(&keys, Some(3.0)).on_spline();
         let (end, begin) = (spline.at(3.0 - 1e-9).1, spline.at(1e-9).1);
         assert!((end - begin).norm() < 1e-6, "{end} {begin}");
         assert!((begin - Vector::new(0.5, -1.0)).norm() < 1e-6);

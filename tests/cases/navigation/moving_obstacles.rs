@@ -131,7 +131,7 @@ fn spawn_at_a_time_begins_at_the_start() {
     let mut seen_s = None;
     for tick in 0..60 {
         let time_s = 0.1 * f64::from(tick);
-        let places = moving_obstacles.places();
+        let places = moving_obstacles.states();
         assert_eq!((places.len(), moving_obstacles.radii().len()), (2, 2));
         assert!(places[1].is_some(), "the other one is always there");
         assert_eq!(
@@ -286,10 +286,10 @@ fn random_waypoints_depend_on_the_seed_alone() {
 fn random_waypoints_need_free_ground() {
     let inside =
         MovingObstacle::random_waypoint(0.3, 0.7, Point::new(5.0, 1.0), 4.0, &two_halves(), 1);
-    assert!(matches!(inside, Err(SimError::NowhereToGo { .. })));
+    assert!(matches!(inside, Err(SimError::NoFreeSpace { .. })));
     let outside =
         MovingObstacle::random_waypoint(0.3, 0.7, Point::new(-5.0, 1.0), 4.0, &two_halves(), 1);
-    assert!(matches!(outside, Err(SimError::NowhereToGo { .. })));
+    assert!(matches!(outside, Err(SimError::NoFreeSpace { .. })));
 }
 
 #[test]
