@@ -193,9 +193,8 @@ impl Worlds<'_> {
             return Chart::empty(self.title, "No world was driven.");
         }
         let times = worlds.iter().filter_map(World::charted_times).flatten();
-        let (least, most) = range(times.chain(self.level.map(|(value, _)| value)))
-            .filter(|(least, most)| least < most)
-            .unwrap_or((1.0, 10.0));
+        let (least, most) =
+            range(times.chain(self.level.map(|(value, _)| value))).unwrap_or((1.0, 10.0));
         let level = self
             .level
             .map(|(value, text)| Mark::Level(value, Some((LabelSide::Left, text.to_owned()))));

@@ -71,7 +71,7 @@ fn groups_chart(title: &str, groups: &[Group]) -> Chart {
         return Chart::empty(title, "No cell has a result.");
     };
     let (least, _) = range(usable().map(reached_percent)).unwrap_or((0.0, 100.0));
-    let (fastest_s, slowest_s) = range(usable().filter_map(shared_time_s)).unwrap_or((0.0, 0.0));
+    let (fastest_s, slowest_s) = range(usable().filter_map(shared_time_s)).unwrap_or((0.0, 1.0));
     let success = Panel {
         title: format!("Goal reached, % of {} runs", first.runs),
         height: 130.0,

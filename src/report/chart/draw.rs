@@ -146,6 +146,7 @@ impl Area<'_> {
     fn axes(&self, x_ticks: &[Tick], x_title: Option<&String>, y_title: &str) -> Markup {
         let (left, right) = (coordinate(self.left), coordinate(self.right()));
         let (top, bottom) = (coordinate(self.top), coordinate(self.bottom()));
+        let title_gap = if self.labels_height > 0.0 { 18.0 } else { 13.0 };
         html! {
             g class="axes" {
                 @for tick in self.y.ticks() {
@@ -162,7 +163,7 @@ impl Area<'_> {
                 }
                 rect x=(left) y=(top) width=(coordinate(self.width)) height=(coordinate(self.height)) {}
                 @if !y_title.is_empty() {
-                    text class="title" x="0" y=(coordinate(self.top - self.labels_height - 13.0)) { (y_title) }
+                    text class="title" x="0" y=(coordinate(self.top - self.labels_height - title_gap)) { (y_title) }
                 }
                 @if let Some(title) = x_title {
                     text class="title end" x=(right) y=(bottom) dy="2.6em" { (title) }
