@@ -211,7 +211,7 @@ fn dynabarn_worlds(rows: &[RunRow]) -> Worlds<'_> {
         time_title: "Time of the runs that reached the goal, s (logarithmic)",
         level: None,
         caption: format!(
-            "{} worlds, {} runs: success {}, {} contacts, each of which is a failure. The robot caused a contact if it closed the \
+            "{} worlds, {} runs: success {}, {} contacts. Every contact is a failure. The robot caused a contact if it closed the \
              gap itself. A contact was avoidable if a constant command from 2.5 s before it keeps clear.",
             all.worlds,
             all.runs,
