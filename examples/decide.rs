@@ -11,28 +11,16 @@ use inbye::map::{OccupancyGrid, UnknownPolicy};
 use inbye::robot::Footprint;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A gap in a wall, 0.5 m per character; the origin is the lower left corner.
-    let rows = [
-        "...........#...........",
-        "...........#...........",
-        ".......................",
-        ".......................",
-        ".......................",
-        "...........#...........",
-        "...........#...........",
-    ];
-    let grid = OccupancyGrid::from_rows(&rows, 0.5, Pose::default())?;
+    // A gap in a wall, 1 m per character; the origin is the lower left corner.
+    let rows = [".....#......", "............", ".....#......"];
+    let grid = OccupancyGrid::from_rows(&rows, 1.0, Pose::default())?;
     let field = ClearanceField::new(&grid.obstacles(UnknownPolicy::Blocked))?;
     let (pose, twist) = (Pose::new(3.0, 1.2, 0.2), Twist::new(0.5, 0.0));
-    let target = Point::new(9.0, 1.8);
+    let target = Point::new(9.0, 1.5);
     let problem = Problem::new(field, &Footprint::round(0.3)?, pose, twist, target);
 
     let mut selected = open_engine(&EngineChoice::Auto, 1)?;
     let decision = selected.engine.decide(&problem)?;
-
-    println!("engine: {}", selected.reason);
-    println!("samples: {:?}", decision.counts);
-    let Twist { linear, angular } = decision.command();
-    println!("command: {linear:.3} m/s, {angular:.3} rad/s");
+    println!("{}: {:?}", selected.reason, decision.command());
     Ok(())
 }

@@ -1,68 +1,42 @@
-//! Exact GPU-parallel local planning and hybrid navigation for inspection robots.
+//! An exact, GPU-parallel local planner and navigator for inspection robots.
 //!
-//! A tracked robot inspects mine roadways. It finds a global path on an occupancy grid, then, many times a second,
-//! chooses its speed and turn rate by the dynamic window approach: thousands of velocities rolled out, scored, the best
-//! one sent to the base. The samples are evaluated in WGSL compute shaders or on the CPU, and **both return the same
-//! bits**.
+//! A robot plans a global path on an occupancy grid. Then, in each control period, it chooses its speed and turn rate by the
+//! dynamic window approach (DWA). WGSL compute shaders or the CPU evaluate the samples, and **all engines return the same bits**.
 //!
-//! The modules are rooms that data passes through in one direction, and a room uses only rooms above it:
+//! # What to call
 //!
-//! | room | question |
+//! | task | start with |
 //! |---|---|
-//! | [`map`] | where is free space? |
-//! | [`robot`] | what is the machine? |
-//! | [`localization`] | where am I? |
-//! | [`global`] | which way? |
-//! | [`local`] | how to move now? |
-//! | [`navigator`] | when to do which? |
-//! | [`base`] | what goes over the wire? |
-//! | [`runtime`] | what does the robot do, tick by tick? |
-//! | [`sim`] | what would happen? |
-//! | [`ros`] | ROS 2: messages, Nav2 parameter files, a node |
-//! | `recording` | MCAP recordings of drives and their replay (feature `mcap`) |
-//! | [`mod@bench`] | how fast, and is it right? |
-//! | [`experiment`] | how do worlds, settings and seeds compare? |
-//! | [`report`] | what does it look like? |
-//! | `playground` | a web page that decides with the GPU engine's shaders (feature `playground`) |
+//! | read or build a map | [`map::load`], [`map::OccupancyGrid::from_rows`] |
+//! | plan a global path | [`navigator::RoutePlanner`], or [`global::plan`] on free space of your own |
+//! | take one decision | [`local::Problem::new`], [`local::open_engine`], [`local::Engine::decide`] |
+//! | navigate among unmapped and moving obstacles | [`navigator::Navigator`]: an observation in, a command out |
+//! | estimate the pose from scans | [`localization::Localizer`] |
+//! | drive a real base | `runtime::hardware::SerialLine` and `runtime::run_mission` (feature `serial`) |
+//! | simulate a drive | `sim::Simulation` (feature `sim`) |
+//! | record and replay | `recording` (feature `mcap`) |
+//! | run experiments | `experiment` (feature `experiment`) |
 //!
-//! [`geometry`], [`numeric`], [`digest`], [`settings`] and [`suggest`] stand above them all.
+//! Units are SI. Axes are those of REP-103: x forward, y left, yaw counter-clockwise. Without features the crate is the planner alone;
+//! each feature only adds.
 //!
-//! # A robot across a room
+//! # One decision
 //!
 //! ```
-//! use std::sync::Arc;
-//! use inbye::geometry::{Point, Pose};
-//! use inbye::local::CpuEngine;
-//! use inbye::map::OccupancyGrid;
-//! use inbye::navigator::Goal;
-//! use inbye::runtime::{Config, Mission, Observer};
-//! use inbye::sim::Simulation;
+//! use inbye::geometry::{Point, Pose, Twist};
+//! use inbye::local::{ClearanceField, EngineChoice, Problem, open_engine};
+//! use inbye::map::{OccupancyGrid, UnknownPolicy};
+//! use inbye::robot::Footprint;
 //!
-//! let rows = [
-//!     "################################",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............................#",
-//!     "#..............##..............#",
-//!     "#..............##..............#",
-//!     "#..............##..............#",
-//!     "#..............##..............#",
-//!     "#..............##..............#",
-//!     "################################",
-//! ];
-//! let map = Arc::new(OccupancyGrid::from_rows(&rows, 0.2, Pose::default())?);
-//! let goal = Goal { position: Point::new(5.2, 1.2), yaw: None };
-//! let simulation = Simulation::new(Mission::new(map, Pose::new(1.2, 1.2, 0.0), goal));
-//! let engine = Box::new(CpuEngine::single_threaded());
-//! let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-//! let result = simulation.run(&Config::default(), engine, &mut observer)?;
-//! assert!(result.reached && !result.collided);
+//! let rows = [".....#......", "............", ".....#......"];
+//! let grid = OccupancyGrid::from_rows(&rows, 1.0, Pose::default())?;
+//! let field = ClearanceField::new(&grid.obstacles(UnknownPolicy::Blocked))?;
+//! let (pose, twist) = (Pose::new(3.0, 1.2, 0.2), Twist::new(0.5, 0.0));
+//! let problem = Problem::new(field, &Footprint::round(0.3)?, pose, twist, Point::new(9.0, 1.5));
+//!
+//! let mut selected = open_engine(&EngineChoice::Cpu, 1)?;
+//! let decision = selected.engine.decide(&problem)?;
+//! assert!(decision.command().linear > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
