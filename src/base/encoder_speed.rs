@@ -84,8 +84,7 @@ impl EncoderSpeed {
         let travelled_m = travel_m(&first, &counts, &self.ticks_per_m);
         Some(
             travelled_m
-                .map(|travelled_m| travelled_m / elapsed_s)
-                .into(),
+                .map(|travelled_m| travelled_m / elapsed_s),
         )
     }
 

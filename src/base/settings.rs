@@ -94,7 +94,6 @@ impl BaseSettings {
                 |rate, reversed| if reversed { -rate } else { rate },
             )
             .zip(self.ticks_per_m, |rate, per_m| rate / per_m)
-            .into()
     }
 
     /// Converts counts of the controller's two channels to counts of the tracks.

@@ -82,7 +82,7 @@ impl World {
                 row.score = Some(score(reached, row.time_s, world.optimal_time_s));
             }
             WorldSource::DynaBarn(world) => {
-                row.contact_cause = world.contact_cause(&result, config)
+                row.contact_cause = world.contact_cause(&result, config);
             }
             WorldSource::Route(_) | WorldSource::Mission { .. } => {}
         }

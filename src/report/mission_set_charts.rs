@@ -295,7 +295,7 @@ fn ablation_ends(rows: &[experiment::Group]) -> Chart {
         RunEnd::ObstacleContact,
         RunEnd::RobotContact,
     ];
-    let counts: Vec<EndCounts> = rows.iter().map(|row| group_counts(row)).collect();
+    let counts: Vec<EndCounts> = rows.iter().map(group_counts).collect();
     let chart_rows = rows.iter().zip(&counts).map(|(row, counts)| Row {
         group: 0,
         label: row.name.clone(),

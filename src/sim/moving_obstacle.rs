@@ -132,7 +132,7 @@ impl MovingObstacle {
         match appears {
             SpawnTrigger::AtTime(time_s) => at_least_zero("appears_at_s", time_s)?,
             SpawnTrigger::WithinDistance(distance_m) => {
-                at_least_zero("appears_within_m", distance_m)?
+                at_least_zero("appears_within_m", distance_m)?;
             }
         }
         Ok(Self {

@@ -265,7 +265,7 @@ fn non_positive_numbers_are_rejected() {
             problem.braking_theta = value;
         }),
         ("duration of a step", |problem, value| {
-            problem.step_s = value
+            problem.step_s = value;
         }),
         ("clearance cap", |problem, value| {
             problem.max_clearance_m = value;

@@ -1,4 +1,4 @@
-//! MovingObstacle obstacles of a mission.
+//! `MovingObstacle` obstacles of a mission.
 
 use core::ops::RangeInclusive;
 

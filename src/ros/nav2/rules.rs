@@ -180,7 +180,7 @@ pub(super) fn apply(
             builder.add_unmapped(path, reason, text);
             continue;
         }
-        let known = rules().flat_map(|rule| rule.patterns()).copied();
+        let known = rules().flat_map(Rule::patterns).copied();
         let explanation = match closest_name(&name, known.filter(|known| !known.contains('*'))) {
             Some(closest) => format!("the parameter is unknown: did you mean `{closest}`?"),
             None => "the parameter is unknown".to_owned(),

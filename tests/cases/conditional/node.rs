@@ -36,8 +36,8 @@ pub fn trials() -> Vec<Trial> {
     let trial = |(name, check): (&'static str, Check)| {
         Trial::ignorable_test(name, move || with_peer(name, check))
     };
-    let trials = scenarios.map(trial).into();
-    trials
+    
+    scenarios.map(trial).into()
 }
 
 /// The robot reaches the goal with a namespace, `tf`, a lidar off the origin and stamped velocities.

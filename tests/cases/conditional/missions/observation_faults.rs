@@ -54,7 +54,7 @@ fn not_finite() {
     ];
     for (number, disturb) in faults.iter().enumerate() {
         drives_on_after_a_few_and_fails_after_many(ObservationFault::NotFinite, &|_, seen| {
-            disturb(seen)
+            disturb(seen);
         })
         .unwrap_or_else(|what| panic!("fault {number}: {what}"));
     }
@@ -248,7 +248,7 @@ fn clocks() {
         .collect();
     assert_eq!(faulty, [true, false, false, false, false, false]);
     drives_on_after_a_few_and_fails_after_many(ObservationFault::ClockJump, &|_, seen| {
-        seen.scan_s += 1.0
+        seen.scan_s += 1.0;
     })
     .expect("scans from the future");
 }

@@ -13,10 +13,10 @@ use super::driving::{arrive, try_drive};
 
 pub const TESTS: &[Test] = &[
     ("robot drives the roadway scene among pedestrians", || {
-        drives(&roadway())
+        drives(&roadway());
     }),
     ("robot drives the crossing scene among pedestrians", || {
-        drives(&crossing())
+        drives(&crossing());
     }),
     ("robot drives the dead end scene among pedestrians", || {
         drives(&dead_end());
