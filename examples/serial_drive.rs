@@ -1,51 +1,33 @@
-//! Drives a base on a serial line from (1, 1) to (4, 1) of a map by the encoders alone.
+//! Drives a base on a serial line from (1, 1) to (4, 1) of a map, by its encoders alone.
 //!
-//! `cargo run --release --example serial_drive -- /dev/ttyUSB0 map.yaml`
+//! Run with `cargo run --release --example serial_drive -- /dev/ttyUSB0 map.yaml`.
 
-use std::sync::Arc;
+#![expect(clippy::print_stdout, reason = "an example prints its result")]
 
-use inbye::base::{BaseConfig, Protocol};
+use std::{env, sync::Arc, time::Instant};
+
+use inbye::base::Protocol;
 use inbye::geometry::{Point, Pose};
 use inbye::local::CpuEngine;
 use inbye::map::{LoadOptions, load};
 use inbye::navigator::Goal;
-use inbye::runtime::hardware::SerialLine;
-use inbye::runtime::{Config, Mission, Observer, run_mission};
+use inbye::runtime::{Config, Mission, Observer, TickEvent, hardware::SerialLine, run_mission};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let arguments: Vec<String> = std::env::args().collect();
-    let [_, port, map] = &arguments[..] else {
-        return Err("give the port of the base and a map".into());
-    };
-    let (port, protocol, config) = (port.clone(), Protocol::Native, BaseConfig::default());
-    let line = SerialLine {
-        port,
-        protocol,
-        config,
-    };
-    let start = Pose::new(1.0, 1.0, 0.0);
-    // The supervisor stops the base when the robot is dropped.
-    let mut robot = line.connect(start, Arc::default())?;
+    let port = env::args().nth(1).ok_or("give the port of the base")?;
+    let map = env::args().nth(2).ok_or("give a map")?;
     let map = Arc::new(load(map.as_ref(), &LoadOptions::default())?);
-    let goal = Goal {
-        position: Point::new(4.0, 1.0),
-        yaw: None,
-    };
-    let mission = Mission::new(map, start, goal);
-    let clock = std::time::Instant::now();
-    let mut seconds = || clock.elapsed().as_secs_f64();
-    let mut observer = Observer {
-        clock: &mut seconds,
-        on_tick: &mut |_| {},
-    };
+    let start = Pose::new(1.0, 1.0, 0.0);
+    // The base stops when the robot is dropped.
+    let mut robot = SerialLine::new(&port, Protocol::Native).connect(start, Arc::default())?;
+    let mission = Mission::new(map, start, Goal::at(Point::new(4.0, 1.0)));
+    let began = Instant::now();
+    let clock = &mut || began.elapsed().as_secs_f64();
+    let on_tick = &mut |_: &TickEvent<'_>| {};
+    let mut observer = Observer { clock, on_tick };
     let engine = Box::new(CpuEngine::single_threaded());
-    let result = run_mission(
-        &mission,
-        &Config::default(),
-        engine,
-        &mut robot,
-        &mut observer,
-    )?;
-    println!("reached: {}, {:.2} m", result.reached, result.travelled_m);
+    let config = Config::default();
+    let result = run_mission(&mission, &config, engine, &mut robot, &mut observer)?;
+    println!("reached: {}", result.reached);
     Ok(())
 }

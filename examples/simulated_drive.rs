@@ -1,5 +1,7 @@
 //! Simulates a drive among pedestrians in a built-in scene: `cargo run --release --example simulated_drive`
 
+#![expect(clippy::print_stdout, reason = "an example prints its result")]
+
 use std::sync::Arc;
 
 use inbye::local::CpuEngine;
@@ -11,10 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (scene, config) = (crossing(), Config::default());
     let ends = (scene.start.position(), scene.goal);
     let pedestrians = PedestrianSpawner::new(3, 7).spawn_on_route(&scene.map, &config, ends)?;
-    let goal = Goal {
-        position: scene.goal,
-        yaw: None,
-    };
+    let goal = Goal::at(scene.goal);
     let simulation = Simulation {
         moving_obstacles: pedestrians,
         seed: 7,

@@ -2,9 +2,9 @@
 
 mod cases {
     mod sim {
+        mod pedestrians;
         mod simulated_base;
         mod simulation;
         mod simulator_settings;
-        mod walkers;
     }
 }

@@ -187,7 +187,7 @@ pub struct DriveArguments {
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     #[command(flatten)]
-    pub wired: super::wired_drive::WiredArguments,
+    pub hardware: super::hardware_drive::HardwareArguments,
 }
 
 /// `inbye evaluate`.

@@ -19,7 +19,7 @@ use super::arguments::{DriveArguments, Obstacles, Place};
 use super::drive_log::DriveLog;
 use super::process::wall_clock;
 use super::recording::{Ending, Recording};
-use super::{engines, incident_text, map_file, output, plan, report_file, wired_drive};
+use super::{engines, hardware_drive, incident_text, map_file, output, plan, report_file};
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
@@ -27,14 +27,14 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(deadline_ms) = arguments.deadline {
         config.navigator.deadline_s = Some(deadline_ms / 1e3);
     }
-    if arguments.wired.lidar.is_some() {
+    if arguments.hardware.lidar.is_some() {
         anyhow::ensure!(
             matches!(arguments.obstacles, Obstacles::Count(0)),
             "--obstacles are simulated, but --lidar measures real ones: leave one of them out"
         );
         config.pose_source = PoseSource::Scans;
     }
-    let mut wired = wired_drive::connect(&arguments.wired, arguments.start.pose())?;
+    let mut hardware = hardware_drive::connect(&arguments.hardware, arguments.start.pose())?;
     let map_name = format!("{}", arguments.map.map.display());
     let moving_obstacles = match moving_obstacles(arguments, &map, &config) {
         Ok(moving_obstacles) => moving_obstacles,
@@ -72,7 +72,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         .as_ref()
         .map(|_| PlaybackRecorder::default());
     let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
-        let is_real_time = wired.is_some();
+        let is_real_time = hardware.is_some();
         Recording::begin(file, mission, &config, engine.name(), is_real_time)
     });
     let driven = drive(
@@ -80,12 +80,12 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         &config,
         engine,
         "driving",
-        wired.as_mut(),
+        hardware.as_mut(),
         playback.as_mut(),
         recording.as_mut(),
     );
     // The base stops before anything is written.
-    let base = wired.map(wired_drive::HardwareDrive::end);
+    let base = hardware.map(hardware_drive::HardwareDrive::end);
     let result = match driven {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
@@ -103,7 +103,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
             playback,
             &map_name,
             &command,
-            arguments.wired.in_words(),
+            arguments.hardware.description(),
         );
         report_file::write(folder, &page)?;
     }
@@ -120,7 +120,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         if let Some(text) = map_file::unknown_cells_text(&mission.map, config.unknown) {
             output::line(format!("unknown      {text}"));
         }
-        for line in base.iter().flat_map(wired_drive::HardwareReport::lines) {
+        for line in base.iter().flat_map(hardware_drive::HardwareReport::lines) {
             output::line(line);
         }
         if let Some(recording) = &recording {
@@ -137,7 +137,7 @@ pub fn drive(
     config: &Config,
     engine: Box<dyn inbye::local::Engine>,
     what: &str,
-    wired: Option<&mut wired_drive::HardwareDrive>,
+    hardware: Option<&mut hardware_drive::HardwareDrive>,
     mut playback: Option<&mut PlaybackRecorder>,
     mut recording: Option<&mut Recording<'_>>,
 ) -> Result<MissionResult, SimError> {
@@ -170,12 +170,12 @@ pub fn drive(
         clock: &mut clock,
         on_tick: &mut on_tick,
     };
-    let result = match wired {
-        Some(wired) if wired.has_lidar() => {
-            let robot = &mut wired.robot;
+    let result = match hardware {
+        Some(hardware) if hardware.has_lidar() => {
+            let robot = &mut hardware.robot;
             run_mission(mission, config, engine, robot, &mut observer).map_err(SimError::from)
         }
-        Some(wired) => simulation.run_with(&mut wired.robot, config, engine, &mut observer),
+        Some(hardware) => simulation.run_with(&mut hardware.robot, config, engine, &mut observer),
         None => simulation.run(config, engine, &mut observer),
     };
     bar.finish_and_clear();

@@ -24,6 +24,7 @@ mod dynabarn;
 mod engines;
 mod evaluate;
 mod grid_run;
+mod hardware_drive;
 mod import_nav2;
 mod incident_text;
 mod localization;
@@ -60,7 +61,6 @@ mod toml_merge;
 mod value_parsers;
 mod verbosity;
 mod verify;
-mod wired_drive;
 mod worlds;
 
 pub use arguments::Arguments;

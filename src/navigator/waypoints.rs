@@ -12,6 +12,17 @@ pub struct Goal {
     pub yaw: Option<f64>,
 }
 
+impl Goal {
+    /// A goal with any yaw.
+    #[must_use]
+    pub const fn at(position: Point) -> Self {
+        Self {
+            position,
+            yaw: None,
+        }
+    }
+}
+
 /// Start and goals of a mission. Every goal but the last is a waypoint, at which the robot pauses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waypoints {

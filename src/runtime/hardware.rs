@@ -67,6 +67,16 @@ pub struct SerialLine {
 }
 
 impl SerialLine {
+    /// Creates the description of a base with the default settings.
+    #[must_use]
+    pub fn new(port: &str, protocol: Protocol) -> Self {
+        Self {
+            port: port.to_owned(),
+            protocol,
+            config: BaseConfig::default(),
+        }
+    }
+
     /// Opens the port and starts the supervisor. The base stands until a target is set, and again when the flag is set, as a
     /// signal handler may do.
     ///

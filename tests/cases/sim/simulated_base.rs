@@ -1,4 +1,4 @@
-//! The simulated base: it obeys its limits, and moves as the equations say.
+//! The simulated base against its limits and equations of motion.
 
 use core::f64::consts::TAU;
 
@@ -44,7 +44,7 @@ fn keep_on(base: &mut SimBase, command: Twist, time_s: f64) {
 }
 
 #[test]
-fn the_base_never_exceeds_its_limits_whatever_it_is_told() {
+fn base_stays_within_limits_for_random_commands() {
     let mut rng = Pcg64Mcg::seed_from_u64(21);
     let mut base = base();
     let mut before = base.twist();
@@ -66,7 +66,7 @@ fn the_base_never_exceeds_its_limits_whatever_it_is_told() {
 }
 
 #[test]
-fn going_forward_gains_and_brakes_each_have_their_own_limit() {
+fn acceleration_and_braking_have_separate_limits() {
     let mut rng = Pcg64Mcg::seed_from_u64(22);
     let mut base = base();
     let mut before = base.twist().linear;
@@ -87,7 +87,7 @@ fn going_forward_gains_and_brakes_each_have_their_own_limit() {
 }
 
 #[test]
-fn a_ramp_is_followed_with_the_stated_lag() {
+fn ramp_is_followed_with_configured_lag() {
     let mut base = base();
     base.send(&Twist::new(1.0, 0.0)).unwrap();
     base.step(0.5);
@@ -103,7 +103,7 @@ fn a_ramp_is_followed_with_the_stated_lag() {
 }
 
 #[test]
-fn a_steady_turn_closes_its_circle() {
+fn steady_turn_closes_its_circle() {
     let mut base = base();
     let turn = Twist::new(0.6, 0.5);
     keep_on(&mut base, turn, 10.0);
@@ -114,7 +114,7 @@ fn a_steady_turn_closes_its_circle() {
 }
 
 #[test]
-fn commands_that_are_not_finite_are_refused_and_change_nothing() {
+fn base_rejects_non_finite_commands_without_effect() {
     let (mut told, mut untold) = (base(), base());
     for command in [Twist::new(f64::NAN, 0.0), Twist::new(0.5, f64::INFINITY)] {
         assert!(matches!(
@@ -128,7 +128,7 @@ fn commands_that_are_not_finite_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn a_base_without_commands_brakes_by_itself() {
+fn base_brakes_after_command_timeout() {
     let mut base = base();
     base.send(&Twist::new(0.5, 0.3)).unwrap();
     base.step(0.5);
@@ -138,7 +138,7 @@ fn a_base_without_commands_brakes_by_itself() {
 }
 
 #[test]
-fn a_command_acts_after_its_delay_and_not_before() {
+fn command_acts_exactly_after_its_delay() {
     // Neither a multiple of the sub-step, nor shorter than the time between two commands.
     let delay_s = 0.1337;
     let mut base = base_with(
@@ -174,7 +174,7 @@ fn a_command_acts_after_its_delay_and_not_before() {
 }
 
 #[test]
-fn of_two_commands_sent_at_once_the_later_counts() {
+fn later_of_two_simultaneous_commands_counts() {
     let mut base = base_with(DriveDynamics::default(), OdometryNoise::none(), 0);
     base.send(&Twist::new(1.0, 0.0)).unwrap();
     base.send(&Twist::new(-0.2, 0.0)).unwrap();
@@ -183,7 +183,7 @@ fn of_two_commands_sent_at_once_the_later_counts() {
 }
 
 #[test]
-fn steady_slip_and_width_change_speed_and_turn_as_stated() {
+fn steady_slip_and_width_scale_speed_and_turn_rate() {
     let slip = Slip {
         mean: 0.1,
         width_ratio: 1.6,
@@ -236,7 +236,7 @@ fn grip(variation: f64, seed: u64) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn slip_wanders_as_widely_and_as_slowly_as_stated() {
+fn slip_variation_has_configured_deviation_and_length() {
     let grip = grip(0.03, 5);
     let count = grip.len() as f64;
     let slip: Vec<f64> = grip.iter().map(|[speed, _]| 1.0 - speed).collect();
@@ -257,13 +257,13 @@ fn slip_wanders_as_widely_and_as_slowly_as_stated() {
 }
 
 #[test]
-fn ground_without_wandering_is_the_same_for_every_seed() {
+fn slip_without_variation_is_equal_for_every_seed() {
     assert_eq!(grip(0.0, 1), grip(0.0, 2));
     assert_ne!(grip(0.01, 1), grip(0.01, 2));
 }
 
 #[test]
-fn the_same_seed_drives_the_same_and_another_does_not() {
+fn drive_depends_on_the_seed() {
     let run = |seed| {
         let mut base = base_with(DriveDynamics::default(), OdometryNoise::default(), seed);
         let mut seen = Vec::new();
@@ -281,7 +281,7 @@ fn the_same_seed_drives_the_same_and_another_does_not() {
 }
 
 #[test]
-fn bad_settings_are_refused_by_name() {
+fn base_rejects_bad_settings_by_name() {
     let refusal = |limits, dynamics, noise| {
         SimBase::new(DRIVE, limits, dynamics, noise, Pose::default(), 0)
             .unwrap_err()

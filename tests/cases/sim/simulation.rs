@@ -1,4 +1,4 @@
-//! What the simulated robot sees and touches, against slower and simpler ways to the same answer.
+//! Simulated lidar and gaps against brute force.
 
 use core::f64::consts::PI;
 
@@ -129,7 +129,7 @@ fn gaps_equal_brute_force_over_all_cells_and_discs() {
 /// A march never finds a hit before the exact one; it may step over the tip of a corner that the exact ray meets,
 /// which is why a late hit must be shown to be a true touch.
 #[test]
-fn lidar_equals_a_dense_ray_march() {
+fn lidar_equals_dense_ray_march() {
     const STRIDE_M: f64 = 1e-3;
     let mut rng = Pcg64Mcg::seed_from_u64(5);
     let lidar = quiet_lidar(31);
@@ -193,7 +193,7 @@ fn lidar_equals_a_dense_ray_march() {
 }
 
 #[test]
-fn lidar_sees_what_stands_in_front_and_not_what_hides() {
+fn lidar_sees_the_front_obstacle_only() {
     let frame = GridFrame {
         width: 100,
         height: 100,
@@ -232,7 +232,7 @@ fn lidar_sees_what_stands_in_front_and_not_what_hides() {
 }
 
 #[test]
-fn range_noise_has_the_stated_spread_and_none_draws_nothing() {
+fn range_noise_has_configured_deviation_and_zero_draws_nothing() {
     let frame = GridFrame {
         width: 60,
         height: 60,
@@ -290,7 +290,7 @@ fn room() -> World {
 }
 
 #[test]
-fn the_stated_share_of_beams_gives_no_measurement() {
+fn dropout_omits_configured_fraction_of_beams() {
     let world = room();
     let pose = Pose::new(3.0, 3.0, 0.0);
     let mut rng = Pcg64Mcg::seed_from_u64(4);
@@ -323,7 +323,7 @@ fn the_stated_share_of_beams_gives_no_measurement() {
 }
 
 #[test]
-fn what_is_nearer_than_the_shortest_range_is_not_measured() {
+fn lidar_does_not_measure_below_shortest_range() {
     let mut world = room();
     let disc = |x| MovingDisc {
         x,
@@ -348,7 +348,7 @@ fn what_is_nearer_than_the_shortest_range_is_not_measured() {
 }
 
 #[test]
-fn a_fan_of_three_quarters_of_a_turn_has_a_beam_at_either_edge() {
+fn partial_field_of_view_has_beams_at_both_edges() {
     let lidar = Lidar {
         field_of_view_rad: 1.5 * PI,
         ..quiet_lidar(271)
@@ -363,7 +363,7 @@ fn a_fan_of_three_quarters_of_a_turn_has_a_beam_at_either_edge() {
 }
 
 #[test]
-fn bad_settings_are_refused_by_name() {
+fn lidar_rejects_bad_settings_by_name() {
     let plain = Lidar::default();
     for (lidar, words) in [
         (Lidar { beams: 0, ..plain }, "beams is 0"),
@@ -389,7 +389,7 @@ fn bad_settings_are_refused_by_name() {
 }
 
 #[test]
-fn contact_is_a_gap_that_is_not_above_zero() {
+fn contact_is_a_gap_at_or_below_zero() {
     let frame = GridFrame {
         width: 20,
         height: 20,

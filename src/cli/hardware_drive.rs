@@ -15,32 +15,32 @@ use super::{base_line, base_text, process, report_file, value_parsers};
 
 /// The base of a drive.
 #[derive(Debug, Args)]
-pub struct WiredArguments {
+pub struct HardwareArguments {
     /// Drive the base on this port, in real time; without --lidar, world and lidar stay simulated.
     #[arg(long, value_name = "P")]
     pub port: Option<String>,
-    /// Look through the LD19 lidar on this port: the pose is from its scans, matched to the map, and from the base's odometry.
+    /// Use the LD19 lidar on this port: the pose comes from its scans, matched to the map, and from the base's odometry.
     #[arg(long, value_name = "P", requires = "port")]
     pub lidar: Option<String>,
     /// Protocol of that base [default: native].
     #[arg(long, value_name = "P", requires = "port", value_parser = value_parsers::protocol())]
     pub protocol: Option<Protocol>,
-    /// That base's settings, TOML with the tables [base], [supervisor] and [lidar].
+    /// Settings of that base: TOML with the tables [base], [supervisor] and [lidar].
     #[arg(long, value_name = "FILE.toml", requires = "port")]
     pub base_config: Option<PathBuf>,
 }
 
-impl WiredArguments {
-    /// What such a drive is, for its report.
-    pub const fn in_words(&self) -> &'static str {
+impl HardwareArguments {
+    /// Describes the drive for its report.
+    pub const fn description(&self) -> &'static str {
         match (&self.port, &self.lidar) {
             (None, _) => report_file::SIMULATED,
             (Some(_), None) => {
-                "One mission, driven by a base on a serial line in real time; world and lidar were simulated."
+                "One mission, driven by a base on a serial line in real time; world and lidar are simulated."
             }
             (Some(_), Some(_)) => {
-                "One mission, driven by a base and seen by a lidar on serial lines in real time; contact and gaps are those of \
-                where the scans put the robot on the map."
+                "One mission, driven by a base and a lidar on serial lines in real time; contact and gaps are measured on the map \
+                at the pose that the scans give."
             }
         }
     }
@@ -62,7 +62,10 @@ pub struct HardwareReport {
 }
 
 /// Opens the ports of a drive, if any are given, and waits for the devices.
-pub fn connect(arguments: &WiredArguments, start: Pose) -> anyhow::Result<Option<HardwareDrive>> {
+pub fn connect(
+    arguments: &HardwareArguments,
+    start: Pose,
+) -> anyhow::Result<Option<HardwareDrive>> {
     let Some(port) = &arguments.port else {
         return Ok(None);
     };

@@ -1,4 +1,4 @@
-//! Moving obstacles and the embedded scenes they walk in.
+//! Built-in scenes and their pedestrians, and files of moving obstacles.
 
 use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, UnknownPolicy};
@@ -54,7 +54,7 @@ fn mission(scene: &Scene) -> Vec<Point> {
     .expect("a passable scene")
 }
 
-fn crowd_of(scene: &Scene, crowd: &PedestrianSpawner) -> MovingObstacles {
+fn spawned(scene: &Scene, crowd: &PedestrianSpawner) -> MovingObstacles {
     let ends = [scene.start.position(), scene.goal];
     crowd
         .spawn(&ground(scene), &mission(scene), &ends)
@@ -66,7 +66,7 @@ fn gap(disc: &MovingDisc, pose: &Pose, radius: f64) -> f64 {
 }
 
 #[test]
-fn scenes_are_comfortably_passable_and_stay_as_they_are() {
+fn scenes_are_passable_and_unchanged() {
     let free_cells: Vec<(&str, usize)> = scenes()
         .iter()
         .map(|scene| {
@@ -89,7 +89,7 @@ fn scenes_are_comfortably_passable_and_stay_as_they_are() {
 }
 
 #[test]
-fn the_blind_heading_is_blind_and_lies_on_the_straight_line() {
+fn dead_end_blocks_the_straight_line() {
     let scene = dead_end();
     let mut obstacles = ground(&scene);
     let frame = *obstacles.frame();
@@ -116,12 +116,12 @@ fn the_blind_heading_is_blind_and_lies_on_the_straight_line() {
 }
 
 #[test]
-fn seeded_walkers_stay_on_free_ground_and_off_the_ends_of_the_path() {
+fn pedestrians_stay_on_free_space_away_from_path_ends() {
     for scene in scenes() {
         let world = World::new(ground(&scene));
         for seed in 0..5 {
             let crowd = PedestrianSpawner::new(scene.obstacles, seed);
-            let mut moving_obstacles = crowd_of(&scene, &crowd);
+            let mut moving_obstacles = spawned(&scene, &crowd);
             assert_eq!(moving_obstacles.len(), scene.obstacles);
             for _ in 0..400 {
                 for disc in moving_obstacles.discs() {
@@ -144,12 +144,12 @@ fn seeded_walkers_stay_on_free_ground_and_off_the_ends_of_the_path() {
 }
 
 #[test]
-fn every_walk_is_four_to_twelve_metres_and_meets_the_robots_way() {
+fn walks_are_four_to_twelve_metres_and_meet_the_path() {
     for scene in scenes() {
         let path = mission(&scene);
         for seed in 0..5 {
             let mut moving_obstacles =
-                crowd_of(&scene, &PedestrianSpawner::new(scene.obstacles, seed));
+                spawned(&scene, &PedestrianSpawner::new(scene.obstacles, seed));
             let mut nearest = vec![f64::INFINITY; moving_obstacles.len()];
             let mut reach = vec![0.0; moving_obstacles.len()];
             let first = moving_obstacles.discs();
@@ -175,10 +175,10 @@ fn every_walk_is_four_to_twelve_metres_and_meets_the_robots_way() {
 }
 
 #[test]
-fn the_same_seed_walks_the_same_and_another_does_not() {
+fn pedestrians_depend_on_the_seed() {
     let scene = &scenes()[0];
     let run = |seed| {
-        let mut moving_obstacles = crowd_of(scene, &PedestrianSpawner::new(4, seed));
+        let mut moving_obstacles = spawned(scene, &PedestrianSpawner::new(4, seed));
         let mut seen = Vec::new();
         for tick in 0..200 {
             let pose = Pose::new(0.1 * f64::from(tick), 4.0, 0.0);
@@ -200,7 +200,7 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
                 yields,
                 ..PedestrianSpawner::new(scene.obstacles, seed)
             };
-            let start = crowd_of(&scene, &crowd);
+            let start = spawned(&scene, &crowd);
             // Stand where somebody walks in 5 s.
             let mut later = start.clone();
             later.step(5.0, &AWAY, &robot(ROBOT_RADIUS_M));
@@ -224,7 +224,7 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
 }
 
 #[test]
-fn walkers_who_yield_never_touch_a_robot_that_stands_still() {
+fn yielding_pedestrians_never_touch_a_standing_robot() {
     let smallest = smallest_gap_to_a_standing_robot(true);
     assert!(smallest >= YIELD_GAP_M - 1e-9, "{smallest}");
     assert!(
@@ -254,7 +254,7 @@ const ONE_WALKER: &str =
     r#"[{"x": 1.0, "y": 2.5, "radius": 0.3, "speed": 0.5, "route": [[9.0, 2.5]]}]"#;
 
 #[test]
-fn a_walker_holds_before_the_robot_and_turns_round_when_out_of_patience() {
+fn pedestrian_yields_and_reverses_after_timeout() {
     let mut moving_obstacles =
         MovingObstacles::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
     let pose = Pose::new(5.0, 2.5, 0.0);
@@ -274,7 +274,7 @@ fn a_walker_holds_before_the_robot_and_turns_round_when_out_of_patience() {
 }
 
 #[test]
-fn a_walk_goes_back_and_forth_at_its_speed() {
+fn patrol_moves_back_and_forth_at_its_speed() {
     let mut moving_obstacles =
         MovingObstacles::parse(ONE_WALKER, "obstacles.json", &open_ground(), 0).unwrap();
     let mut x_after = |time_s| {
@@ -287,7 +287,7 @@ fn a_walk_goes_back_and_forth_at_its_speed() {
 }
 
 #[test]
-fn obstacle_files_in_json_and_toml_say_the_same() {
+fn json_and_toml_obstacle_files_are_equivalent() {
     let toml = "[[obstacles]]\nx = 1.0\ny = 2.5\nradius = 0.3\nspeed = 0.5\nroute = [[9.0, 2.5]]";
     assert_eq!(
         MovingObstacles::parse(ONE_WALKER, "a.json", &open_ground(), 0),
@@ -296,7 +296,7 @@ fn obstacle_files_in_json_and_toml_say_the_same() {
 }
 
 #[test]
-fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
+fn obstacle_file_errors_are_one_line_with_place() {
     let cases = [
         ("{", "a.json: not a list of moving obstacles"),
         (r#"[{"x": 1, "y": 1, "speed": 0.3}]"#, "a.json: not a list"),
@@ -396,7 +396,7 @@ fn bad_obstacle_files_are_refused_in_one_line_that_says_where() {
 }
 
 #[test]
-fn a_crowd_that_finds_no_room_is_an_error_and_none_is_none() {
+fn spawner_without_space_is_an_error() {
     let narrow = ObstacleGrid::new(FRAME, vec![true; FRAME.len()]);
     let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
     let asked = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[]);
