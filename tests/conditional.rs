@@ -41,8 +41,11 @@ mod cases {
     }
 }
 
+/// A subject and its trials.
+type Subject = (&'static str, fn() -> Vec<Trial>);
+
 fn main() -> ExitCode {
-    let subjects: &[(&str, fn() -> Vec<Trial>)] = &[
+    let subjects: &[Subject] = &[
         ("barn", cases::conditional::barn::trials),
         ("engine parity", cases::conditional::engine_parity::trials),
         ("fuzzed", cases::conditional::fuzzed::trials),

@@ -82,10 +82,7 @@ impl EncoderSpeed {
             return Some(TrackSpeeds::default());
         }
         let travelled_m = travel_m(&first, &counts, &self.ticks_per_m);
-        Some(
-            travelled_m
-                .map(|travelled_m| travelled_m / elapsed_s),
-        )
+        Some(travelled_m.map(|travelled_m| travelled_m / elapsed_s))
     }
 
     /// Whether the tracks can have run from one reading to the next.

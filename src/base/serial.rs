@@ -97,7 +97,7 @@ impl SerialBase {
     }
 
     /// Counts of line errors so far.
-    #[must_use] 
+    #[must_use]
     pub fn counters(&self) -> SessionCounters {
         self.session.counters()
     }

@@ -6,7 +6,7 @@ use anyhow::{Context, anyhow};
 use inbye::bench::Latencies;
 use inbye::global::PlanError;
 use inbye::local::DecisionError;
-use inbye::map::OccupancyGrid;
+use inbye::map::{OccupancyGrid, UnknownPolicy};
 use inbye::navigator::{Fault, Goal};
 use inbye::report::PlaybackRecorder;
 use inbye::runtime::{
@@ -107,28 +107,44 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         );
         report_file::write(folder, &page)?;
     }
+    let unknown = (&*mission.map, config.unknown);
+    show(&result, unknown, base.as_ref(), recording.as_ref(), json)?;
+    let is_recorded = recording.as_ref().is_none_or(Ending::is_whole);
+    Ok(result.reached && !result.collided && is_recorded)
+}
+
+/// Prints the result of a drive, as one JSON object or as text.
+fn show(
+    result: &MissionResult,
+    (map, policy): (&OccupancyGrid, UnknownPolicy),
+    base: Option<&hardware_drive::HardwareReport>,
+    recording: Option<&Ending>,
+    json: bool,
+) -> anyhow::Result<()> {
     if json {
-        let mut object = object(&result);
-        object["unknown"] = map_file::unknown_cells_json(&mission.map, config.unknown);
-        object["recording"] = json!(recording.as_ref().map(Ending::object));
-        if let Some(base) = &base {
+        let mut object = object(result);
+        object["unknown"] = map_file::unknown_cells_json(map, policy);
+        object["recording"] = json!(recording.map(Ending::object));
+        if let Some(base) = base {
             object["base"] = base.object();
         }
         output::json(&object)?;
     } else {
-        print(&result);
-        if let Some(text) = map_file::unknown_cells_text(&mission.map, config.unknown) {
+        print(result);
+        if let Some(text) = map_file::unknown_cells_text(map, policy) {
             output::line(format!("unknown      {text}"));
         }
-        for line in base.iter().flat_map(hardware_drive::HardwareReport::lines) {
+        for line in base
+            .into_iter()
+            .flat_map(hardware_drive::HardwareReport::lines)
+        {
             output::line(line);
         }
-        if let Some(recording) = &recording {
+        if let Some(recording) = recording {
             output::line(recording.line());
         }
     }
-    let is_recorded = recording.as_ref().is_none_or(Ending::is_whole);
-    Ok(result.reached && !result.collided && is_recorded)
+    Ok(())
 }
 
 /// Runs a mission with the wall clock and a progress bar: on a real base if one is connected, else simulated.

@@ -50,8 +50,7 @@ impl SoakSummary {
     #[must_use]
     pub fn of(rows: &[RunRow], comparisons: &[Comparison]) -> Self {
         let reached = || rows.iter().filter(|row| row.reached());
-        let sum =
-            |figure: fn(&RunRow) -> f64| -> f64 { reached().map(&figure).sum::<f64>() };
+        let sum = |figure: fn(&RunRow) -> f64| -> f64 { reached().map(&figure).sum::<f64>() };
         let (distance_m, time_s) = (sum(|row| row.travelled_m), sum(|row| row.time_s));
         let faults = faults(rows).into_iter();
         Self {

@@ -1,5 +1,7 @@
 //! `inbye_msgs/Tick`: an observation and its decision to the bit, for the replay.
 
+use core::fmt::Write;
+
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::Counts;
 use crate::localization::LostReason;
@@ -116,11 +118,16 @@ mod message {
 pub fn schema() -> String {
     let mut text = String::new();
     for mode in MODES {
-        text += &format!("uint8 {}={}\n", mode.as_str().to_uppercase(), mode as u8);
+        let _ = writeln!(
+            text,
+            "uint8 {}={}",
+            mode.as_str().to_uppercase(),
+            mode as u8
+        );
     }
     text += "uint8 LOCALIZED=0\n";
     for reason in LOST_REASONS {
-        text += &format!("uint8 {}={}\n", constant_name(reason), reason as u8 + 1);
+        let _ = writeln!(text, "uint8 {}={}", constant_name(reason), reason as u8 + 1);
     }
     text + &message::Tick::schema()
 }

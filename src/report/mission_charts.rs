@@ -148,8 +148,13 @@ pub(super) fn gap(mission: &MissionView) -> ChartFigure {
     let out_of_range = rows.len() - finite_gaps(rows).count();
     let mut caption = "At or below zero the robot touches something.".to_owned();
     if out_of_range > 0 {
-        caption +=
-            &format!(" The line breaks at {out_of_range} ticks without an obstacle in range.");
+        let ticks = out_of_range.to_string();
+        caption += &[
+            " The line breaks at ",
+            &ticks,
+            " ticks without an obstacle in range.",
+        ]
+        .concat();
     }
     ChartFigure {
         chart: gap_chart(rows),

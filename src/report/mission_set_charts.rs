@@ -72,7 +72,7 @@ fn soak_ends(groups: &[Group]) -> ChartFigure {
             group.counts.stack(&RunEnd::MISSED),
         )
     });
-    let legend = end_legend(&RunEnd::MISSED, groups.iter().map(|group| &group.counts));
+    let legend = end_legend(&RunEnd::MISSED, &groups.iter().map(|group| &group.counts));
     ChartFigure {
         chart: Chart::of_rows(
             TITLE,
@@ -126,16 +126,16 @@ impl Measure {
             None => group.row("none reached".to_owned(), RowMark::None),
         });
         let legend = LegendEntry::new(spread_mark(), "median, 10 to 90 %, least to greatest");
-        let columns: [Column<(&Group, Option<[f64; 5]>)>; 7] = [
+        let columns: [Column<(&Group, Spread)>; 7] = [
             ("group", |(group, _)| group.label.clone()),
             ("reached", |(group, _)| {
                 group.counts.of(RunEnd::Reached).to_string()
             }),
-            ("least", |(_, spread)| spread_text(spread, 0)),
-            ("10 %", |(_, spread)| spread_text(spread, 1)),
-            ("median", |(_, spread)| spread_text(spread, 2)),
-            ("90 %", |(_, spread)| spread_text(spread, 3)),
-            ("greatest", |(_, spread)| spread_text(spread, 4)),
+            ("least", |(_, spread)| spread_text(spread.as_ref(), 0)),
+            ("10 %", |(_, spread)| spread_text(spread.as_ref(), 1)),
+            ("median", |(_, spread)| spread_text(spread.as_ref(), 2)),
+            ("90 %", |(_, spread)| spread_text(spread.as_ref(), 3)),
+            ("greatest", |(_, spread)| spread_text(spread.as_ref(), 4)),
         ];
         let axis = Axis::logarithmic(least, most);
         ChartFigure {
@@ -155,7 +155,10 @@ impl Measure {
     }
 }
 
-fn spread_text(spread: &Option<[f64; 5]>, index: usize) -> String {
+/// The least, 10 %, median, 90 % and greatest of a group; none for a group without values.
+type Spread = Option<[f64; 5]>;
+
+fn spread_text(spread: Option<&[f64; 5]>, index: usize) -> String {
     significant(spread.map_or(f64::NAN, |values| values[index]))
 }
 
@@ -306,7 +309,7 @@ fn ablation_ends(rows: &[experiment::Group]) -> Chart {
         "Ends of the missions",
         (Axis::exact(0.0, 100.0), "%"),
         chart_rows.collect(),
-        end_legend(&ENDS, counts.iter()),
+        end_legend(&ENDS, &counts.iter()),
     )
 }
 

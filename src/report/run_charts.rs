@@ -108,7 +108,7 @@ impl EndCounts {
 /// The legend of the ends that occur.
 pub(super) fn end_legend<'a>(
     ends: &[RunEnd],
-    counts: impl Iterator<Item = &'a EndCounts> + Clone,
+    counts: &(impl Iterator<Item = &'a EndCounts> + Clone),
 ) -> Vec<LegendEntry> {
     let occurs = |end: &&RunEnd| counts.clone().any(|counts| counts.of(**end) > 0);
     let occurring = ends.iter().filter(occurs);
@@ -226,7 +226,7 @@ impl Worlds<'_> {
             y: Axis::logarithmic(least, most),
             marks: level.into_iter().chain(ranges).collect(),
         };
-        let mut legend = end_legend(&RunEnd::MISSED, worlds.iter().map(|world| &world.counts));
+        let mut legend = end_legend(&RunEnd::MISSED, &worlds.iter().map(|world| &world.counts));
         let mark = html! {
             line class="series-0 spread" stroke-width="3" x1="2" x2="26" y1="7" y2="7" {}
             circle class="series-0 middle-mark" cx="14" cy="7" r="3.5" {}

@@ -70,7 +70,8 @@ impl<'a> SampleRows<'a> {
         let mut caption =
             "Lines are medians; the shaded band reaches up to the 99th percentile.".to_owned();
         if let Some(row) = rows.first().filter(|_| !has_several_horizons(rows)) {
-            caption += &format!(" Each sample is simulated for {} steps.", row.steps);
+            let steps = row.steps.to_string();
+            caption += &[" Each sample is simulated for ", &steps, " steps."].concat();
         }
         ChartFigure {
             chart: self.latency_chart(),

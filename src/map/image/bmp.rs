@@ -131,10 +131,9 @@ impl Header {
             (input.number(AT + 16, 4)?, input.number(AT + 32, 4)?)
         };
         let is_supported = match (compression, bits) {
-            (0, 1 | 4 | 8 | 24) => true,
+            (0, 1 | 4 | 8 | 24) | (3, 16 | 32) => true,
             (0, 2 | 16 | 32) => !is_core,
             (1, 8) | (2, 4) => !is_top_down,
-            (3, 16 | 32) => true,
             _ => false,
         };
         if !is_supported {

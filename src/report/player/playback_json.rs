@@ -95,6 +95,9 @@ fn changes(texts: impl Iterator<Item = &'static str>) -> Vec<(usize, &'static st
     changes
 }
 
+/// A number of a frame.
+type Series<'a> = &'a dyn Fn(&Frame) -> f64;
+
 /// Lists of one number for each frame, by name; NaN where a frame has none.
 fn numbers(frames: &[Frame], view: &Viewport) -> Value {
     const NO_POSE: Pose = Pose::new(f64::NAN, f64::NAN, f64::NAN);
@@ -111,7 +114,7 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
                 .map_or(f64::NAN, number)
         }
     };
-    let lists: [(&str, &dyn Fn(&Frame) -> f64); 29] = [
+    let lists: [(&str, Series); 29] = [
         ("time", &|frame| frame.row.time_s),
         ("x", &|frame| at(&frame.row.pose.position(), 0)),
         ("y", &|frame| at(&frame.row.pose.position(), 1)),

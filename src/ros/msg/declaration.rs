@@ -1,4 +1,5 @@
 //! The traits of message types, and the macro that declares them.
+use core::fmt::Write;
 
 pub(crate) use crate::ros::cdr::{Cdr, Decoder, Encoder};
 
@@ -43,7 +44,7 @@ pub trait Message: FieldType {
         let mut text = String::new();
         for (name, definition) in definitions {
             if !text.is_empty() {
-                text += &format!("{separator}\nMSG: {name}\n");
+                let _ = writeln!(text, "{separator}\nMSG: {name}");
             }
             text += &definition;
         }

@@ -60,7 +60,7 @@ messages! {
         ns: String,
         /// Number in the namespace.
         id: i32,
-        /// Shape: CYLINDER, LINE_STRIP, LINE_LIST, ...
+        /// Shape: `CYLINDER`, `LINE_STRIP`, `LINE_LIST`, ...
         r#type: i32,
         /// ADD, DELETE or DELETEALL.
         action: i32,

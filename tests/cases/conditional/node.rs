@@ -36,7 +36,7 @@ pub fn trials() -> Vec<Trial> {
     let trial = |(name, check): (&'static str, Check)| {
         Trial::ignorable_test(name, move || with_peer(name, check))
     };
-    
+
     scenarios.map(trial).into()
 }
 

@@ -49,7 +49,7 @@ fn text(path: &Path) -> String {
 /// Builds the book into a directory.
 fn build(target: &Path) {
     let mut book = MDBook::load(root().join("docs")).expect("the book is complete");
-    book.config.build.build_dir = target.to_owned();
+    target.clone_into(&mut book.config.build.build_dir);
     book.build().expect("the book builds");
 }
 
