@@ -17,6 +17,7 @@ mod roadway;
 mod timing;
 mod verify;
 
+#[cfg(feature = "report")]
 pub(crate) use columns::csv_line;
 pub use columns::{Column, ColumnKind, ColumnValue, Columns, csv_text, text_table};
 pub use crossover::{Crossover, crossovers};

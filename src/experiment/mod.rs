@@ -46,6 +46,7 @@ pub use cell_id::CellId;
 pub use contact::{Contact, TouchedBody, contact};
 pub use error::{ExperimentError, RunError};
 pub use grid::{Grid, Setup, sampling_setups};
+#[cfg(feature = "report")]
 pub(crate) use group::percentile;
 pub use group::{Group, faults, groups, groups_by};
 pub use localization::{LocalizationCase, LocalizationPlan, LocalizationRow};

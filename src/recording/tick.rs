@@ -49,6 +49,10 @@ const LOST_REASONS: [LostReason; 5] = [
     LostReason::HighUncertainty,
 ];
 
+#[expect(
+    clippy::struct_field_names,
+    reason = "the number of a tick has its name in the message definition"
+)]
 mod message {
     use crate::ros::msg::Time;
     use crate::ros::msg::declaration::messages;
