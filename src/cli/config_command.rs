@@ -16,7 +16,7 @@ use super::{config, import_nav2, output};
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     after_help = "Example:\n  inbye config --print\n  inbye config --print --base --json\n  \
-    inbye config --schema > inbye.schema.json\n  inbye config --check mine.toml\n  inbye config import-nav2 nav2_params.yaml --output mine.toml\n\n\
+    inbye config --schema\n  inbye config --check mine.toml\n  inbye config import-nav2 nav2_params.yaml --output mine.toml\n\n\
     --print writes a complete configuration: every key with its default, unit, range and meaning. Leave out every key that \
     keeps its default. --schema writes a JSON Schema (draft 2020-12), from which an editor completes and checks a file. JSON fields: \
     `config` (the TOML) and `keys` [{`key`,`default`,`description`,`unit`,`range`}]; with --check `file` and `ok`."

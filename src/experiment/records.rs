@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{ABLATION_VARIANTS, Group, RunRow, WorldKind, ablation_groups, groups};
 use crate::bench::columns::csv_error_text;
-use crate::bench::{DensityRow, QualityRow};
+use crate::bench::{Column, ColumnKind, Columns, DensityRow, QualityRow};
 
 /// The rows of a file, in its order.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,23 +192,40 @@ impl<'a> Lines<'a> {
         })
     }
 
-    /// All rows, at least one.
-    fn rows<R: DeserializeOwned>(&self) -> Result<Vec<R>, RecordError> {
+    /// All rows, at least one. Their numbers are finite.
+    fn rows<R: DeserializeOwned + Columns>(&self) -> Result<Vec<R>, RecordError> {
         let file = || self.file.to_owned();
         let row = |record: &StringRecord| {
+            let bad = |reason| RecordError::BadRow {
+                file: file(),
+                line: line(record),
+                reason,
+            };
+            if let Some(column) = self.non_finite::<R>(record) {
+                return Err(bad(format!("{column}: expected a finite number")));
+            }
             record
                 .deserialize(Some(&self.header))
-                .map_err(|error| RecordError::BadRow {
-                    file: file(),
-                    line: line(record),
-                    reason: csv_error_text(&error, &self.header),
-                })
+                .map_err(|error| bad(csv_error_text(&error, &self.header)))
         };
         let rows: Vec<R> = self.records.iter().map(row).collect::<Result<_, _>>()?;
         if rows.is_empty() {
             return Err(RecordError::NoRow { file: file() });
         }
         Ok(rows)
+    }
+
+    /// The first column of numbers in which a line has an infinite number or none.
+    fn non_finite<R: Columns>(&self, record: &StringRecord) -> Option<&'static str> {
+        let is_non_finite = |column: &&Column| {
+            let index = self.header.iter().position(|name| name == column.name);
+            let number = index.and_then(|index| record.get(index)?.parse::<f64>().ok());
+            number.is_some_and(|number| !number.is_finite())
+        };
+        let mut numbers = R::COLUMNS
+            .iter()
+            .filter(|column| column.kind == ColumnKind::Real);
+        Some(numbers.find(is_non_finite)?.name)
     }
 }
 

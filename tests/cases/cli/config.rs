@@ -218,7 +218,7 @@ fn unusable_nav2_files_are_rejected() {
         ),
         (
             "far.yaml",
-            "controller_server.FollowPath.sim_time; sim_time_s is 4000 s; at most 1000",
+            "controller_server.FollowPath.sim_time; sim_time_s is 4000; at most 1000",
         ),
         ("robots.yaml", "the root, `one`, `two`; --namespace"),
         ("robots.yaml --namespace three", "`three`; `one`, `two`"),

@@ -251,7 +251,10 @@ fn mines_that_are_none_are_refused() {
     place.write("solid.txt", "####\n####\n####\n");
     for (arguments, words) in [
         ("--mine gone.yaml", "gone.yaml"),
-        ("--mine solid.txt", "solid.txt: the map has no 10 places"),
+        (
+            "--mine solid.txt",
+            "solid.txt: the map has no 10 connected places",
+        ),
         ("--repetitions 0", "whole number, 1 to 100000"),
         ("--runs 1001", "whole number, 0 to 1000"),
         ("--mine mine.yaml --report mine.yaml", "--report mine.yaml"),

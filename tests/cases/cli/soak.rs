@@ -65,8 +65,13 @@ fn soak_resumes_from_its_folder() {
     place.run(&soak.replace("--missions 3", "--missions 4"));
     let cells = fs::read_dir(place.path("cells/cells")).expect("a folder");
     assert_eq!(cells.count(), 4);
-    let (status, merged) = place.json("sweep merge cells --report merged");
-    assert_eq!((status, &merged["cells"]), (0, &Value::from(4)), "{merged}");
+    let merge = place.run("sweep merge cells --report merged --json");
+    let merged: Value = serde_json::from_str(&merge.stdout).expect("one JSON object");
+    assert_eq!(
+        (merge.status, &merged["cells"]),
+        (0, &Value::from(4)),
+        "{merged}"
+    );
 }
 
 #[test]

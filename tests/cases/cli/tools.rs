@@ -153,7 +153,7 @@ fn density_compares_commands_with_densest_sampling() {
     let run = place.run(QUICK);
     assert!(
         run.stdout
-            .contains("against the one chosen from 1048576 samples"),
+            .contains("compared with the one chosen from 1048576 samples"),
         "{run:?}"
     );
 }

@@ -138,7 +138,7 @@ fn unusable_flags_are_rejected() {
 --time-limit 0 -> --time-limit; above zero
 --obstacles -1 -> --obstacles; 0 to 1024; name of a JSON
 --obstacles 1.5 -> --obstacles; 0 to 1024
---obstacles gone.json -> gone.json; check the name
+--obstacles gone.json -> gone.json; check its name
 --obstacles list.json -> list.json; expected a sequence; \"radius\"
 --obstacles radius.json -> radius.json: obstacle 0; radius is 0; above zero
 --obstacles away.json -> away.json: obstacle 0; outside the map
@@ -291,12 +291,12 @@ fn unusable_problem_values_are_rejected() {
 /vx_samples 1.5 -> "vx_samples":1.5; expected a whole number
 /vx_samples "many" -> "vx_samples":"many"; expected a whole number
 /vx_samples 4000000000 -> vx_samples; 1 to 4194304
-/control_period_s 0 -> control_period_s is 0 s; above zero
-/control_period_s 1e300 -> control_period_s is 1e300 s; at most 1000
-/sim_time_s -1 -> sim_time_s is -1 s; above zero
+/control_period_s 0 -> control_period_s is 0; 0.0001 to 1000
+/control_period_s 1e300 -> control_period_s is 1e300; 0.0001 to 1000
+/sim_time_s -1 -> sim_time_s is -1; above zero
 /sim_time_s 500 -> sim_time_s; steps; 1 to 1023
-/sim_step_s 0 -> sim_step_s is 0 s; above zero
-/max_clearance_m 0 -> max_clearance_m is 0 m; above zero
+/sim_step_s 0 -> sim_step_s is 0; above zero
+/max_clearance_m 0 -> max_clearance_m is 0; above zero
 /max_clearance_m 900 -> clearance cap; at most
 /outside "wall" -> `wall`; `obstacle`; `free`
 /normalization "mean" -> `mean`; `sum`; `minmax`

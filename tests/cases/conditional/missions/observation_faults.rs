@@ -143,7 +143,7 @@ fn lost() {
     let fault = script.navigator.fault().map(ToString::to_string);
     assert_eq!(
         fault.unwrap_or_default(),
-        "INVALID_OBSERVATION: the robot is lost: the lidar measures nothing where the map has walls, 301 times in a row; \
+        "INVALID_OBSERVATION: the robot is lost: the lidar has no returns where the map shows walls, 301 times in a row; \
          the robot stops"
     );
 }
