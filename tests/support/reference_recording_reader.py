@@ -119,8 +119,8 @@ def check_markers(array, tick, row):
     assert len(fan.points) == len(fan.colors) > 0 and len(fan.points) % 2 == 0
     starts = [(point.x, point.y) for point in fan.points[::2]]
     begin = starts[0]
-    arcs = starts.count(begin)
-    assert 0 < arcs <= 5 * 13
+    # Each arc has ten segments, which all start at the same point if the arc is a standstill.
+    assert len(starts) % 10 == 0 and 0 < len(starts) // 10 <= 5 * 13
     # The arcs start where the robot will be when the command takes effect.
     assert math.hypot(begin[0] - tick.x, begin[1] - tick.y) < 0.5
     admissible = sum(color.r == 0.0 and abs(color.g + color.b - 1.0) < 1e-6 for color in fan.colors)

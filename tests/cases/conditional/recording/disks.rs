@@ -88,7 +88,7 @@ struct BlockedDisk {
 
 impl Write for BlockedDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.file.bytes().len() > 20_000 {
+        if self.file.bytes().len() > 60_000 {
             // The recorder's thread waits here. If the drive waited, the test would hang.
             let _ = self.release.recv();
         }
