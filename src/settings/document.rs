@@ -22,7 +22,10 @@ pub(crate) fn schema<T: Setting + Default + Serialize>(title: &str) -> Value {
 
 /// Enters the default of each key in a schema.
 fn set_defaults(schema: &mut Value, defaults: &Value) {
-    let Some(properties) = schema.get_mut("properties").and_then(Value::as_object_mut) else {
+    // A value of several parts, all of them required, has one default.
+    let is_table = schema.get("required").is_none();
+    let properties = schema.get_mut("properties").filter(|_| is_table);
+    let Some(properties) = properties.and_then(Value::as_object_mut) else {
         schema["default"] = defaults.clone();
         return;
     };

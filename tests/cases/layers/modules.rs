@@ -1,14 +1,14 @@
-//! The house rules that a reader of the source relies on: rooms in order, short files, no `unwrap`.
+//! Rules of the source: the order of modules, the length of files, no `unwrap`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms in the order in which data flows. A room may use those before it; the first five are before all.
-const ROOMS: [&str; 21] = [
+/// The modules in the order in which data flows. A module may use those before it; the first five use no other.
+const MODULES: [&str; 21] = [
     "digest",
-    "documented",
     "geometry",
     "numeric",
+    "settings",
     "suggest",
     "map",
     "robot",
@@ -27,25 +27,25 @@ const ROOMS: [&str; 21] = [
     "playground",
     "cli",
 ];
-/// So many of them are single files that all rooms build on.
+/// Number of modules that all others build on.
 const FOUNDATIONS: usize = 5;
 /// Longest source file, lines.
 const MOST_LINES: usize = 500;
 
-/// A source file, without what is compiled for its own tests only.
+/// A source file without its test module.
 struct Source {
-    /// Its path from `src/`, with `/` between the parts.
+    /// Path from `src/`, with `/` between the parts.
     path: String,
     lines: usize,
     code: String,
 }
 
 impl Source {
-    /// The room that the file is in, or none for `lib.rs` and `main.rs`.
-    fn room(&self) -> Option<usize> {
+    /// The module of the file; none for `lib.rs` and `main.rs`.
+    fn module(&self) -> Option<usize> {
         let first = self.path.split('/').next().unwrap_or_default();
         let name = first.strip_suffix(".rs").unwrap_or(first);
-        ROOMS.iter().position(|room| *room == name)
+        MODULES.iter().position(|module| *module == name)
     }
 }
 
@@ -69,8 +69,8 @@ fn sources() -> Vec<Source> {
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder of sources") {
-        let path = entry.expect("an entry of that folder").path();
+    for entry in fs::read_dir(folder).expect("a source directory") {
+        let path = entry.expect("an entry of the directory").path();
         if path.is_dir() {
             collect(&path, files);
         } else if path.extension().is_some_and(|extension| extension == "rs") {
@@ -79,7 +79,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The text without comments and without the test module, which stands last in a file.
+/// The text without comments and without the test module, which is last in a file.
 fn code(text: &str) -> String {
     let before_tests = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
     let mut code = String::new();
@@ -91,12 +91,12 @@ fn code(text: &str) -> String {
     code
 }
 
-/// Rooms named after `super::`, alone or in a group, and after `super::` where that is the crate itself.
-fn rooms_named(source: &Source) -> Vec<usize> {
+/// Modules named after `crate::`, alone or in a group, and after `super::` where that is the crate itself.
+fn modules_named(source: &Source) -> Vec<usize> {
     let depth = source.path.matches('/').count() + usize::from(!source.path.ends_with("mod.rs"));
     let up = "super::".repeat(depth);
     let mut named = Vec::new();
-    for prefix in ["super::", "inbye::", up.as_str()] {
+    for prefix in ["crate::", "inbye::", up.as_str()] {
         if prefix.is_empty() {
             continue;
         }
@@ -104,8 +104,8 @@ fn rooms_named(source: &Source) -> Vec<usize> {
             named.extend(first_names(&source.code[at + prefix.len()..]));
         }
     }
-    let room = |name: String| ROOMS.iter().position(|room| *room == name);
-    named.into_iter().filter_map(room).collect()
+    let module = |name: String| MODULES.iter().position(|module| *module == name);
+    named.into_iter().filter_map(module).collect()
 }
 
 /// The first name of a path, or of each path of a group `{a::b, c}`.
@@ -132,14 +132,14 @@ fn first_names(path: &str) -> Vec<String> {
 }
 
 #[test]
-fn no_room_names_a_room_below_it() {
+fn modules_use_only_earlier_modules() {
     let mut wrong = Vec::new();
     for source in sources() {
-        let Some(own) = source.room() else { continue };
-        for named in rooms_named(&source) {
-            // The foundations do not name one another.
+        let Some(own) = source.module() else { continue };
+        for named in modules_named(&source) {
+            // The foundations do not use one another.
             if named > own || (named != own && own < FOUNDATIONS) {
-                wrong.push(format!("src/{} names {}", source.path, ROOMS[named]));
+                wrong.push(format!("src/{} names {}", source.path, MODULES[named]));
             }
         }
     }
@@ -147,19 +147,19 @@ fn no_room_names_a_room_below_it() {
 }
 
 #[test]
-fn every_source_file_is_in_a_room() {
+fn every_source_file_is_in_a_listed_module() {
     for source in sources() {
         let top = matches!(source.path.as_str(), "lib.rs" | "main.rs");
         assert!(
-            top || source.room().is_some(),
-            "src/{} is in no room",
+            top || source.module().is_some(),
+            "src/{} is in no listed module",
             source.path
         );
     }
 }
 
 #[test]
-fn no_source_file_is_long() {
+fn source_files_have_at_most_500_lines() {
     let long = |source: &Source| source.lines > MOST_LINES;
     let all = sources();
     let long: Vec<String> = all
@@ -175,7 +175,7 @@ fn no_source_file_is_long() {
 }
 
 #[test]
-fn nothing_outside_the_tests_unwraps() {
+fn source_outside_tests_does_not_unwrap() {
     let mut wrong = Vec::new();
     for source in sources() {
         for (index, line) in source.code.lines().enumerate() {
@@ -187,23 +187,23 @@ fn nothing_outside_the_tests_unwraps() {
     assert!(wrong.is_empty(), "unwrap() in {}", wrong.join(", "));
 }
 
-/// The rules above must be able to fail.
+/// A breach of each rule is found.
 #[test]
-fn a_breach_of_each_rule_is_seen() {
+fn breach_of_each_rule_is_found() {
     let source = |path: &str, text: &str| Source {
         path: path.to_owned(),
         lines: text.lines().count(),
         code: code(text),
     };
     let named = |path: &str, text: &str| -> Vec<&str> {
-        rooms_named(&source(path, text))
+        modules_named(&source(path, text))
             .into_iter()
-            .map(|room| ROOMS[room])
+            .map(|module| MODULES[module])
             .collect()
     };
-    assert_eq!(named("map/grid.rs", "use super::local::Engine;"), ["local"]);
+    assert_eq!(named("map/grid.rs", "use crate::local::Engine;"), ["local"]);
     assert_eq!(
-        named("map/grid.rs", "use super::{geometry::{Pose, Point}, sim};"),
+        named("map/grid.rs", "use crate::{geometry::{Pose, Point}, sim};"),
         ["geometry", "sim"]
     );
     assert_eq!(
@@ -215,20 +215,17 @@ fn a_breach_of_each_rule_is_seen() {
         ["navigator"]
     );
     assert_eq!(
-        named(
-            "map/grid.rs",
-            "use super::local; // a module of the map's own"
-        ),
+        named("map/grid.rs", "use super::local; // a submodule"),
         [""; 0]
     );
     assert_eq!(
-        named("map/grid.rs", "/// As super::local has it.\n"),
+        named("map/grid.rs", "/// As crate::local has it.\n"),
         [""; 0]
     );
-    let tests = "fn f() {}\n#[cfg(test)]\nmod tests { use super::sim; fn g() { x.unwrap() } }";
+    let tests = "fn f() {}\n#[cfg(test)]\nmod tests { use crate::sim; fn g() { x.unwrap() } }";
     assert_eq!(named("map/grid.rs", tests), [""; 0]);
     assert!(!source("map/grid.rs", tests).code.contains("unwrap"));
     assert!(source("map/grid.rs", "x.unwrap()").code.contains("unwrap"));
-    assert_eq!(source("numeric.rs", "").room(), Some(3));
-    assert_eq!(source("helpers.rs", "").room(), None);
+    assert_eq!(source("numeric.rs", "").module(), Some(2));
+    assert_eq!(source("helpers.rs", "").module(), None);
 }
