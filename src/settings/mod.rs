@@ -251,7 +251,7 @@ impl<'de> de::Deserializer<'de> for Variants {
     }
 }
 
-/// A range as it is declared: `above 0`, `at_least 0`, `below 0`, `finite`, `0 to 1`, `above 0 to 1`, `above 0 to pi`, or `above 0 to tau`.
+/// A range as it is declared: `above 0`, `at_least 0`, `below 0`, `finite`, `0 to 1`, `0 to below 1`, `above 0 to 1`, `above 0 to pi`, or `above 0 to tau`.
 macro_rules! range {
     (finite) => {
         $crate::settings::range!(@ f64::NEG_INFINITY, true, f64::INFINITY, "finite")
@@ -282,6 +282,13 @@ macro_rules! range {
             (f64::NEG_INFINITY, true),
             (0.0, true),
             "finite and below zero",
+        )
+    };
+    (0 to below $max:literal) => {
+        $crate::settings::Range::new(
+            (0.0, false),
+            ($max as f64, true),
+            concat!("at least zero and below ", $max),
         )
     };
     ($min:literal to $max:literal) => {

@@ -56,6 +56,7 @@ impl SimBase {
     ) -> Result<Self, SimError> {
         limits.validate()?;
         dynamics.validate()?;
+        dynamics.slip.validate()?;
         noise.validate()?;
         above_zero("track_width_m", drive.track_width_m)?;
         for (name, value) in [

@@ -1,4 +1,4 @@
-//! Netpbm images: PBM, PGM and PPM, as text or binary.
+//! Netpbm images: PBM, PGM and PPM, as text or binary, and PAM.
 
 use super::{GreyImage, Pixel, bad_image, to_8_bits};
 use crate::map::MapError;
@@ -6,7 +6,7 @@ use crate::map::grid::check_size;
 
 /// Whether the bytes start like a Netpbm image.
 pub(super) fn is_pnm(bytes: &[u8]) -> bool {
-    matches!(bytes, [b'P', b'1'..=b'6', ..])
+    matches!(bytes, [b'P', b'1'..=b'7', ..])
 }
 
 /// Reads a file from front to back.
@@ -15,6 +15,9 @@ struct Input<'a>(core::slice::Iter<'a, u8>);
 /// Decodes a Netpbm file whose first two bytes are valid.
 pub(super) fn decode(bytes: &[u8]) -> Result<GreyImage, MapError> {
     let mut input = Input(bytes[2..].iter());
+    if bytes[1] == b'7' {
+        return input.pam();
+    }
     let (width, height) = (input.header_number()?, input.header_number()?);
     let max = match bytes[1] {
         b'1' | b'4' => 1,
@@ -75,6 +78,67 @@ impl Input<'_> {
             }
         }
         number.ok_or_else(|| bad_image("the header ends too early"))
+    }
+
+    /// A PAM image (netpbm.sourceforge.net/doc/pam.html): one to four binary channels, the last of two or four is alpha.
+    fn pam(mut self) -> Result<GreyImage, MapError> {
+        let (mut width, mut height, mut depth, mut max) = (0, 0, 0, 0);
+        loop {
+            let line = self.line()?;
+            let (key, value) = line.split_once(' ').unwrap_or((&line, ""));
+            let number = || {
+                let number = value.trim().parse::<u32>();
+                number.map_err(|_| bad_image(format!("{line:?} in the header")))
+            };
+            match key {
+                "WIDTH" => width = number()?,
+                "HEIGHT" => height = number()?,
+                "DEPTH" => depth = number()?,
+                "MAXVAL" => max = number()?,
+                "ENDHDR" => break,
+                // The type of a tuple follows from its depth.
+                "" | "TUPLTYPE" => {}
+                comment if comment.starts_with('#') => {}
+                _ => return Err(bad_image(format!("{line:?} in the header"))),
+            }
+        }
+        if !((1..=4).contains(&depth) && (1..=0xffff).contains(&max)) {
+            return Err(bad_image(format!(
+                "depth {depth} and largest value {max}: they must be 1 to 4 and 1 to 65535"
+            )));
+        }
+        check_size(i64::from(width), i64::from(height))?;
+        let pixel = |input: &mut Self| {
+            let color = if depth < 3 {
+                Pixel::from_grey(input.sample(max)?)
+            } else {
+                input.color(|input| input.sample(max))?
+            };
+            let opaque = depth % 2 == 1 || input.sample(max)? == u8::MAX;
+            Ok(Pixel { opaque, ..color })
+        };
+        let count = width as usize * height as usize;
+        let pixels: Result<Vec<Pixel>, MapError> = (0..count).map(|_| pixel(&mut self)).collect();
+        Ok(GreyImage {
+            width: width as i32,
+            height: height as i32,
+            pixels: pixels?,
+        })
+    }
+
+    /// A line of a header, at most 200 bytes.
+    fn line(&mut self) -> Result<String, MapError> {
+        let mut line = Vec::new();
+        loop {
+            match self.next()? {
+                b'\n' => break,
+                _ if line.len() == 200 => {
+                    return Err(bad_image("a line of the header is too long"));
+                }
+                byte => line.push(byte),
+            }
+        }
+        Ok(String::from_utf8_lossy(&line).trim().to_owned())
     }
 
     /// A sample as text, scaled to 8 bits.

@@ -341,7 +341,7 @@ fn constructors_reject_values_out_of_range_by_name() {
         ),
         (
             refusal(scripted_by(0.3, &[(0.0, nowhere)], None)),
-            "place of a keyframe is NaN",
+            "coordinate of a keyframe is NaN",
         ),
         (
             refusal(scripted_by(0.3, &[(0.0, place)], Some(0.0))),

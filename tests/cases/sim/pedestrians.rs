@@ -338,7 +338,7 @@ fn obstacle_file_errors_are_one_line_with_place() {
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "wander_m": 0.01}]"#,
-            "a.json: obstacle 0: (1, 1) has no free ground",
+            "a.json: obstacle 0: (1, 1) has no free space",
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "appears_at_s": -1}]"#,

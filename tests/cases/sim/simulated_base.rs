@@ -309,8 +309,8 @@ fn base_rejects_bad_settings_by_name() {
     for (dynamics, words) in [
         (lag, "motor_lag_s is NaN"),
         (late, "command_delay_s is -0.1"),
-        (all, "slip.mean is 1"),
-        (wild, "slip.variation is 0.3"),
+        (all, "mean is 1"),
+        (wild, "variation is 0.3"),
     ] {
         let error = refusal(LIMITS, dynamics, noise);
         assert!(error.starts_with(words), "{error}");

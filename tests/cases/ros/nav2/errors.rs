@@ -55,7 +55,7 @@ fn invalid_values_are_rejected_with_their_path() {
         (
             "controller_frequency: 20.0",
             "controller_frequency: 1e-9",
-            "controller_server.controller_frequency; control_period_s; at most 1000",
+            "controller_server.controller_frequency; control_period_s; 0.0001 to 1000",
         ),
         (
             "decel_lim_theta: -3.2",
@@ -105,7 +105,7 @@ fn invalid_values_are_rejected_with_their_path() {
         (
             "sim_time: 1.7",
             "sim_time: 5000.0",
-            "FollowPath.sim_time; sim_time_s is 5000 s; at most 1000",
+            "FollowPath.sim_time; sim_time_s is 5000; at most 1000",
         ),
     ] {
         assert!(DWB.contains(from), "{from}");
