@@ -233,13 +233,13 @@ pub fn theta(rows: &[PathRow]) -> String {
         let own = sum("theta_45", figure);
         let digits = if unit.is_empty() { 0 } else { 2 };
         let is_own = names.contains(&"45 degrees");
-        let beside = if is_own {
+        let other = if is_own {
             String::new()
         } else {
             format!("; 45 degrees {own:.digits$}{unit}")
         };
         sentences.push(format!(
-            "{what}: {} ({least:.digits$}{unit}{beside})",
+            "{what}: {} ({least:.digits$}{unit}{other})",
             names.join(", ")
         ));
         if !unit.is_empty() {

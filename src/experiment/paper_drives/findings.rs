@@ -26,12 +26,12 @@ pub(super) fn findings(table: &DriveTable) -> Vec<String> {
     findings.extend(distinct_traces(&table.rows));
     for summary in [first, all] {
         let compared = summary.deviation.map(|found| {
-            let whose = if summary.scene == ALL_SCENES {
+            let subject = if summary.scene == ALL_SCENES {
                 "All scenes".to_owned()
             } else {
                 format!("Scene {}", summary.scene)
             };
-            accuracy(&whose, summary, &found, &paper.of_rows)
+            accuracy(&subject, summary, &found, &paper.of_rows)
         });
         findings.extend(compared);
     }
@@ -78,7 +78,7 @@ fn distinct_traces(rows: &[DriveRun]) -> Option<String> {
     })
 }
 
-fn accuracy(whose: &str, summary: &DriveSummary, found: &Spread, paper: &Spread) -> String {
+fn accuracy(subject: &str, summary: &DriveSummary, found: &Spread, paper: &Spread) -> String {
     let (ours, theirs) = (found.mean.to_array(), paper.mean.to_array());
     let columns = [0, 1, 2];
     let each = |text: &dyn Fn(usize) -> String| columns.map(text).join(", ");
@@ -109,7 +109,7 @@ fn accuracy(whose: &str, summary: &DriveSummary, found: &Spread, paper: &Spread)
         (arrived, runs) => format!("means of the {arrived} of {runs} drives that arrived"),
     };
     format!(
-        "{whose}, {drives}: {means} (largest {largest}); {times} times smaller than the means of the paper's \
+        "{subject}, {drives}: {means} (largest {largest}); {times} times smaller than the means of the paper's \
          rows: {verdict}."
     )
 }

@@ -1,5 +1,5 @@
-//! Grid search by the rules of the `MovingAI` benchmark: on maps made here, whose shortest paths an independent search
-//! measures, and on public ones where the development data lie beside the repository.
+//! Grid search by the rules of the `MovingAI` benchmark. An independent search measures the shortest paths of generated
+//! maps. Public maps are used where the development data are next to the repository.
 
 use libtest_mimic::Trial;
 

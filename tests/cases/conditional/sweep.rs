@@ -1,5 +1,5 @@
-//! Sweeps: nothing is lost and nothing done twice, whoever is killed and whoever is at work beside; and the merged table is
-//! the same bytes, whoever ran the cells: one process, several, shards, a Slurm array, a Ray cluster.
+//! Sweeps. A killed process or a parallel one loses no cell and repeats none. The merged table has the same bytes from one
+//! process, several processes, shards, a Slurm array or a Ray cluster.
 
 use libtest_mimic::Trial;
 

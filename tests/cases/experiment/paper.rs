@@ -1,4 +1,4 @@
-//! The paper's experiments, repeated: its paths, and the same scenes driven.
+//! The paper's experiments, repeated: its paths, and drives through its scenes.
 
 mod drives;
 mod paths;

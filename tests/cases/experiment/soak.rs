@@ -1,4 +1,4 @@
-//! Random missions: the same from the same seed, fair, and the same traces on every engine.
+//! Random missions: a seed determines them, they can be solved, and every engine gives the same traces.
 
 use std::sync::Arc;
 
@@ -89,7 +89,7 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
         assert!(mission.goal.yaw.is_some());
         assert!((ends[1] - ends[0]).norm() >= rules.least_m);
         assert!((rules.least_m..=rules.longest_m).contains(&drawn.path_m));
-        // The circle that the robot turns in fits at either end, and the search itself finds the way.
+        // The circle that the robot turns in fits at both ends, and the search finds a path.
         let radius_m = config.robot.footprint.circumscribed_radius_m();
         let space = FreeSpace::new(&site.obstacles, radius_m);
         assert!(space.is_free(start) && space.is_free(goal), "seed {seed}");
@@ -99,7 +99,7 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
             stood += drawn.unmapped;
             let blocked = |cells: &[bool]| cells.iter().filter(|&&cell| cell).count();
             assert!(blocked(truth.cells()) > blocked(site.obstacles.cells()));
-            // What stands on the way leaves one, and the ends are left alone.
+            // The obstacles on the path leave a path, and the ends stay free.
             let space = FreeSpace::new(truth, radius_m);
             assert!(searcher.jump_points(&space, start, goal).is_ok());
         }
@@ -129,7 +129,7 @@ fn ground_without_room_and_rules_out_of_range_are_refused() {
     );
 }
 
-/// Answers like the CPU but for one bit of one answer.
+/// An engine that answers like the CPU, except for one bit of one answer.
 struct Flipped {
     engine: CpuEngine,
     decisions_left: u32,
@@ -208,7 +208,7 @@ fn missions_of_a_grid_take_turns_on_the_maps() {
     let expected = [("one", 7), ("two", 8), ("one", 9)];
     let expected = expected.map(|(world, seed)| ["a", "b"].map(|name| (world, seed, Some(name))));
     assert_eq!(cells.collect::<Vec<_>>(), expected.concat());
-    // The names decide nothing: both setups are the same.
+    // The setups differ only in their names, which have no effect.
     assert_eq!(grid.cells[0].key, grid.cells[1].key);
     assert_eq!(grid.distinct().len(), 3);
     // The ticks of a built-in experiment are timed; the rest does not depend on the clock.
@@ -228,7 +228,7 @@ fn missions_of_a_grid_take_turns_on_the_maps() {
     assert!(error.to_string().contains("wall clock"), "{error}");
 }
 
-/// A row made by hand.
+/// Returns a hand-made row.
 fn row(config: &str, seed: u64, outcome: RunOutcome, time_s: f64) -> RunRow {
     RunRow {
         kind: WorldKind::Missions,
@@ -292,7 +292,7 @@ fn closed_loop_times_are_relative_to_the_densest_sampling() {
     let ratios: Vec<Option<f64>> = table.iter().map(|group| group.mean_time_ratio).collect();
     assert_eq!(ratios, [Some(1.5), Some(1.0), None]);
     assert_eq!((table[0].runs, table[0].reached), (3, 2));
-    // Only the first mission was reached by both.
+    // Both reached only the first mission.
     let times = |index: usize| {
         let group = &table[index];
         (

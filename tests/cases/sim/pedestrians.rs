@@ -10,7 +10,7 @@ use inbye::sim::{
 /// Radius of the robot that must pass everywhere, metres.
 const ROBOT_RADIUS_M: f64 = 0.45;
 
-/// Where the robot is out of everybody's way.
+/// A pose of the robot far from all pedestrians.
 const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);
 
 fn robot(radius: f64) -> Footprint {
@@ -21,8 +21,13 @@ fn ground(scene: &Scene) -> ObstacleGrid {
     scene.map.obstacles(UnknownPolicy::Blocked)
 }
 
-/// A shortest way by breadth-first search over the cells free for a radius.
-fn way(obstacles: &ObstacleGrid, radius: f64, from: &Point, to: &Point) -> Option<Vec<Point>> {
+/// Returns a shortest path by breadth-first search over the cells that are free for a radius.
+fn shortest_path(
+    obstacles: &ObstacleGrid,
+    radius: f64,
+    from: &Point,
+    to: &Point,
+) -> Option<Vec<Point>> {
     let free = FreeSpace::new(obstacles, radius);
     let frame = *free.frame();
     let (start, goal) = (frame.cell_of(from)?, frame.cell_of(to)?);
@@ -45,7 +50,7 @@ fn way(obstacles: &ObstacleGrid, radius: f64, from: &Point, to: &Point) -> Optio
 }
 
 fn mission(scene: &Scene) -> Vec<Point> {
-    way(
+    shortest_path(
         &ground(scene),
         ROBOT_RADIUS_M,
         &scene.start.position(),
@@ -71,8 +76,9 @@ fn scenes_are_passable_and_unchanged() {
         .iter()
         .map(|scene| {
             for radius in [ROBOT_RADIUS_M, 0.6, 0.75] {
-                let way = way(&ground(scene), radius, &scene.start.position(), &scene.goal);
-                assert!(way.is_some(), "{} for a radius of {radius} m", scene.name);
+                let path =
+                    shortest_path(&ground(scene), radius, &scene.start.position(), &scene.goal);
+                assert!(path.is_some(), "{} for a radius of {radius} m", scene.name);
             }
             let free = scene.map.cells().iter().filter(|&&cell| cell == 0).count();
             (scene.name, free)
@@ -94,8 +100,8 @@ fn dead_end_blocks_the_straight_line() {
     let mut obstacles = ground(&scene);
     let frame = *obstacles.frame();
     let inside = Point::new(12.0, 7.4);
-    assert!(way(&obstacles, 0.1, &inside, &scene.goal).is_some());
-    // Closed 8 m in, the heading has no other way out, however small the robot.
+    assert!(shortest_path(&obstacles, 0.1, &inside, &scene.goal).is_some());
+    // The heading is closed after 8 m and has no other exit, even for the smallest robot.
     for row in 0..frame.height {
         let cell = Cell::new(160, row);
         let y = frame.center_of(cell).y;
@@ -103,9 +109,9 @@ fn dead_end_blocks_the_straight_line() {
             obstacles.set(cell, true);
         }
     }
-    assert!(way(&obstacles, 0.0, &inside, &scene.goal).is_none());
+    assert!(shortest_path(&obstacles, 0.0, &inside, &scene.goal).is_none());
     assert!(
-        way(
+        shortest_path(
             &obstacles,
             ROBOT_RADIUS_M,
             &scene.start.position(),
@@ -191,7 +197,7 @@ fn pedestrians_depend_on_the_seed() {
     assert_ne!(run(5), run(6));
 }
 
-/// The smallest gap in two minutes to a robot that stands where a walker comes by, over many such spots.
+/// Returns the smallest gap in two minutes to a robot that stands on a pedestrian's route, over many such positions.
 fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
     let mut smallest = f64::INFINITY;
     for scene in scenes() {
@@ -201,7 +207,7 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
                 ..PedestrianSpawner::new(scene.obstacles, seed)
             };
             let start = spawned(&scene, &crowd);
-            // Stand where somebody walks in 5 s.
+            // The robot stands where a pedestrian walks in 5 s.
             let mut later = start.clone();
             later.step(5.0, &AWAY, &robot(ROBOT_RADIUS_M));
             for spot in later.discs() {

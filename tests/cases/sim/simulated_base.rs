@@ -25,7 +25,7 @@ fn base_with(dynamics: DriveDynamics, noise: OdometryNoise, seed: u64) -> SimBas
     SimBase::new(DRIVE, LIMITS, dynamics, noise, Pose::default(), seed).expect("valid settings")
 }
 
-/// Motors that lag, commands that are at once there, and ground without slip.
+/// A base with motor lag, commands without delay, and ground without slip.
 fn base() -> SimBase {
     let lagging = DriveDynamics {
         motor_lag_s: 0.05,
@@ -34,7 +34,7 @@ fn base() -> SimBase {
     base_with(lagging, OdometryNoise::none(), 0)
 }
 
-/// Keeps a command up for a time, seconds.
+/// Repeats a command for a time, seconds.
 fn keep_on(base: &mut SimBase, command: Twist, time_s: f64) {
     let sends = (time_s / 0.1).ceil();
     for _ in 0..sends as u32 {
@@ -91,13 +91,13 @@ fn ramp_is_followed_with_configured_lag() {
     let mut base = base();
     base.send(&Twist::new(1.0, 0.0)).unwrap();
     base.step(0.5);
-    // A first-order lag trails a ramp by its time constant times the slope: 0.25 m/s less 0.05 s of 0.5 m/s^2.
+    // A first-order lag trails a ramp by its time constant times the slope: 0.25 m/s minus 0.05 s times 0.5 m/s^2.
     assert!(
         (base.twist().linear - 0.225).abs() < 0.003,
         "{:?}",
         base.twist()
     );
-    // The sensors give the mean over their last 10 ms, 5 ms ago.
+    // The sensors give the mean over their last 10 ms, which is the value of 5 ms ago.
     let measured = base.odometry().twist.linear;
     assert!((base.twist().linear - 0.005 * 0.5 - measured).abs() < 1e-4);
 }
@@ -115,16 +115,16 @@ fn steady_turn_closes_its_circle() {
 
 #[test]
 fn base_rejects_non_finite_commands_without_effect() {
-    let (mut told, mut untold) = (base(), base());
+    let (mut commanded, mut idle) = (base(), base());
     for command in [Twist::new(f64::NAN, 0.0), Twist::new(0.5, f64::INFINITY)] {
         assert!(matches!(
-            told.send(&command),
+            commanded.send(&command),
             Err(BaseError::NotFinite { .. })
         ));
     }
-    told.step(0.3);
-    untold.step(0.3);
-    assert_eq!(told.pose(), untold.pose());
+    commanded.step(0.3);
+    idle.step(0.3);
+    assert_eq!(commanded.pose(), idle.pose());
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn base_brakes_after_command_timeout() {
 
 #[test]
 fn command_acts_exactly_after_its_delay() {
-    // Neither a multiple of the sub-step, nor shorter than the time between two commands.
+    // The delay is no multiple of the sub-step, and longer than the time between two commands.
     let delay_s = 0.1337;
     let mut base = base_with(
         DriveDynamics {
@@ -149,7 +149,7 @@ fn command_acts_exactly_after_its_delay() {
         OdometryNoise::none(),
         0,
     );
-    // 0.4 m/s from the start, and nothing from 0.1 s on: up at 0.5 m/s^2 for 0.1 s, down at 1.5 m/s^2.
+    // The command is 0.4 m/s for 0.1 s, then zero: the ramp rises at 0.5 m/s^2 for 0.1 s and falls at 1.5 m/s^2.
     let expected = |time_s: f64| {
         let since = time_s - delay_s;
         if since <= 0.1 {
@@ -203,7 +203,7 @@ fn steady_slip_and_width_scale_speed_and_turn_rate() {
         (truth.angular - 0.4 * 0.9 * 1.2 / 1.6).abs() < 1e-9,
         "{truth:?}"
     );
-    // The belts run as the controller believes to need, the encoders see only them, and the gyro sees the turn.
+    // The controller sets the belts by its calibrated width. The encoders measure the belts, the gyro the true turn.
     let tracks = base.track_speeds();
     assert!((tracks.right - tracks.left - 0.4 * 0.5 * 1.2).abs() < 1e-9);
     let measured = base.odometry().twist;
@@ -211,7 +211,7 @@ fn steady_slip_and_width_scale_speed_and_turn_rate() {
     assert!((measured.angular - truth.angular).abs() < 1e-9);
 }
 
-/// True speed and turn rate over those commanded, at each of many metres of a steady drive.
+/// Returns true speed and turn rate divided by the commanded ones, for each metre of a steady drive.
 fn grip(variation: f64, seed: u64) -> Vec<[f64; 2]> {
     let slip = Slip {
         mean: 0.05,
@@ -241,17 +241,17 @@ fn slip_variation_has_configured_deviation_and_length() {
     let count = grip.len() as f64;
     let slip: Vec<f64> = grip.iter().map(|[speed, _]| 1.0 - speed).collect();
     let width: Vec<f64> = grip.iter().map(|[speed, turn]| speed / turn).collect();
-    for (wandering, mean) in [(slip, 0.05), (width, 1.0)] {
-        let found = wandering.iter().sum::<f64>() / count;
+    for (varying, mean) in [(slip, 0.05), (width, 1.0)] {
+        let found = varying.iter().sum::<f64>() / count;
         assert!((found - mean).abs() < 0.005, "{found} for {mean}");
-        let together = |apart: usize| {
-            let pairs = wandering.iter().zip(&wandering[apart..]);
+        let covariance = |apart: usize| {
+            let pairs = varying.iter().zip(&varying[apart..]);
             pairs.map(|(a, b)| (a - found) * (b - found)).sum::<f64>() / count
         };
-        let deviation = together(0).sqrt();
+        let deviation = covariance(0).sqrt();
         assert!((deviation - 0.03).abs() < 0.004, "{deviation}");
-        // 2 m further all but 1/e is forgotten.
-        let kept = together(2) / together(0);
+        // After 2 m the correlation has fallen to 1/e.
+        let kept = covariance(2) / covariance(0);
         assert!((kept - 0.368).abs() < 0.08, "{kept}");
     }
 }

@@ -11,7 +11,7 @@ use rand_pcg::Pcg64Mcg;
 
 const RESOLUTION_M: f64 = 0.1;
 
-/// A small world of scattered cells and discs, on a grid that is shifted and turned.
+/// A small world of scattered cells and discs, on a shifted and rotated grid.
 fn random_world(rng: &mut Pcg64Mcg) -> World {
     let frame = GridFrame {
         width: rng.random_range(1..60),
@@ -48,7 +48,7 @@ fn random_place(world: &World, rng: &mut Pcg64Mcg) -> Pose {
     Pose::new(point.x, point.y, rng.random_range(-PI..PI))
 }
 
-/// Distance to the nearest solid square, the ground outside the grid included, by looking at every cell.
+/// Returns the distance to the nearest solid square by a test of every cell; everything outside the grid is solid.
 fn distance_by_brute_force(world: &World, point: &Point) -> f64 {
     let frame = world.obstacles().frame();
     let p = frame.to_cell_units(point);
@@ -126,8 +126,8 @@ fn gaps_equal_brute_force_over_all_cells_and_discs() {
     }
 }
 
-/// A march never finds a hit before the exact one; it may step over the tip of a corner that the exact ray meets,
-/// which is why a late hit must be shown to be a true touch.
+/// A march never finds a hit before the exact one. It may step over the tip of a corner that the exact ray hits, so a late
+/// hit must be shown to be a true touch.
 #[test]
 fn lidar_equals_dense_ray_march() {
     const STRIDE_M: f64 = 1e-3;
@@ -184,7 +184,7 @@ fn lidar_equals_dense_ray_march() {
             }
         }
         let visible: Vec<usize> = (0..visible.len()).filter(|&disc| visible[disc]).collect();
-        // A disc hidden in another may be named for it where both cover the spot.
+        // Where two discs cover the point, either of them may be named.
         if world.moving.len() < 2 {
             assert_eq!(found.visible, visible, "case {case}");
         }

@@ -1,4 +1,4 @@
-//! Worlds made here, driven.
+//! Drives through hand-made BARN worlds.
 
 use inbye::experiment::barn::{BarnWorld, Course, Cylinder, barn_config};
 use inbye::experiment::{RunOutcome, RunRow, World};
@@ -22,7 +22,7 @@ pub const TESTS: &[Test] = &[
     ("a short time limit ends in a timeout", no_time),
 ];
 
-/// A shorter course than BARN's, for the tests' sake.
+/// A shorter course than BARN's, to keep the tests fast.
 const SHORT: Course = Course {
     start: Pose::new(0.0, 0.0, 0.0),
     goal: Point::new(4.0, 0.0),
@@ -54,7 +54,7 @@ fn run(cylinders: Vec<Cylinder>, course: Course, config: &Config) -> RunRow {
     run.expect("a small world").row
 }
 
-/// Posts in the straight way.
+/// Posts on the straight line to the goal.
 fn posts() -> Vec<Cylinder> {
     vec![
         post(2.0, 0.0),
@@ -81,7 +81,7 @@ fn passes() {
 
 fn ends_within_a_metre() {
     let row = run(posts(), SHORT, &barn_config(2.0));
-    // It was stopped at the first tick within the radius: it had no time to come much nearer.
+    // The run ends at the first tick within the radius, so the robot is not much nearer.
     assert!((2.9..3.6).contains(&row.travelled_m), "{row:?}");
     let near = Course {
         goal: Point::new(0.9, 0.0),
@@ -96,7 +96,7 @@ fn ends_within_a_metre() {
 }
 
 fn drives_through() {
-    // A robot that sees a hand's breadth, and so not in time.
+    // The robot sees only a few centimetres, too little to stop in time.
     let mut blind = barn_config(2.0);
     blind.simulation.lidar.range_max_m = 0.1;
     let row = run(posts(), SHORT, &blind);
@@ -109,7 +109,7 @@ fn drives_through() {
         row.min_clearance_m.is_some_and(|gap_m| gap_m <= 0.0),
         "{row:?}"
     );
-    // Contact within the goal's radius is contact.
+    // Contact within the goal's radius counts as contact.
     let behind = vec![post(3.2, 0.0)];
     let mut blind = barn_config(0.5);
     blind.simulation.lidar.range_max_m = 0.1;

@@ -56,7 +56,7 @@ fn plays() {
         (3.0, 4.0, 0.0, 0.0, 1.0),
         (3.5, 4.0, 0.5, 0.0, 1.0),
         (4.5, 4.0, 1.0, 0.0, 0.0),
-        // From its last key it jumps to the first.
+        // It jumps from its last key to the first.
         (5.0, 0.0, 0.0, 0.0, 0.0),
         (12.5, 3.0, 0.0, 2.0, 0.0),
     ] {
@@ -95,7 +95,7 @@ fn reads() {
         ),
         (2, 2)
     );
-    // On a spline: slower at its ends than straight ahead, faster between.
+    // On a spline it is slower at its ends than on a straight line, and faster between them.
     let fastest = world.cylinders[0].at(0.75);
     assert!(
         (fastest.vy - 1.25 * 12.0 / 1.5).abs() < 1e-12,
@@ -165,7 +165,7 @@ fn state(time_s: f64, pose: Pose, linear: f64) -> State {
     }
 }
 
-/// A disc of half a metre's radius that moves along x, and is at a place at time 10 s.
+/// A disc with a radius of 0.5 m that moves along x and is at a given point at time 10 s.
 fn passing(at: [f64; 2], vx: f64) -> impl Fn(f64) -> Vec<MovingDisc> {
     move |time_s| {
         vec![MovingDisc {
@@ -192,12 +192,12 @@ fn cause(linear: f64, moving: &dyn Fn(f64) -> Vec<MovingDisc>) -> ContactCause {
 }
 
 fn drives_into() {
-    // The disc stands, or moves away too slowly.
+    // The disc stands or moves away too slowly.
     for vx in [0.0, 0.3] {
         let found = cause(0.5, &passing([0.7, 0.0], vx));
         assert_eq!(found, ContactCause::Robot, "{vx}");
     }
-    // The counterpart: the robot stands, or backs away.
+    // In the opposite case the robot stands or backs away.
     for linear in [0.0, 0.04, -0.2] {
         let found = cause(linear, &passing([0.7, 0.0], -0.5));
         assert_ne!(found, ContactCause::Robot, "{linear}");
@@ -208,13 +208,13 @@ fn drives_into() {
 }
 
 fn could_step_aside() {
-    // The disc approaches a standing robot for 2.5 s: the robot could have left.
+    // The disc approaches a standing robot for 2.5 s, so the robot could have left.
     let found = cause(0.0, &passing([0.7, 0.0], -0.8));
     assert_eq!(found, ContactCause::Avoidable);
 }
 
 fn run_over() {
-    // Something far faster than the robot and far wider than it could have driven to the side.
+    // The obstacle is too fast and too wide for the robot to avoid it.
     let moving = |time_s: f64| {
         let wide = |index: i32| MovingDisc {
             x: 0.7 - 6.0 * (time_s - 10.0),
@@ -226,7 +226,7 @@ fn run_over() {
         (-30..=30).map(wide).collect::<Vec<_>>()
     };
     assert_eq!(cause(0.0, &moving), ContactCause::Other);
-    // The counterpart: with a gap to stand in the contact is avoidable.
+    // With a gap that the robot can stand in, the contact is avoidable.
     let with_a_gap = |time_s: f64| {
         let mut discs = moving(time_s);
         discs.retain(|disc| disc.y.abs() > 1.5 || disc.y < -0.1);

@@ -1,4 +1,4 @@
-//! Worlds as files, whole and damaged.
+//! World files, valid and damaged.
 
 use std::fs;
 use std::path::Path;
@@ -133,7 +133,7 @@ fn refuses_cylinders() {
     }
 }
 
-/// Checks what is said of a folder with one file damaged.
+/// Checks the error for a folder with one damaged file.
 fn refuse(name: &str, text: &str, words: &str) {
     let folder = folder(&[(name, text)]);
     let error = read_worlds(folder.path(), None)

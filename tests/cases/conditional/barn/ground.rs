@@ -1,4 +1,4 @@
-//! Cylinders as cells: nothing that a cylinder covers is free, and no cell is solid that none covers.
+//! Cylinders as cells: exactly the cells that a cylinder covers are solid.
 
 use inbye::experiment::barn::{Course, Cylinder, TRUTH_RESOLUTION_M, empty_map, truth};
 use inbye::geometry::Point;
@@ -15,11 +15,11 @@ pub const TESTS: &[Test] = &[
     ("there is room about the cylinders and the ends", room),
 ];
 
-/// What is wrong with the cells of a cylinder, found point by point.
+/// Checks the cells of a cylinder point by point; returns what is wrong with them.
 fn fault(grid: &ObstacleGrid, cylinder: &Cylinder) -> Option<String> {
     let axis = Point::new(cylinder.x_m, cylinder.y_m);
     let frame = grid.frame();
-    // Conservative: points all over the disc, and around just within its edge.
+    // Points all over the disc and just inside its edge must be solid.
     for turn in 0..720 {
         let (sin, cos) = libm::sincos((f64::from(turn) * 0.5).to_radians());
         for share in [0.0, 0.3, 0.7, 0.999_999] {
@@ -33,8 +33,8 @@ fn fault(grid: &ObstacleGrid, cylinder: &Cylinder) -> Option<String> {
             }
         }
     }
-    // Exact: some point of each solid cell is within the disc. The nearest is among a fine lattice on it, or off by less
-    // than the lattice's spacing.
+    // Some point of each solid cell must be within the disc. The nearest point of a fine lattice on the cell is off by
+    // less than the lattice's spacing.
     let pieces = 50;
     for index in 0..frame.len() {
         let cell = frame.cell_at(index);
@@ -61,7 +61,7 @@ fn fault(grid: &ObstacleGrid, cylinder: &Cylinder) -> Option<String> {
 }
 
 fn cylinders() -> impl Iterator<Item = Cylinder> {
-    // The benchmark's lattice, and offsets that fall anywhere within a cell.
+    // Positions on the benchmark's lattice, and arbitrary offsets within a cell.
     let offsets = [0.0, 0.075, 0.001, 0.004_999, 0.005, 0.009_3];
     offsets.into_iter().flat_map(move |x| {
         offsets.into_iter().flat_map(move |y| {
@@ -109,8 +109,8 @@ fn room() {
     let [start, goal] = [Course::BARN.start.position(), Course::BARN.goal];
     for frame in [grid.frame(), map.frame()] {
         for end in [start, goal, Point::new(far.x_m + 0.5, far.y_m - 0.5)] {
-            for beside in [[2.9, 0.0], [-2.9, 0.0], [0.0, 2.9], [0.0, -2.9]] {
-                let place = Point::new(end.x + beside[0], end.y + beside[1]);
+            for offset in [[2.9, 0.0], [-2.9, 0.0], [0.0, 2.9], [0.0, -2.9]] {
+                let place = Point::new(end.x + offset[0], end.y + offset[1]);
                 assert!(frame.cell_of(&place).is_some(), "{place}");
             }
         }

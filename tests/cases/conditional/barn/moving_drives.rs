@@ -1,4 +1,4 @@
-//! Worlds of moving cylinders, made here and driven, and one of the benchmark's.
+//! Drives through hand-made worlds of moving cylinders, and through one world of the benchmark.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub const TESTS: &[Test] = &[
 
 const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
 
-/// Six metres along x among these.
+/// A world with these cylinders and a course of six metres along x.
 fn world(cylinders: Vec<ScriptedCylinder>) -> DynaBarnWorld {
     DynaBarnWorld {
         number: 7,
@@ -37,7 +37,7 @@ fn world(cylinders: Vec<ScriptedCylinder>) -> DynaBarnWorld {
     }
 }
 
-/// From one place to another and, at once, again.
+/// A cylinder that moves between two points and restarts at the first at once.
 fn body(radius_m: f64, from: [f64; 2], to: [f64; 2], loop_s: f64) -> ScriptedCylinder {
     scripted(radius_m, &[(0.0, from), (loop_s, to)], loop_s)
 }
@@ -51,7 +51,7 @@ fn scripted(radius_m: f64, keys: &[(f64, [f64; 2])], loop_s: f64) -> ScriptedCyl
     ScriptedCylinder { radius_m, script }
 }
 
-/// To and fro across the straight way at 0.9 m/s, on it when the robot would be there.
+/// A cylinder that moves back and forth across the straight line at 0.9 m/s and meets the robot there.
 fn crossing() -> DynaBarnWorld {
     let keys = [(0.0, [0.0, -2.0]), (4.5, [0.0, 2.0]), (9.0, [0.0, -2.0])];
     world(vec![scripted(0.5, &keys, 9.0)])
@@ -67,7 +67,7 @@ fn run(world: &DynaBarnWorld, config: &Config) -> RunRow {
     run.expect("a small world").row
 }
 
-/// A Jackal that sees a hand's breadth.
+/// A Jackal that sees only a few centimetres.
 fn blind() -> Config {
     let mut blind = dynabarn_config();
     blind.simulation.lidar.range_max_m = 0.1;
@@ -83,13 +83,13 @@ fn passes() {
         "{row:?}"
     );
     assert!(row.min_clearance_m.is_some_and(|gap_m| gap_m > 0.05));
-    // It was stopped at the first tick within a metre of the goal.
+    // The run ends at the first tick within a metre of the goal.
     assert!(row.travelled_m > 4.8 && row.plans > 0, "{row:?}");
     assert_eq!(row, run(&world, &config), "the same again");
 }
 
 fn blind_drives_in() {
-    // One that stands in the way.
+    // The cylinder stands in front of the robot.
     let world = world(vec![body(0.5, [0.0, 0.1], [0.0, 0.1], 5.0)]);
     let row = run(&world, &blind());
     assert_eq!(
@@ -97,13 +97,13 @@ fn blind_drives_in() {
         (RunOutcome::Contact, Some(ContactCause::Robot)),
         "{row:?}"
     );
-    // The sibling: who sees it passes.
+    // A robot that sees the cylinder passes it.
     let row = run(&world, &dynabarn_config());
     assert_eq!(row.outcome, RunOutcome::Reached, "{row:?}");
 }
 
 fn run_over() {
-    // From behind, twelve metres wide and nine times as fast as the robot.
+    // The cylinder comes from behind, 12 m wide and nine times as fast as the robot.
     let row = run(
         &world(vec![body(6.0, [16.0, 0.0], [-20.0, 0.0], 2.0)]),
         &dynabarn_config(),
@@ -113,7 +113,7 @@ fn run_over() {
         (RunOutcome::Contact, Some(ContactCause::Other)),
         "{row:?}"
     );
-    // The sibling: from the side, slower than the robot and seen by none, it could have been left behind.
+    // This cylinder comes from the side and is slower than the robot. The robot does not see it, but could have left.
     let mut still = blind();
     still.robot.limits.max_vel_x = 0.01;
     still.robot.limits.min_vel_x = -2.0;

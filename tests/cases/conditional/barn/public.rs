@@ -1,4 +1,4 @@
-//! Worlds of the benchmark itself, where the development data lie beside the repository.
+//! Worlds of the benchmark itself, where the development data are next to the repository.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Jobs on threads, and records of runs.
+//! Jobs on several threads, and records of runs.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The score of a run, and of many.
+//! The score of one run, and the means of many runs.
 
 use inbye::experiment::barn::{BarnSummary, BarnWorld, Course, Published, score};
 use inbye::experiment::{RunOutcome, RunRow, WorldKind};

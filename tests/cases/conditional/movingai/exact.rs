@@ -1,4 +1,4 @@
-//! Every algorithm on the benchmark made here, and the ways in which that must be able to fail.
+//! Every algorithm on the generated benchmark, and faults that the benchmark must detect.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub const TESTS: [Test; 5] = [
     ),
 ];
 
-/// What the files of the sample hold.
+/// The maps and scenarios of the sample.
 fn sample() -> Vec<Queries> {
     let folder = tempfile::tempdir().expect("a place for temporary files");
     let scenarios = sample::write(folder.path());
@@ -54,7 +54,7 @@ fn read(folder: &Path) -> Vec<Queries> {
         .collect()
 }
 
-/// All maps together.
+/// Returns the rows of the algorithms over all maps.
 fn totals(maps: &[Queries], algorithms: &[Algorithm]) -> Vec<AlgorithmRow> {
     let mut bench = Bench::new(algorithms, 1);
     for map in maps {
@@ -85,7 +85,7 @@ fn exact_algorithms_find_the_shortest_paths() {
             );
         }
     }
-    // The maps must be such that a search which is not exact shows.
+    // The maps must be hard enough to reveal a search that is not exact.
     let greedy = rows.iter().find(|row| row.name == "A* Manhattan");
     let greedy = greedy.expect("it is listed");
     assert!(greedy.suboptimal > 40, "{greedy:?}");
@@ -104,7 +104,7 @@ fn wrong_lengths_are_noticed() {
             assert!(!row.passed(), "{row:?}");
             let fault = row.first_fault.expect("all are wrong");
             if sign > 0.0 {
-                // The path is shorter than anything is said to be.
+                // The path is shorter than the listed length.
                 assert_eq!((row.solved, row.illegal), (0, row.total), "{}", row.name);
                 assert!(fault.contains("shorter than"), "{fault}");
             } else {
@@ -116,7 +116,7 @@ fn wrong_lengths_are_noticed() {
     }
 }
 
-/// Straight at the goal, whatever stands there.
+/// A search that goes straight to the goal and ignores obstacles.
 fn blind<'a>(_: &'a mut Searcher, _: &FreeSpace, start: Cell, goal: Cell) -> Answer<'a> {
     let mut cells = vec![start];
     let mut at = start;
@@ -126,7 +126,7 @@ fn blind<'a>(_: &'a mut Searcher, _: &FreeSpace, start: Cell, goal: Cell) -> Ans
         cells.push(at);
     }
     Answer {
-        // Nobody keeps it, and the test is short.
+        // A leak is acceptable in a short test.
         cells: Some(cells.leak()),
         expanded: 0,
     }
@@ -135,7 +135,7 @@ fn blind<'a>(_: &'a mut Searcher, _: &FreeSpace, start: Cell, goal: Cell) -> Ans
 fn alone(search: Search) -> AlgorithmRow {
     let algorithm = Algorithm {
         name: "made up",
-        // Legality is asked of all.
+        // The check of legality applies to every algorithm.
         exact: false,
         usual: true,
         search,
@@ -148,7 +148,7 @@ fn a_blind_search_is_noticed() {
     let row = alone(blind);
     assert!(row.illegal > 100 && !row.passed(), "{row:?}");
     assert_eq!(row.solved + row.illegal, row.total);
-    // On open ground the straight way is the shortest.
+    // On open ground the straight path is the shortest.
     assert!(row.solved > 10 && row.suboptimal == 0, "{row:?}");
 }
 
@@ -176,7 +176,7 @@ fn the_longest_are_those_listed_first() {
         let all = map.scenarios;
         let some = longest(all.clone(), 20);
         let last = some.last().expect("some").clone();
-        // Descending, and of equal ones those of the lowest lines.
+        // In descending order; of equal lengths the first lines of the file.
         let key = |scenario: &inbye::map::Scenario| (-scenario.optimal, scenario.line);
         assert!(some.is_sorted_by(|one, other| key(one) < key(other)));
         let longer = all.iter().filter(|scenario| key(scenario) <= key(&last));

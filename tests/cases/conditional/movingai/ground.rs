@@ -1,13 +1,13 @@
-//! Ground of the kinds that the benchmark has, as rows of text from the top; `.` is free, `@` is not.
+//! Maps of the kinds that the benchmark has, as rows of text from the top: `.` is free, `@` is an obstacle.
 
 use rand::RngExt;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 
-/// Rows from the top, characters from the left.
+/// A map: rows from the top, characters from the left.
 pub type Rows = Vec<Vec<u8>>;
 
-/// Cells blocked one by one with this probability.
+/// Blocks each cell independently with this probability.
 pub fn clutter(random: &mut Pcg64Mcg, width: usize, height: usize, share: f64) -> Rows {
     let mut row = || -> Vec<u8> {
         let mut cell = || {
@@ -74,7 +74,7 @@ pub fn maze(random: &mut Pcg64Mcg, across: usize, down: usize) -> Rows {
             continue;
         };
         seen[to_y * across + to_x] = true;
-        // The room, and the cells of the wall between the two.
+        // The room, and the wall between the two rooms.
         open(to_x * 3 + 1, to_y * 3 + 1);
         open((x + to_x) * 3 / 2 + 1, (y + to_y) * 3 / 2 + 1);
         trail.push((to_x, to_y));
@@ -82,7 +82,7 @@ pub fn maze(random: &mut Pcg64Mcg, across: usize, down: usize) -> Rows {
     rows
 }
 
-/// Caves: clutter worn smooth.
+/// Returns caves: random clutter, smoothed.
 pub fn caves(random: &mut Pcg64Mcg, width: usize, height: usize) -> Rows {
     let mut rows = clutter(random, width, height, 0.42);
     for _ in 0..4 {
@@ -105,7 +105,7 @@ pub fn caves(random: &mut Pcg64Mcg, width: usize, height: usize) -> Rows {
     rows
 }
 
-/// The same ground in all the letters that the format has for it.
+/// Returns the same map with all letters that the format allows.
 pub fn in_many_letters(random: &mut Pcg64Mcg, rows: &Rows) -> Rows {
     let mut letter = |&cell: &u8| match cell {
         b'.' => b"...GS"[random.random_range(0..5)],

@@ -1,4 +1,4 @@
-//! Paths that may and may not be walked.
+//! Legal and illegal paths.
 
 use core::f64::consts::SQRT_2;
 
@@ -15,7 +15,7 @@ pub const TESTS: [Test; 3] = [
     ),
     (
         "every illegal path is told by its kind",
-        illegal_paths_are_told,
+        illegal_paths_are_rejected_by_kind,
     ),
     (
         "lengths are compared within what the file can tell",
@@ -48,7 +48,7 @@ fn legal_paths_are_measured() {
         (&[(4, 1)][..], 0.0, 0.0),
         (&[(0, 0), (1, 1), (0, 2), (0, 3)], 1.0, 2.0),
         (&[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0), (5, 1)], 4.0, 1.0),
-        // Back and forth is long, but no offence.
+        // A path back and forth is long but legal.
         (&[(5, 3), (4, 3), (5, 3)], 2.0, 0.0),
     ] {
         let cells = path(cells);
@@ -58,11 +58,11 @@ fn legal_paths_are_measured() {
     }
 }
 
-fn illegal_paths_are_told() {
+fn illegal_paths_are_rejected_by_kind() {
     let (start, goal) = (Cell::new(0, 0), Cell::new(2, 1));
-    let told = |cells: &[(i32, i32)]| path_length(&obstacles(), start, goal, &path(cells));
+    let checked = |cells: &[(i32, i32)]| path_length(&obstacles(), start, goal, &path(cells));
     assert!(
-        told(&[(0, 0), (1, 0), (2, 1)]).is_ok(),
+        checked(&[(0, 0), (1, 0), (2, 1)]).is_ok(),
         "sound before it is spoilt"
     );
     let at = Cell::new;
@@ -87,7 +87,7 @@ fn illegal_paths_are_told() {
         (&[(0, 0), (2, 1)], jump(at(0, 0), at(2, 1))),
         (&[(0, 0), (2, 0), (2, 1)], jump(at(0, 0), at(2, 0))),
         (&[(0, 0), (0, 0), (1, 0), (2, 1)], jump(at(0, 0), at(0, 0))),
-        // Through the wall, and over the edge.
+        // Through the wall, and over the map's edge.
         (
             &[(0, 0), (1, 1), (2, 2), (2, 1)],
             IllegalPath::Blocked { cell: at(2, 2) },
@@ -96,7 +96,7 @@ fn illegal_paths_are_told() {
             &[(0, 0), (0, -1), (1, 0), (2, 1)],
             IllegalPath::Blocked { cell: at(0, -1) },
         ),
-        // Past one obstacle on either side of the move, there and back.
+        // Diagonal moves past one obstacle on either side, in both directions.
         (
             &[(0, 0), (1, 1), (1, 2), (2, 3), (1, 2), (2, 1)],
             cut(at(1, 2), at(2, 3)),
@@ -107,18 +107,18 @@ fn illegal_paths_are_told() {
         ),
         (&[(0, 0), (1, 1), (1, 2), (2, 1)], cut(at(1, 2), at(2, 1))),
     ] {
-        assert_eq!(told(cells), Err(expected), "{cells:?}");
+        assert_eq!(checked(cells), Err(expected), "{cells:?}");
     }
     // A diagonal between two obstacles, which touches both.
     let map = OccupancyGrid::from_rows(&["#.", ".#"], 1.0, Pose::default()).expect("rows");
     let cells = path(&[(0, 0), (1, 1)]);
-    let told = path_length(
+    let checked = path_length(
         &map.obstacles(UnknownPolicy::Blocked),
         at(0, 0),
         at(1, 1),
         &cells,
     );
-    assert_eq!(told, Err(cut(at(0, 0), at(1, 1))));
+    assert_eq!(checked, Err(cut(at(0, 0), at(1, 1))));
 }
 
 fn lengths_are_compared_within_the_tolerance() {

@@ -1,4 +1,4 @@
-//! Some scenarios of every public map, where the development data lie beside the repository.
+//! Some scenarios of every public map, where the development data are next to the repository.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use inbye::bench::movingai::{ALGORITHMS, Algorithm, Bench, Files, find};
 use libtest_mimic::{Completion, Failed, Trial};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
-/// Scenarios of a map, spread over its file.
+/// Number of scenarios of each map, spread over its file.
 const SOME: usize = 20;
 
-/// One trial for each map, or one that says that they are not here.
+/// One trial for each map, or one ignored trial where the data are absent.
 pub fn trials() -> Vec<Trial> {
     let folders = ["movingai", "mine"].map(|folder| Path::new(DATA).join(folder));
     if folders.iter().any(|folder| !folder.exists()) {

@@ -1,5 +1,5 @@
-//! A benchmark made here: maps and scenarios as files, the lengths measured by a search that shares nothing with this
-//! crate's but the rules.
+//! A generated benchmark: maps and scenarios as files. A search that shares only the rules with this crate's measures the
+//! lengths.
 
 use std::fmt::Write;
 use std::fs;
@@ -15,22 +15,22 @@ use super::ground::{self, Rows};
 /// A cell: column from the left, row from the top.
 type Place = (usize, usize);
 
-/// What a move costs: a thousand millionth of a cell is the unit.
+/// Costs of moves, in units of a billionth of a cell.
 const STRAIGHT: u64 = 1_000_000_000;
 const DIAGONAL: u64 = 1_414_213_562;
 
-/// How lengths are written in the benchmark's files.
+/// Formats of lengths in the benchmark's files.
 #[derive(Clone, Copy)]
 enum Style {
-    /// Six significant digits without trailing zeros, parted by tabs.
+    /// Six significant digits without trailing zeros, separated by tabs.
     SixDigits,
-    /// Two decimals, parted by spaces, in no order.
+    /// Two decimals, separated by spaces, in no order.
     TwoDecimals,
     /// Eight decimals, with empty lines at the end.
     EightDecimals,
 }
 
-/// Writes maps and scenarios below a folder and returns how many scenarios there are.
+/// Writes maps and scenarios below a folder; returns the number of scenarios.
 pub fn write(folder: &Path) -> usize {
     let mut random = Pcg64Mcg::seed_from_u64(2012);
     let random = &mut random;
@@ -52,7 +52,7 @@ pub fn write(folder: &Path) -> usize {
         let path = folder.join(format!("{name}.map"));
         fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("a new folder");
         fs::write(&path, map).expect("the folder can be written to");
-        // Both names that the benchmark has.
+        // Both forms of file names that the benchmark has.
         let ending = if matches!(style, Style::TwoDecimals) {
             "scen"
         } else {
@@ -71,7 +71,7 @@ struct Query {
     length: f64,
 }
 
-/// Some starts, each with goals that can be reached and itself.
+/// Returns queries from some starts, each to reachable goals and to itself.
 fn queries(random: &mut Pcg64Mcg, rows: &Rows) -> Vec<Query> {
     let mut queries = Vec::new();
     while queries.len() < 60 {
@@ -87,7 +87,7 @@ fn queries(random: &mut Pcg64Mcg, rows: &Rows) -> Vec<Query> {
             .into_iter()
             .map(|(goal, (_, cost))| (goal, cost))
             .collect();
-        // The order of a hash map is another in every run.
+        // The order of a hash map differs from run to run.
         goals.sort_unstable();
         goals.shuffle(random);
         goals.truncate(11);
@@ -105,7 +105,7 @@ fn is_free(rows: &Rows, (x, y): Place) -> bool {
     rows.get(y).and_then(|row| row.get(x)) == Some(&b'.')
 }
 
-/// The eight moves; a diagonal one needs both cells beside it.
+/// The eight moves; a diagonal move needs both adjacent cells free.
 fn moves(rows: &Rows, (x, y): Place) -> Vec<(Place, u64)> {
     let (left, right) = (x.wrapping_sub(1), x + 1);
     let (up, down) = (y.wrapping_sub(1), y + 1);

@@ -1,7 +1,7 @@
-//! The cells of a sweep on a Ray cluster of two workers, one of which is killed on the way.
+//! The cells of a sweep on a Ray cluster of two workers. The test kills one of them during the sweep.
 //!
 //! It needs a Python with `ray`: the one that `tests/run` made in `target/ray`, or the one that `INBYE_RAY_PYTHON` names.
-//! Without one the trials are ignored, or fail if the variable `INBYE_REQUIRE` holds the word `ray`.
+//! Without it the trials are ignored, or fail if the variable `INBYE_REQUIRE` contains the word `ray`.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -17,7 +17,7 @@ use crate::support::requirements::required;
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_ray.py");
 const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/ray/bin/python");
 const NO_RAY: &str = "no Python with ray was found; INBYE_RAY_PYTHON names one";
-/// Longer than a cluster takes on a starved machine.
+/// Longer than a cluster takes on an overloaded machine.
 const PATIENCE: Duration = Duration::from_secs(300);
 
 pub fn trials() -> Vec<Trial> {
@@ -72,7 +72,8 @@ fn killed_on_the_way(python: &Path, flags: &[&str]) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Kills a worker that is at a cell, once some cells are done: the parent of one of our programs. Its number.
+/// Kills a worker that runs a cell, once some cells are done; returns its process number. The worker is the parent of one
+/// of our programs.
 fn kill_a_worker(place: &Place, plan: &Path, driver: &mut Child) -> Result<u32, String> {
     let began = Instant::now();
     while began.elapsed() < PATIENCE {
@@ -113,7 +114,7 @@ fn worker_at(plan: &Path) -> Option<u32> {
         let status = fs::read_to_string(folder.join("status")).ok()?;
         let parent = status.lines().find_map(|line| line.strip_prefix("PPid:"))?;
         let parent: u32 = parent.trim().parse().ok()?;
-        // What Ray calls a worker that is at a task.
+        // Ray's process name of a worker that runs a task.
         let name = fs::read(format!("/proc/{parent}/cmdline")).ok()?;
         name.starts_with(b"ray::run_cell").then_some(parent)
     };

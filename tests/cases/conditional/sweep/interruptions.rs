@@ -1,4 +1,4 @@
-//! Killed processes, processes side by side, shards.
+//! Killed processes, parallel processes, and shards.
 
 use std::fs::File;
 use std::thread::sleep;
@@ -25,7 +25,7 @@ pub const TESTS: &[Test] = &[
     ("the tasks of a Slurm array together are the whole", slurm),
 ];
 
-/// Longer than any run takes on a starved machine.
+/// Longer than any run takes on an overloaded machine.
 const PATIENCE: Duration = Duration::from_secs(300);
 
 fn killed() {
@@ -41,7 +41,7 @@ fn killed() {
             sleep(Duration::from_millis(2));
         }
         sleep(Duration::from_millis(rng.random_range(0..120)));
-        // SIGKILL: the process has no say in it.
+        // The process cannot handle SIGKILL.
         process.kill().expect("it can be killed");
         process.wait().expect("it ends");
         kills += 1;
@@ -62,7 +62,7 @@ fn killed() {
     assert_eq!(report["driven"], CELLS - had.len(), "{report}");
     let begun = place.begun("out");
     assert_eq!(begun.len(), CELLS);
-    // A kill costs at most the two cells under way.
+    // A kill loses at most the two cells in progress.
     let extra: usize = begun.values().map(|times| times - 1).sum();
     assert!(
         extra <= 2 * kills,
@@ -119,7 +119,7 @@ fn another_plan() {
     in_use.lock_shared().expect("the lock is free");
     let said = place.refusal("sweep other.toml --out out");
     assert!(said.contains("another plan is being run in it"), "{said}");
-    // The same plan may be run beside.
+    // The same plan may run at the same time.
     place.json("sweep plan.toml --out out --shard 1/24");
     in_use.unlock().expect("we have it");
     let report = place.json("sweep other.toml --out out");
@@ -146,7 +146,7 @@ fn shards() {
 fn slurm() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_slurm.sbatch");
     let place = Place::new();
-    // Of an array 4-6: indices need not begin at 1.
+    // The indices of an array need not begin at 1: here they are 4 to 6.
     for task in 4..=6 {
         let ran = place
             .command("bash")

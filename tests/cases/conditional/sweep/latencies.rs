@@ -1,4 +1,4 @@
-//! Cells that measure: the machine is theirs alone.
+//! Latency cells, which run alone on the machine.
 
 use serde_json::Value;
 
@@ -13,7 +13,7 @@ pub const TESTS: &[Test] = &[
     ("latencies stand in a table of their own", own_table),
 ];
 
-/// The plan with one world of two measured.
+/// The plan, with one of its two worlds measured.
 fn measured(place: &Place) {
     let half = PLAN
         .replace("[0, 1, 2]", "[0, 1]")
@@ -23,7 +23,7 @@ fn measured(place: &Place) {
     place.write("measured.toml", plan);
 }
 
-/// When each cell began and ended, and whether it was a latency cell.
+/// The begin and end of each cell, and whether it is a latency cell.
 fn spans(place: &Place, out: &str) -> Vec<(f64, f64, bool)> {
     let listed = place.json("sweep measured.toml --list");
     let cells = listed["cells"].as_array().expect("a list");
@@ -48,7 +48,7 @@ fn spans(place: &Place, out: &str) -> Vec<(f64, f64, bool)> {
 fn latency_cells_run_alone() {
     let place = Place::new();
     measured(&place);
-    // Two folders: what they share is the machine.
+    // The two folders share only the machine.
     let mut processes = [
         place.start("sweep measured.toml --out a --jobs 2"),
         place.start("sweep measured.toml --out b --jobs 2"),
@@ -91,7 +91,7 @@ fn own_table() {
     );
     let page = String::from_utf8(place.read("a-merged/index.html")).expect("text");
     assert!(page.contains("Latency of a tick"));
-    // The result is the same whether a clock was read or not, but the cell is another one.
+    // The result is the same with and without a clock; the key of the cell differs.
     let table = String::from_utf8(place.read("a-merged/sweep.csv")).expect("text");
     assert!(
         table.lines().skip(1).all(|line| !line.contains("error")),

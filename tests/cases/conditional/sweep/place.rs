@@ -1,4 +1,4 @@
-//! A folder with a plan and its worlds, in which the program is run.
+//! A folder with a plan and its worlds, in which the program runs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +16,7 @@ pub const INBYE: &str = env!("CARGO_BIN_EXE_inbye");
 pub const PLAN: &str = "title = \"posts\"\nseeds = [0, 1, 2]\nsampling = [\"8x16\", \"16x32\"]\n\
     [weights.paper]\n[weights.fast]\nvelocity = 0.4\n\
     [[worlds]]\nkind = \"barn\"\npath = \"barn\"\n";
-/// So many cells.
+/// Number of cells of [`PLAN`].
 pub const CELLS: usize = 2 * 2 * 2 * 3;
 
 const LIST: &str = "world,official50,path_length_m,optimal_time_s,dwa_success,dwa_collision,dwa_timeout,dwa_metric\n\
@@ -25,10 +25,10 @@ const LIST: &str = "world,official50,path_length_m,optimal_time_s,dwa_success,dw
 const THREE: &str = "x_m,y_m,radius_m,kind\n-1.5,6.0,0.075,obstacle\n";
 const TWELVE: &str = "x_m,y_m,radius_m,kind\n-2.25,6.0,0.075,obstacle\n-1.0,8.0,0.075,obstacle\n";
 
-/// A folder, gone when this is dropped.
+/// A folder that is deleted on drop.
 pub struct Place(TempDir);
 
-/// Where one process ran all cells, one after the other, and merged them into `expected`.
+/// The folder in which one process ran all cells in sequence and merged them into `expected`.
 fn by_one_process() -> &'static Place {
     static PLACE: OnceLock<Place> = OnceLock::new();
     PLACE.get_or_init(|| {
@@ -39,7 +39,7 @@ fn by_one_process() -> &'static Place {
     })
 }
 
-/// What the program did.
+/// Exit status and output of the program.
 #[derive(Debug)]
 pub struct Ran {
     pub status: i32,
@@ -48,7 +48,7 @@ pub struct Ran {
 }
 
 impl Place {
-    /// With the plan as `plan.toml`.
+    /// Creates a folder with the plan as `plan.toml`.
     pub fn new() -> Self {
         let place = Self(tempfile::tempdir().expect("a place for temporary files"));
         for (name, text) in [
@@ -63,7 +63,7 @@ impl Place {
         place
     }
 
-    /// The same with the results of all cells in `out`, as one process left them.
+    /// Creates the same with the results of all cells in `out`, from one process.
     pub fn done() -> Self {
         let (place, one) = (Self::new(), by_one_process());
         for key in one.finished("one") {
@@ -89,7 +89,8 @@ impl Place {
         fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
     }
 
-    /// A program to be run here, with a machine of its own: its locks lie in its folder for temporary files.
+    /// Returns a command that runs a program here. It counts as a machine of its own, because its locks are in its own
+    /// folder for temporary files.
     pub fn command(&self, program: impl AsRef<Path>) -> Command {
         let mut command = Command::new(program.as_ref());
         command
@@ -123,7 +124,7 @@ impl Place {
         command.spawn().expect("the program starts")
     }
 
-    /// Runs what must succeed, with `--json`: its object.
+    /// Runs a command that must succeed, with `--json`; returns its object.
     #[track_caller]
     pub fn json(&self, arguments: &str) -> Value {
         let ran = self.run(&format!("{arguments} --json"));
@@ -131,7 +132,7 @@ impl Place {
         serde_json::from_str(&ran.stdout).expect("standard output is JSON")
     }
 
-    /// Runs what must be refused: its one line.
+    /// Runs a command that must be rejected; returns its line of output.
     #[track_caller]
     pub fn refusal(&self, arguments: &str) -> String {
         let ran = self.run(arguments);
@@ -144,7 +145,7 @@ impl Place {
         ran.stderr
     }
 
-    /// Keys of the cells that have their file in a folder of results.
+    /// Returns the keys of the cells with a file in a folder of results.
     pub fn finished(&self, out: &str) -> Vec<String> {
         let Ok(entries) = fs::read_dir(self.path(out).join("cells")) else {
             return Vec::new();
@@ -158,16 +159,16 @@ impl Place {
             .collect()
     }
 
-    /// The lines of a folder's log.
+    /// Returns the lines of a folder's log.
     pub fn log(&self, out: &str) -> Vec<Value> {
         let log = fs::read_to_string(self.path(out).join("log.jsonl")).unwrap_or_default();
-        // The last line may have been cut short by a kill.
+        // A kill may have cut the last line short.
         log.lines()
             .filter_map(|line| serde_json::from_str(line).ok())
             .collect()
     }
 
-    /// How often each cell was begun.
+    /// Returns the number of starts of each cell.
     pub fn begun(&self, out: &str) -> BTreeMap<String, usize> {
         let mut begun = BTreeMap::new();
         for line in self.log(out).iter().filter(|line| line["event"] == "begun") {
@@ -177,7 +178,7 @@ impl Place {
         begun
     }
 
-    /// Merges folders, and checks that table and report are those of one process, byte for byte.
+    /// Merges folders; checks that table and report equal those of one process, byte for byte.
     #[track_caller]
     pub fn assert_same_table(&self, folders: &str) {
         let merged = self.json(&format!("sweep merge {folders} --report merged"));

@@ -1,4 +1,4 @@
-//! What a plan may say, and what decides a cell.
+//! The values that a plan accepts, and the inputs that determine a cell.
 
 use serde_json::Value;
 
@@ -54,14 +54,14 @@ fn content_decides() {
     ] {
         place.write(&format!("elsewhere/moved/{name}"), place.read(text));
     }
-    // Other names, another folder, another order of keys.
+    // Names, the folder and the order of keys differ.
     let renamed = PLAN
         .replace("paper", "as_printed")
         .replace("\"barn\"\npath = \"barn\"", "\"barn\"\npath = \"moved\"")
         .replace("posts", "poles");
     place.write("elsewhere/other.toml", renamed);
     assert_eq!(keys(&place, "elsewhere/other.toml"), first);
-    // One digit of one cylinder: the cells of that world are others.
+    // A change of one digit of one cylinder changes the cells of that world.
     let moved =
         String::from_utf8(place.read("elsewhere/moved/worlds/world_003.csv")).expect("text");
     place.write(
@@ -87,7 +87,7 @@ fn reuse() {
     let report = place.json("sweep more.toml --out out");
     assert_eq!(report["found"], CELLS, "{report}");
     assert_eq!(report["driven"], CELLS / 3, "{report}");
-    // Two names for one thing are one cell, and two rows.
+    // Two names of the same settings give one cell and two rows.
     let twice = PLAN.replace("[weights.paper]\n", "[weights.paper]\n[weights.too]\n");
     place.write("twice.toml", twice);
     let report = place.json("sweep twice.toml --out out");
@@ -167,7 +167,7 @@ fn refusals() {
 
 fn errors_are_rows() {
     let place = Place::new();
-    // 12 by 8 m in cells of 0.25 m, and a closet.
+    // 12 by 8 m in cells of 0.25 m, with a small closed room.
     let wall = "#".repeat(48);
     let row = format!("#{}#", ".".repeat(46));
     let room: Vec<&str> = [wall.as_str()]

@@ -1,4 +1,4 @@
-//! Merged tables, and what is refused.
+//! Merged tables, and folders that a merge rejects.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub const TESTS: &[Test] = &[
     ("groups are drawn again from their file", drawn_again),
 ];
 
-/// A place where everything is done, in `out`, and one of its cells.
+/// A folder with all results in `out`, and one of its cells.
 fn done() -> (Place, String) {
     let place = Place::done();
     let key = place.finished("out").into_iter().min().expect("a cell");
@@ -66,7 +66,7 @@ fn changed_bits() {
         place.write(&file, &whole[..torn]);
         assert!(place.refusal("sweep merge out").contains(&file));
     }
-    // A whole file under another name.
+    // A valid file under another name.
     place.write(
         &file,
         place.read(&format!("out/cells/{}.json", other(&place, &key))),

@@ -8,7 +8,7 @@ use inbye::experiment::paper_drives::{
 use inbye::experiment::{RunOutcome, TrafficKind};
 use inbye::runtime::Config;
 
-/// A drive that arrived, off by so much along x, along y and in yaw.
+/// A drive that reached its goal with this deviation along x, along y and in yaw.
 fn arrived(scene: &str, seed: u64, off: [f64; 3]) -> DriveRun {
     DriveRun {
         scene: scene.to_owned(),
@@ -29,7 +29,7 @@ fn arrived(scene: &str, seed: u64, off: [f64; 3]) -> DriveRun {
     }
 }
 
-/// The same, ended by contact at a speed.
+/// A drive that ended in contact at a speed.
 fn touched(scene: &str, seed: u64, final_speed_m_s: f64) -> DriveRun {
     DriveRun {
         outcome: RunOutcome::Contact,
@@ -71,7 +71,7 @@ fn published_rows_have_the_means_of_the_text_where_it_agrees() {
     assert_eq!(rounded(dynamic.of_rows.mean), ["0.081", "0.073", "0.100"]);
     assert_eq!(rounded(dynamic.of_rows.max), ["0.148", "0.305", "0.543"]);
     assert_eq!([static_.rows.len(), dynamic.rows.len()], [10, 10]);
-    // Only of its second table does the paper's text say something else.
+    // The paper's text differs from its rows only for the second table.
     let words =
         "mean |dy| 0.012 m, its rows have 0.073; largest |dy| 0.143 m, its rows have 0.305.";
     assert!(says(&table(TrafficKind::Yielding, good()), words));
@@ -128,7 +128,7 @@ fn finding_claims_ten_times_better_only_where_true() {
         &table,
         "Mean deviations beyond 0.01 m and 0.01 rad, or no arrival: drift."
     ));
-    // Inaccurate is not wrong.
+    // An inaccurate drive is not a fault.
     assert!(table.faults().is_empty());
 }
 
@@ -202,7 +202,7 @@ fn course_ends_at_its_last_key_node() {
     for course in &courses {
         let last = course.key_nodes.last().expect("a path has an end");
         assert!((last - course.goal.position).norm() < 1e-9);
-        // As many as the pruned path has, at least, but for the start.
+        // There are at least as many key nodes as nodes of the pruned path without the start.
         assert!(course.key_nodes.len() + 1 >= course.plan.pruned.points().len());
     }
     let people: Vec<usize> = courses.iter().map(|course| course.people).collect();
@@ -225,7 +225,7 @@ fn drives_do_not_depend_on_the_number_of_threads() {
     }
     let names: Vec<&str> = tables.iter().map(|table| table.name).collect();
     assert_eq!(names, ["table_3", "table_4", "table_4_non_yielding"]);
-    // The drives that were compared could have differed: another seed is another drive.
+    // Another seed gives another drive, so the comparison above can fail.
     assert_ne!(driven(8, 2)[1], drives[1]);
     for drives in &drives {
         let [trace] = &drives.shown[..] else {

@@ -1,4 +1,4 @@
-//! Paths clear by an independent check, exact where promised, shorter and with fewer turns.
+//! Independent checks of the paths: clearance, exactness where promised, shorter lengths and fewer turns.
 
 use std::sync::OnceLock;
 
@@ -9,10 +9,10 @@ use inbye::bench::paper::{
 use inbye::map::FreeSpace;
 use inbye::runtime::Config;
 
-/// Rounding, metres.
+/// Tolerance for rounding, metres.
 const ROUNDING_M: f64 = 1e-9;
 
-/// The three scenes and the made mine, each with its runs; not timed.
+/// The three scenes and the generated mine, each with its runs, without times.
 fn measured() -> &'static [(Site, Vec<TaskRuns>)] {
     static MEASURED: OnceLock<Vec<(Site, Vec<TaskRuns>)>> = OnceLock::new();
     MEASURED.get_or_init(|| {
