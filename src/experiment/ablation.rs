@@ -1,4 +1,4 @@
-//! The ablation of the navigator: the same missions with one feature more each time.
+//! The ablation of the navigator: the same missions, with one more feature in each variant.
 
 use super::{Group, RunRow, Setup, groups};
 use crate::navigator::NavigatorFeatures;
@@ -36,7 +36,7 @@ const fn variant(
     }
 }
 
-/// From the dynamic window alone to the whole navigator; each has one feature more than the one before.
+/// The variants, from the dynamic window alone to the whole navigator. Each has one feature more than the previous one.
 pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
     let astar = NavigatorFeatures {
         global_path: true,

@@ -1,4 +1,4 @@
-//! Canonical JSON: one text for one value, whatever the order of its fields.
+//! Canonical JSON: one text for each value, independent of the order of its fields.
 
 use serde_json::Value;
 

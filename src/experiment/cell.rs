@@ -27,12 +27,12 @@ pub struct Cell {
     pub config: Config,
     pub(super) inputs: Value,
     pub(super) threads: usize,
-    /// Whether its ticks are timed, next to other cells; the times of a latency cell are taken alone.
+    /// Whether its ticks are timed while other cells run; a latency cell runs alone.
     pub(super) timed: bool,
 }
 
 impl Cell {
-    /// A cell with these names. `threads` are those of a CPU engine.
+    /// A cell with these names. `threads` is the number of threads of a CPU engine.
     pub(super) fn new(id: CellId, world: &World, config: Config, threads: usize) -> Self {
         let inputs = json!({
             "format": FORMAT,

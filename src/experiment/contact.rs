@@ -173,7 +173,7 @@ mod tests {
     fn contact_is_caused_by_the_body_that_closes_the_gap() {
         for (robot_m_s, body_m_s, expected) in [
             (0.5, 0.0, ContactCause::Robot),
-            // Head on: both close it.
+            // Both move towards each other and close the gap.
             (0.5, -0.8, ContactCause::Robot),
             // The robot catches up with the body.
             (0.5, 0.3, ContactCause::Robot),
@@ -187,7 +187,7 @@ mod tests {
             assert_eq!(contact.cause, expected, "{robot_m_s}, {body_m_s}");
             assert_eq!(contact.body, TouchedBody::Moving(0));
             let closing_m_s = contact.closing_m_s.expect("it moves");
-            // A wrong sign would make this its opposite.
+            // A wrong sign would give the opposite result.
             assert!((closing_m_s - robot_m_s).abs() < 1e-12, "{closing_m_s}");
             let found = contact.body_m_s.expect("it was there before");
             assert!((found - body_m_s.abs()).abs() < 1e-9, "{found}");

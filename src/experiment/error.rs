@@ -47,7 +47,7 @@ pub enum ExperimentError {
         /// The setting.
         key: &'static str,
     },
-    /// Changes that cannot be made to the settings.
+    /// Changes that do not fit the settings.
     #[error("{place}: {reason}")]
     BadChange {
         /// The key of the plan.

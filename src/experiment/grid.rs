@@ -76,8 +76,8 @@ impl Setup {
 }
 
 impl Grid {
-    /// Reads the worlds of a plan, whose paths are relative to this folder, and combines everything. `change` applies
-    /// changes to settings; its error says what is wrong with them.
+    /// Reads the worlds of a plan and makes all combinations. Paths are relative to this folder. `change` applies changes to
+    /// settings; its error says what is wrong with them.
     ///
     /// # Errors
     /// When a world cannot be read, changes do not fit the settings, or settings make a run depend on the wall clock.
@@ -107,7 +107,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// Every setup in every world with every seed, on one CPU thread each; the ticks are timed next to other cells.
+    /// Every setup in every world with every seed. Each runs on one CPU thread; its ticks are timed while other cells run.
     ///
     /// # Errors
     /// When settings make a run depend on the wall clock, or two worlds have one name.
@@ -124,8 +124,8 @@ impl Grid {
         Self::timed(title, cells, setups)
     }
 
-    /// This many missions with each setup, with consecutive seeds: the worlds take turns. On one CPU thread each; the ticks
-    /// are timed next to other cells.
+    /// This many missions with each setup, with consecutive seeds and the worlds in rotation. Each runs on one CPU thread; its
+    /// ticks are timed while other cells run.
     ///
     /// # Errors
     /// As [`Grid::of_worlds`].

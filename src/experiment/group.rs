@@ -80,7 +80,7 @@ columns! {
     }
 }
 
-/// A world and a seed, whatever drives there.
+/// A world and a seed, without the settings and the engine.
 type Task<'a> = (&'a str, u64);
 
 /// Groups runs by kind, settings, weights, engine and sampling, in the order in which the groups first occur. A name is
@@ -107,7 +107,7 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
             (other.kind, &other.config, &other.weights, &other.engine)
                 == (first.kind, &first.config, &first.weights, &first.engine)
         });
-        // From the end: of equally dense ones the first counts.
+        // The search runs from the end, so of equally dense ones the first counts.
         let comparable: Vec<_> = comparable.collect();
         let densest = comparable.into_iter().rev();
         densest.max_by_key(|((_, rows), _)| {

@@ -31,7 +31,7 @@ pub fn merge(
             Some((first, known)) => {
                 let listed = manifest.cells.iter().find(|cell| cell.key == key);
                 let id = listed.map(|cell| &cell.id);
-                // The names are those of the plan that drove the cell.
+                // The stored names are those of the plan that ran the cell, not of this one.
                 let result = |row: &RunRow| {
                     let row = row.clone().without_clock();
                     id.map_or_else(|| row.clone(), |id| row.clone().named(id, &key))

@@ -1,10 +1,10 @@
-//! Runs every combination of worlds, settings, engines and seeds in the simulator, and makes one row of each run.
+//! Runs every combination of worlds, settings, engines and seeds in the simulator, and makes one row for each run.
 //!
 //! A combination is a [`Cell`]. Its result is a pure function of its inputs, and its key is a digest of them: any machine may
-//! run it, and no run is repeated. Only times depend on the machine; they are in columns of their own.
+//! run it, and no run is repeated. Only times depend on the machine; they are in separate columns.
 //!
 //! [`Grid`] makes the cells of a [`Plan`] or of a built-in experiment, [`run_cell`] drives one, [`merge`] makes a table of the
-//! results, and [`groups`] its summary. This module writes no files: [`CellFile`] and [`Manifest`] say what they contain.
+//! results, and [`groups`] its summary. This module writes no files: [`CellFile`] and [`Manifest`] define their content.
 
 mod ablation;
 pub mod barn;

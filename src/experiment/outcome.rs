@@ -1,4 +1,4 @@
-//! The outcome of a run and its reason in words.
+//! The outcome of a run and its reason as text.
 
 use super::contact::{Contact, TouchedBody, contact};
 use super::{ContactCause, RunOutcome};
@@ -40,7 +40,7 @@ pub(super) fn outcome(simulation: &Simulation, config: &Config, result: &Mission
         Some(fault) => (RunOutcome::Failed, fault.to_string()),
         None => (RunOutcome::Timeout, "the time was up".to_owned()),
     };
-    // The last mode of a navigator that gave up says only that.
+    // The last mode says only that the navigator gave up; the mode before is the reason.
     let mode = earlier.last().map_or(last.mode, |row| row.mode);
     let mode = serde_json::to_value(mode).unwrap_or_default();
     let mode = mode.as_str().unwrap_or_default().replace('_', " ");

@@ -119,7 +119,7 @@ impl PlanWorlds {
     }
 }
 
-/// Checks that a list has a value, and none twice.
+/// Checks that a list is not empty and has no value twice.
 fn listed<T: Display>(name: &'static str, values: &[T]) -> Result<(), ExperimentError> {
     require(!values.is_empty(), name, "empty", "at least one")?;
     distinct(name, values)

@@ -1,4 +1,4 @@
-//! Records of benchmarks and experiments, read back. The columns tell what a file contains.
+//! Reads records of benchmarks and experiments. The columns determine the kind of the record.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub enum Record {
 }
 
 impl Record {
-    /// What the record contains, for people.
+    /// Description of the record, as text for people.
     #[must_use]
     pub const fn title(&self) -> &'static str {
         match self {
@@ -48,7 +48,7 @@ impl Record {
         }
     }
 
-    /// What runs are a record of, from their worlds and settings.
+    /// Returns the kind of record that runs are, from their worlds and settings.
     fn of_runs(rows: Vec<RunRow>) -> Self {
         let all = |is: &dyn Fn(&RunRow) -> bool| rows.iter().all(is);
         let are = |kind: WorldKind| all(&|row| row.kind == kind);
@@ -124,7 +124,7 @@ pub fn read_record(bytes: &[u8], file: &Path) -> Result<Record, RecordError> {
         let mut wanted = columns.iter();
         wanted.all(|wanted| lines.header.iter().any(|column| column == *wanted))
     };
-    // The columns that no other record has.
+    // These columns occur in no other record.
     if has(&["engine", "samples", "p99_ms"]) {
         Ok(Record::Density(
             lines.rows()?.into_iter().map(named).collect(),
@@ -141,7 +141,7 @@ pub fn read_record(bytes: &[u8], file: &Path) -> Result<Record, RecordError> {
     }
 }
 
-/// The row with a name; the oldest records have none.
+/// Gives a row its engine's name, which the oldest records lack.
 fn named(mut row: DensityRow) -> DensityRow {
     if row.name.is_empty() {
         let plural = if row.threads == 1 { "" } else { "s" };

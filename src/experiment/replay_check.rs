@@ -1,4 +1,4 @@
-//! The same runs on another engine: whether the traces are equal to the last bit.
+//! Compares the traces of the same runs on two engines, bit for bit.
 
 use serde::Serialize;
 

@@ -152,7 +152,7 @@ impl RunRow {
         }
     }
 
-    /// The row without what the wall clock and the machine decide: the same bits on every machine.
+    /// The row without the columns that depend on the wall clock or the machine: the same bits on every machine.
     #[must_use]
     pub fn without_clock(self) -> Self {
         Self {

@@ -97,7 +97,7 @@ impl World {
 /// Opens the engine of a cell.
 ///
 /// # Errors
-/// When this machine does not have it. That is no result of the cell: another machine may have it.
+/// Fails when this machine does not have the engine. That is no result of the cell: another machine may have it.
 pub fn open_engine(cell: &Cell) -> Result<Box<dyn Engine>, EngineError> {
     // The plan's check accepts no other names.
     let preference: EngineChoice = cell.id.engine.parse().unwrap_or_default();

@@ -31,8 +31,8 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// The cells of this part. Each cell is in one part, and the parts' sizes differ by at most one cell, both of latency
-    /// cells and of others. The order of the keys decides, not that of the plan: a part mixes easy and hard cells.
+    /// The cells of this part. Each cell is in one part. The numbers of latency cells differ by at most one between parts, and
+    /// so do the numbers of other cells. The keys determine the part, not the plan's order: a part mixes easy and hard cells.
     #[must_use]
     pub fn of<'c>(&self, cells: &[&'c Cell]) -> Vec<&'c Cell> {
         let mut all = Vec::new();

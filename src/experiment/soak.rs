@@ -46,7 +46,7 @@ pub struct FinalError {
 }
 
 impl SoakSummary {
-    /// The summary of rows, some of which were compared.
+    /// The summary of rows, with the comparisons of some of them.
     #[must_use]
     pub fn of(rows: &[RunRow], comparisons: &[Comparison]) -> Self {
         let reached = || rows.iter().filter(|row| row.reached());

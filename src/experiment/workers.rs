@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn results_are_in_the_order_of_the_jobs() {
         let jobs: Vec<u64> = (0..100).collect();
-        // The first jobs take longest, so that threads finish them out of order.
+        // The first jobs take longest, so threads finish them out of order.
         let work = |job: &u64| (0..(100 - job) * 1000).fold(*job, |sum, step| sum ^ step) ^ job;
         let expected: Vec<u64> = jobs.iter().map(work).collect();
         for threads in [0, 1, 3, 200] {

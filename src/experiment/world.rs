@@ -13,7 +13,7 @@ use crate::navigator::Goal;
 use crate::runtime::{Config, Mission};
 use crate::sim::{SimError, Simulation};
 
-/// A world, with the settings that its kind drives with.
+/// A world with the settings of its kind.
 #[derive(Clone, Debug)]
 pub struct World {
     /// Its kind.
@@ -28,7 +28,7 @@ pub struct World {
     pub(super) digest: String,
 }
 
-/// What a world is made from.
+/// The source of a world.
 #[derive(Clone, Debug)]
 pub(super) enum WorldSource {
     /// A world of BARN.
@@ -37,7 +37,7 @@ pub(super) enum WorldSource {
     DynaBarn(DynaBarnWorld),
     /// A route on a map.
     Route(Route),
-    /// A map, on which the seed draws a mission.
+    /// A map, on which the seed determines a mission.
     Mission {
         map: Arc<OccupancyGrid>,
         rules: Rules,
@@ -54,7 +54,7 @@ pub(super) struct Route {
     pub time_limit_s: f64,
 }
 
-/// A simulation of a world, with what the seed determined.
+/// A simulation of a world, with the figures that the seed determines.
 #[derive(Clone, Debug)]
 pub struct WorldSimulation {
     /// The mission in its world.
@@ -157,7 +157,7 @@ impl Route {
 }
 
 impl WorldSource {
-    /// A digest of everything that decides what happens in it.
+    /// A digest of everything that affects a run in it.
     fn digest(&self) -> String {
         let mut digest = BitDigest::default();
         match self {

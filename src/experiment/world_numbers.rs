@@ -21,7 +21,7 @@ pub struct UnknownWorld {
 /// Number of worlds that an error names.
 const NAMED: usize = 5;
 
-/// Keeps the worlds with these numbers; all, where none is named.
+/// Returns the worlds with these numbers; all, if no number is given.
 ///
 /// # Errors
 /// When one of them does not exist.

@@ -175,7 +175,7 @@ impl<'a> ControlLoop<'a> {
             .gap_m(&self.config.robot.footprint, pose)
     }
 
-    /// Records once for each stop but the last how far from it the robot stands.
+    /// Records the pose error at each stop before the goal, once, when the robot stands there.
     fn record_stop(&mut self, mode: Mode, pose: &Pose) {
         let number = self.navigator.goals_passed();
         if mode == Mode::AtWaypoint && self.stop_errors.len() == number {

@@ -8,7 +8,7 @@ use crate::navigator::Mode;
 /// Describes the faults of each tick of a drive. Takes the ticks in order.
 #[derive(Clone, Debug, Default)]
 pub struct FaultEvents {
-    /// Number of the engine's incidents up to the last tick.
+    /// Number of GPU failures up to the last tick.
     incidents: u64,
 }
 

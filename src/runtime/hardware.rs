@@ -19,13 +19,13 @@ use crate::map::TimedScan;
 /// Longest time from opening the base's port to its first report, seconds.
 const FIRST_REPORT_S: f64 = 3.0;
 
-/// Longest time from opening the lidar's port to its first whole revolution, seconds: its motor has to run up.
+/// Longest time from opening the lidar's port to its first whole revolution, seconds: its motor has to reach its speed.
 const FIRST_REVOLUTION_S: f64 = 5.0;
 
 /// Longest silence of the base during a mission, seconds.
 const LONGEST_SILENCE_S: f64 = 10.0;
 
-/// Time between two looks at a device that starts.
+/// Time between two checks of a device that starts.
 const POLL: Duration = Duration::from_millis(20);
 
 /// Why a device cannot be used.
@@ -50,7 +50,7 @@ pub enum HardwareError {
     NoRevolution {
         /// Name of the port.
         port: String,
-        /// What the reader of the lidar reports.
+        /// The report of the lidar's reader.
         reason: String,
     },
 }
@@ -77,8 +77,8 @@ impl SerialLine {
         }
     }
 
-    /// Opens the port and starts the supervisor. The base stands until a target is set, and again when the flag is set, as a
-    /// signal handler may do.
+    /// Opens the port and starts the supervisor. The base stands until a target is set. It stops again when the flag is set,
+    /// for example by a signal handler.
     ///
     /// # Errors
     /// [`HardwareError::Base`].
@@ -203,7 +203,7 @@ pub struct HardwareRobot {
     start: Pose,
     /// The odometer's pose at the first command; none before.
     origin: Option<Pose>,
-    /// When the next tick is due by the clock of the base.
+    /// Time of the next tick by the clock of the base.
     due_s: f64,
     late_ticks: u64,
     last_report_s: f64,
@@ -268,7 +268,7 @@ impl HardwareRobot {
 }
 
 impl Lidar {
-    /// The newest revolution by a clock that is at a time now, seconds. Its times are set once, when it is new.
+    /// Returns the newest revolution by a clock whose present time is given, seconds. Its times are set once, when it is new.
     fn newest(&mut self, now_s: f64) -> TimedScan {
         let status = self.reader.status();
         let ahead_s = now_s - self.reader.now_s();
@@ -296,8 +296,8 @@ impl Robot for HardwareRobot {
         }
     }
 
-    /// Sets the command, and waits until the next tick is due. Breaks when a stop is latched, the supervisor ends, or the base
-    /// is silent for 10 s.
+    /// Sets the command, and waits until the next tick is due. Breaks when a stop is latched, when the supervisor ends, or when
+    /// the base is silent for 10 s.
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
         let now_s = self.base.now_s();
         if self.origin.is_none() {

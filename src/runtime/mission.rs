@@ -27,8 +27,8 @@ pub struct Mission {
     pub goal: Goal,
     /// Longest time of the mission, seconds.
     pub time_limit_s: f64,
-    /// Distance to the goal, metres, at which the mission counts as reached even while the robot moves, as some benchmarks
-    /// rule. None: the robot has to stand at its goal.
+    /// Distance to the goal, metres, at which it counts as reached even while the robot moves, as in the rules of some
+    /// benchmarks. None: the robot has to stand at its goal.
     pub done_within_m: Option<f64>,
 }
 
@@ -145,7 +145,7 @@ pub struct TickEvent<'a> {
     pub took_s: f64,
     /// Radius of each moving obstacle, metres, in the order of [`TraceRow::moving`].
     pub moving_radii: &'a [f64],
-    /// What is wrong with the robot after the tick.
+    /// Fault of the robot after the tick, as a sentence.
     pub robot_fault: Option<&'a str>,
     /// The navigator after the tick.
     pub navigator: &'a Navigator,

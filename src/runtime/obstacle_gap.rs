@@ -1,4 +1,4 @@
-//! Gaps between a footprint and the obstacles of a map, to rounding.
+//! Gaps between a footprint and the obstacles of a map, exact to rounding.
 
 use core::f64::consts::SQRT_2;
 

@@ -30,7 +30,7 @@ impl PoseEstimator {
         })
     }
 
-    /// Updates the estimate with one tick. Without a pose of its own the robot is where its odometry has it.
+    /// Updates the estimate with one tick. Without positioning of its own, the robot's pose is that of its odometry.
     pub fn update(
         &mut self,
         time_s: f64,

@@ -5,7 +5,7 @@ use core::ops::ControlFlow;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{Scan, TimedScan};
 
-/// What a base knows of its own motion.
+/// Motion of the base as its own sensors measure it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryReading {
     /// Pose in REP-105's `odom` frame, which is placed so that the pose is true at the start. It never jumps, and its error
@@ -15,7 +15,7 @@ pub struct OdometryReading {
     pub twist: Twist,
 }
 
-/// What a lidar delivers in one tick.
+/// Lidar data of one tick.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LidarData {
     /// All beams of one instant, the time of the tick.
@@ -24,7 +24,7 @@ pub enum LidarData {
     TimedScan(TimedScan),
 }
 
-/// What a robot senses in one tick.
+/// Sensor data of one tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorData {
     /// The motion that the base measures.
@@ -35,7 +35,7 @@ pub struct SensorData {
     pub pose: Option<Pose>,
 }
 
-/// What truly happens, for a robot whose world is known.
+/// True state of a robot and its surroundings, for a robot in a known world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundTruth {
     /// True pose in the map.
@@ -53,11 +53,11 @@ pub struct GroundTruth {
 /// The loop calls [`Robot::sense`], [`Robot::ground_truth`], [`Robot::drive`] and [`Robot::fault`] once in each tick, in this
 /// order.
 pub trait Robot {
-    /// Returns what the sensors deliver at a time of the mission, seconds.
+    /// Returns the sensor data at a time of the mission, seconds.
     fn sense(&mut self, time_s: f64) -> SensorData;
 
-    /// Returns the truth at the time of the last [`Robot::sense`]. None: the loop takes its own estimate of the pose, the
-    /// measured motion and the map for it.
+    /// Returns the truth at the time of the last [`Robot::sense`]. None: the loop uses its own estimate of the pose, the
+    /// measured motion and the map instead.
     fn ground_truth(&self) -> Option<GroundTruth> {
         None
     }

@@ -13,12 +13,12 @@ use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
 use crate::runtime::{Config, GroundTruth, OdometryReading, Robot, SensorData};
 use crate::settings::require;
 
-/// A simulated tracked base, whose time passes only in [`SimBase::step`].
+/// A simulated tracked base. Its time passes only in [`SimBase::step`].
 ///
 /// A command is clamped to the speed limits and acts after a delay. The controller follows it by a ramp within the
 /// acceleration limits and converts the ramp to belt speeds with its calibrated track width; each motor follows with a
-/// first-order lag. For the controller, speed and turn rate thus never change faster than the limits. Only at a
-/// reversal does the deceleration limit, instead of the lower acceleration limit, hold for a few lags longer.
+/// first-order lag. By the controller's model, speed and turn rate never change faster than the limits. After a
+/// reversal, the deceleration limit applies for a few lags longer, instead of the lower acceleration limit.
 /// [`Slip`](super::Slip) determines the motion of the base from that of its belts.
 #[derive(Clone, Debug)]
 pub struct SimBase {
@@ -123,7 +123,7 @@ impl SimBase {
         self.odometry.reading()
     }
 
-    /// Takes a command, which acts after the delay. The speed limits bring it to the nearest that the base can do.
+    /// Takes a command, which acts after the delay. It is clamped to the speed limits.
     ///
     /// # Errors
     /// [`BaseError::NotFinite`].
@@ -228,7 +228,7 @@ impl Robot for SimBase {
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
-        // The control loop sends finite commands only, and no others are refused.
+        // The control loop sends only finite commands, and the base rejects no finite command.
         let sent = self.send(command);
         debug_assert!(sent.is_ok());
         self.step(period_s);

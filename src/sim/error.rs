@@ -84,12 +84,12 @@ pub enum SimError {
         /// The key.
         key: &'static str,
     },
-    /// A moving obstacle has two keys that exclude each other.
+    /// A moving obstacle has two mutually exclusive keys.
     #[error("{key} and {other} exclude each other: leave one of them out")]
     ConflictingKeys {
-        /// One.
+        /// One of the keys.
         key: &'static str,
-        /// The other.
+        /// The other key.
         other: &'static str,
     },
     /// A point of a moving obstacle is outside the map.

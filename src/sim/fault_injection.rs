@@ -6,14 +6,14 @@ use crate::geometry::Pose;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FaultInjection {
-    /// The robot is carried to another pose of the map; its odometry does not notice.
+    /// The robot is moved to another pose of the map; its odometry does not measure this.
     Kidnapped {
         /// Time of the fault, seconds.
         at_s: f64,
         /// The new pose.
         to: Pose,
     },
-    /// The lidar sees nothing within its range, as through a fogged window.
+    /// The lidar measures no surface within its range, as behind a fogged window.
     LidarOccluded {
         /// Begin, seconds.
         from_s: f64,
@@ -29,7 +29,7 @@ pub enum FaultInjection {
     },
 }
 
-/// Transforms the pose that a base has by itself into the map, after all kidnappings so far.
+/// Transforms a base's own pose into the map, after all kidnappings so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Kidnapping {
     /// The pose of the base's own frame in the map.
@@ -60,7 +60,7 @@ impl Kidnapping {
     }
 }
 
-/// Returns what the faults leave of a range that was measured at a time, seconds.
+/// Returns a range that was measured at a time, seconds, as the faults change it.
 pub(super) fn degraded_range(faults: &[FaultInjection], time_s: f64, range: f64) -> f64 {
     let mut range = range;
     for fault in faults {

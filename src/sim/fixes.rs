@@ -1,4 +1,4 @@
-//! Fixes: poses in the map, as a scan matcher or a total station gives them, that correct the drift of odometry.
+//! Position fixes that correct the drift of odometry: poses in the map, as from a scan matcher or a total station.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -8,7 +8,7 @@ use super::{Fixes, SimError};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::{PoseFilter, PoseMeasurement};
 
-/// Smallest standard deviation that a filter is given, metres and radians: it must not divide by zero.
+/// Smallest standard deviation in the filter, metres and radians: it must not divide by zero.
 const MIN_SIGMA: f64 = 1e-6;
 
 /// The fixes of one run.
@@ -36,10 +36,10 @@ impl FixSource {
 
     /// Returns the fix at a time, seconds, of a robot at a true pose, if there is one; its yaw is in (-pi, pi].
     ///
-    /// Times must ascend from call to call. One fix is due at each multiple of the period. Where several fell due since the
-    /// last call, there is at most one fix, the newest.
+    /// Times must ascend from call to call. One fix is due at each multiple of the period. If several became due since the
+    /// last call, only the newest counts.
     pub fn fix(&mut self, time_s: f64, truth: &Pose) -> Option<Pose> {
-        // A time that is a multiple of the period except for its rounding counts as one.
+        // A time that is a multiple of the period to rounding counts as one.
         let due = (time_s * self.fixes.rate_hz + 1e-6).floor();
         if self.fixes.rate_hz <= 0.0 || due < self.next || !due.is_finite() {
             return None;

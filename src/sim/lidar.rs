@@ -23,11 +23,11 @@ pub struct LidarReturn {
 impl Lidar {
     /// Returns a scan at a finite pose. A beam ends at the first obstacle; its range is zero where the lidar is inside
     /// one. A beam without a hit within range reads infinite. A dropped beam, and one with a hit nearer than the
-    /// shortest range, reads NaN and makes nothing visible. (REP-117 has minus infinity for the latter; real scanners
-    /// give zero, NaN or an error code.)
+    /// shortest range, reads NaN and makes no obstacle visible. (For a hit that is too near, REP-117 has minus infinity;
+    /// real scanners give zero, NaN or an error code.)
     ///
     /// Noise is normal, independent for each beam and clamped to the shortest and longest range; visibility does not
-    /// depend on it. Without noise and dropouts nothing is drawn from the generator.
+    /// depend on it. Without noise and dropouts the scan uses no random numbers.
     #[must_use]
     pub fn scan(&self, world: &World, pose: &Pose, rng: &mut Pcg64Mcg) -> LidarReturn {
         self.scan_from(world, |_| *pose, rng)

@@ -73,7 +73,7 @@ impl MineMapBuilder {
         });
     }
 
-    /// Adds props, 0.2 m square, along a line at equal distances of about `spacing_m`.
+    /// Adds square props with sides of 0.2 m along a line, at equal distances of about `spacing_m`.
     pub(super) fn props(&mut self, from: [f64; 2], to: [f64; 2], spacing_m: f64) {
         let (from, to) = (Point::from(from), Point::from(to));
         let count = ((to - from).norm() / spacing_m).round().max(1.0);

@@ -5,7 +5,7 @@ use crate::geometry::Pose;
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 
-/// Gap to the robot, metres, that a yielding obstacle keeps: it takes no step that ends nearer than this and nearer
+/// Gap that a yielding obstacle leaves to the robot, metres. It takes no step that ends both nearer than this and nearer
 /// than before.
 pub const YIELD_GAP_M: f64 = 0.3;
 
@@ -34,7 +34,7 @@ impl MovingObstacles {
         self.moving.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no obstacles.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.moving.is_empty()
@@ -53,19 +53,19 @@ impl MovingObstacles {
         }
     }
 
-    /// Radius of each, metres.
+    /// Radius of each obstacle, metres.
     #[must_use]
     pub fn radii(&self) -> Vec<f64> {
         self.moving.iter().map(MovingObstacle::radius_m).collect()
     }
 
-    /// Position and velocity of each; none for one that has not yet appeared.
+    /// Position and velocity of each obstacle; none for one that has not yet appeared.
     #[must_use]
     pub fn states(&self) -> Vec<Option<MovingDisc>> {
         self.moving.iter().map(MovingObstacle::disc).collect()
     }
 
-    /// Positions and velocities of those that have appeared, in order.
+    /// Positions and velocities of the obstacles that have appeared, in order.
     #[must_use]
     pub fn discs(&self) -> Vec<MovingDisc> {
         self.moving

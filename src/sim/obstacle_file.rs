@@ -62,8 +62,8 @@ impl MovingObstacles {
     ///   see [`TimedPath`].
     ///
     /// `yields` is true for an obstacle that yields to the robot (default: true except for a timed path).
-    /// `appears_at_s` or `appears_within_m` of the robot is when it appears (default: at the start). All points must
-    /// lie in the map; they are not checked for obstacles.
+    /// `appears_at_s` is the time at which it appears, `appears_within_m` its distance from the robot then (default: it is
+    /// present from the start). All points must be inside the map; they are not checked for obstacles.
     ///
     /// # Errors
     /// [`SimError::InvalidObstacleFile`], or [`SimError::InvalidObstacle`] for the first invalid obstacle.

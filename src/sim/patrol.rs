@@ -1,4 +1,4 @@
-//! Motion along a route and back.
+//! Motion back and forth along a route.
 
 use crate::geometry::{Point, Vector};
 use crate::global::Path;

@@ -18,10 +18,10 @@ use crate::runtime::Config;
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
 
-/// Distance of walks from the points to keep clear, metres.
+/// Smallest distance of walks from the points to keep clear, metres.
 const KEEP_CLEAR_M: f64 = 5.0;
 
-/// Attempts to find a walk for each pedestrian; after half of them it may be on any part of the path.
+/// Attempts to find a walk for each pedestrian; after half of them the walk may be on any part of the path.
 const ATTEMPTS: usize = 64;
 
 /// Deviations of a crossing walk from perpendicular to the path, radians, in the order of the attempts.
@@ -92,10 +92,10 @@ impl PedestrianSpawner {
         self.spawn(&obstacles, plan.smoothed.points(), &[start, goal])
     }
 
-    /// Spawns pedestrians along a path. Each crosses the roadway there or follows it, on a walk of 4 to 12 m over free ground.
+    /// Spawns pedestrians along a path. Each crosses or follows the roadway, on a walk of 4 to 12 m over free ground.
     ///
-    /// No walk comes within 5 m of the points to keep clear, such as the robot's start and goal; on a path shorter than 20 m
-    /// within a quarter of its length.
+    /// No walk comes within 5 m of the points to keep clear, such as the robot's start and goal. On a path shorter than 20 m
+    /// the limit is a quarter of its length.
     ///
     /// # Errors
     /// [`SimError::Setting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where there is

@@ -75,7 +75,7 @@ impl RandomWaypoint {
         }
     }
 
-    /// Chooses another waypoint; keeps the route if there is none, as on a corner of a cell that is not free.
+    /// Chooses another waypoint; the route stays the same if there is none, as at a corner of a cell that is not free.
     pub(super) fn choose(&mut self) {
         let here = self.center();
         if let Some(walk) =

@@ -5,8 +5,8 @@ use core::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// The streams of random numbers of a run. They are independent, so that a change of one leaves the others unchanged;
-/// the values are arbitrary.
+/// The streams of random numbers of a run. They are independent: a change of one leaves the others unchanged. The values
+/// are arbitrary.
 #[derive(Clone, Copy)]
 #[repr(u64)]
 pub(super) enum RngStream {

@@ -13,7 +13,7 @@ use crate::map::{Cell, FreeSpace};
 /// The four neighbours of a cell.
 const STEPS: [(i32, i32); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
-/// Smallest distance to the next random waypoint, metres: a shorter one would look like trembling.
+/// Smallest distance to the next random waypoint, metres: shorter routes would look like jitter.
 const MIN_ROAM_M: f64 = 1.0;
 
 /// The cell is not reached.
@@ -52,9 +52,9 @@ pub(super) fn winding_route(
     Some(reached.route_to(end))
 }
 
-/// Draws a route from a free point to a cell that is reachable within a disc around home, radius in metres, and at
-/// least [`MIN_ROAM_M`] away or, without such a cell, anywhere; none if no cell is reachable. Its legs are straight
-/// over free cells.
+/// Draws a route from a free point to a cell that is reachable within a disc around home, radius in metres. The cell is
+/// at least [`MIN_ROAM_M`] away if there is such a cell. None if no cell is reachable. The legs of the route are
+/// straight over free cells.
 pub(super) fn roaming_route(
     free: &FreeSpace,
     place: &Point,

@@ -66,7 +66,7 @@ pub fn roadway() -> Scene {
     }
 }
 
-/// Rooms and pillars: nine pillars in a chequer of crossings, 24 by 24 m.
+/// Room-and-pillar workings: nine pillars with crossings between them, 24 by 24 m.
 #[must_use]
 pub fn crossing() -> Scene {
     let mut mine = MineMapBuilder::solid(24.0, 24.0, 2);

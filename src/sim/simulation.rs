@@ -17,7 +17,7 @@ use crate::runtime::{
     SensorData, run_mission,
 };
 
-/// A mission, and the world that it takes place in.
+/// A mission and its world.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     /// The mission.
@@ -59,8 +59,9 @@ impl Simulation {
         self.run_with(&mut base, config, engine, observer)
     }
 
-    /// Runs the mission with another base, real or simulated, which stands at the mission's start. Its lidar and its
-    /// positioning are not used: both are simulated around its true pose, which is its odometry where it knows no truth.
+    /// Runs the mission with another base, real or simulated, which stands at the mission's start. Its own lidar and
+    /// positioning are not used: both are simulated at its true pose. A base without a true pose counts as being at the pose
+    /// of its odometry.
     ///
     /// # Errors
     /// As [`run_mission`].

@@ -53,7 +53,7 @@ pub fn barn_config(max_speed: f64) -> Config {
             ..SimulationSettings::default()
         },
         local: LocalSettings {
-            // The challenge's baseline decides 20 times a second.
+            // The challenge's baseline makes 20 decisions per second.
             control_period_s: 0.05,
             // It reaches just over a metre at these speeds, about as far as the key node: with a key node nearer than the
             // horizon's end, trajectories that end near it are slow.
@@ -66,7 +66,7 @@ pub fn barn_config(max_speed: f64) -> Config {
             // The paper's rule, v^2 <= 2 dist a: it slows down next to obstacles, not only in front of them. With `arc` three
             // runs of ten touched something: it brakes at the last moment, and the base brakes later than commanded.
             stopping: Stopping::Clearance,
-            // Chosen by hand; in the study in the README the paper's weights reach as many goals, 2 % sooner.
+            // Chosen by hand. In the density study the paper's weights reach as many goals, 2 % sooner.
             weights: Weights {
                 heading: 0.05,
                 clearance: 0.1,
@@ -78,7 +78,7 @@ pub fn barn_config(max_speed: f64) -> Config {
         navigator: NavigatorSettings {
             // The run ends 1 m from the true goal, so the robot continues when its estimated pose is there.
             xy_goal_tolerance: 0.25,
-            // The paths of the benchmark keep 0.375 m to the cylinders, the circle about the robot needs 0.32 m.
+            // The paths of the benchmark are 0.375 m from the cylinders; the circle around the robot needs 0.32 m.
             safety_margin_m: 0.01,
             comfort_margin_m: 0.15,
             // Among cylinders each new detection matters at once.

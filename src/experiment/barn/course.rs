@@ -9,7 +9,7 @@ use crate::navigator::Goal;
 use crate::runtime::Mission;
 use crate::sim::Simulation;
 
-/// Start and goal of a run, and when it ends.
+/// Start, goal and end conditions of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course {
     /// Where the robot starts, standing.

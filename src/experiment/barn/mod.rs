@@ -1,8 +1,8 @@
 //! The BARN worlds (Perille et al. 2020: Benchmark Autonomous Robot Navigation), driven in a closed loop by the rules of
-//! the BARN Challenge: to a goal ten metres ahead, through a field of cylinders that no map shows and only the laser sees.
+//! the BARN Challenge. The goal is ten metres ahead, behind a field of cylinders that only the laser shows and no map.
 //!
-//! The rules are BARN's, the simulator is not. The published figures in the worlds' file were measured in Gazebo, whose
-//! physics, delays and contacts this simulator does not have.
+//! The rules are BARN's, but the simulator is not. The published figures in the worlds' file were measured in Gazebo. This
+//! simulator does not have Gazebo's physics, delays and contacts.
 
 mod config;
 mod course;

@@ -8,7 +8,7 @@ use super::{BarnWorld, Published};
 use crate::experiment::group::mean;
 use crate::experiment::{Group, RunRow};
 
-/// All runs, and those in worlds with published figures next to these.
+/// Figures of all runs, and those of the worlds with published figures next to the published ones.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct BarnSummary {
     /// All runs.
@@ -75,7 +75,7 @@ impl OverWorlds {
     /// The means of rows.
     #[must_use]
     pub fn of(rows: &[&RunRow]) -> Self {
-        // By number, as the worlds are listed.
+        // The worlds are in the order of their numbers, as listed.
         let mut by_world: BTreeMap<(usize, &str), Vec<&RunRow>> = BTreeMap::new();
         for row in rows {
             let world = row.world.as_str();

@@ -93,7 +93,7 @@ fn fields(line: &str) -> Vec<String> {
 }
 
 impl TableRow<'_> {
-    /// A number that satisfies `fits`.
+    /// Returns a number that satisfies `fits`.
     pub fn real(
         &self,
         column: Column,
@@ -106,7 +106,7 @@ impl TableRow<'_> {
             .ok_or_else(|| self.bad(column, expected))
     }
 
-    /// A number that satisfies `fits`; none for an empty field.
+    /// Returns a number that satisfies `fits`; none for an empty field.
     pub fn optional_real(
         &self,
         column: Column,
@@ -119,7 +119,7 @@ impl TableRow<'_> {
         self.real(column, expected, fits).map(Some)
     }
 
-    /// A whole number.
+    /// Returns a whole number.
     pub fn whole(&self, column: Column) -> Result<u32, BarnError> {
         let whole = "a whole number, 0 to 4294967295";
         let number = self.text(column).parse();

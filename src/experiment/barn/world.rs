@@ -17,7 +17,7 @@ pub struct BarnWorld {
     pub course: Course,
     /// Time that the benchmark's path takes at 2 m/s, seconds.
     pub optimal_time_s: f64,
-    /// Whether it is one of the 50 that the challenge is scored on.
+    /// Whether it is one of the 50 worlds that the challenge scores.
     pub official: bool,
     /// Figures of the challenge's baseline, where they are listed.
     pub published: Option<Published>,
@@ -41,7 +41,7 @@ const OPTIMAL_SPEED: f64 = 2.0;
 /// Tolerance of a listed time, seconds: lengths are rounded to 1 mm, times to 0.1 ms.
 const LISTED_S: f64 = 6e-4;
 
-/// Reads the worlds that a folder lists, or those of the given numbers, in the order of their numbers.
+/// Reads the worlds that a folder lists, or those with the given numbers, in the order of their numbers.
 ///
 /// # Errors
 /// When a file is missing or a field does not fit its column; the message names the file and the line.

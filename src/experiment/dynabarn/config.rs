@@ -18,7 +18,7 @@ pub fn dynabarn_config() -> Config {
     Config {
         robot: RobotConfig {
             limits: Limits {
-                // It evades backwards what comes from ahead.
+                // It evades backwards from obstacles that come from ahead.
                 min_vel_x: -MAX_SPEED,
                 max_vel_theta: MAX_TURN_RATE,
                 ..standing.robot.limits
@@ -41,7 +41,7 @@ pub fn dynabarn_config() -> Config {
             ..standing.local
         },
         navigator: NavigatorSettings {
-            // Small, since it excludes samples: the clearance weight asks for more distance.
+            // Small, since it excludes samples; the clearance weight gives more distance.
             moving_margin_m: 0.15,
             passing_margin_m: 0.05,
             // A slow robot next to a cylinder at 1.9 m/s is hit.
@@ -49,7 +49,7 @@ pub fn dynabarn_config() -> Config {
             comfort_margin_m: 0.3,
             lookahead_m: 4.0,
             min_lookahead_m: 1.0,
-            // Almost never: a robot that turns in place stands, and a standing robot is hit.
+            // The robot almost never turns in place: it would stand, and a standing robot is hit.
             rotate_in_place_from: 2.8,
             // The cylinders do not yield: a robot that stands in front of them is hit.
             features: NavigatorFeatures {

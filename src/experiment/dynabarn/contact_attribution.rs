@@ -38,11 +38,11 @@ const TRIED: u32 = 15;
 const STEP_S: f64 = 0.01;
 
 impl ContactAttribution<'_> {
-    /// The latest of these states, in the order of time, that is early enough to avoid a contact from; the first where all
-    /// are later.
+    /// Returns the latest of these states, in order of time, that is early enough to avoid a contact; the first if all are
+    /// too late.
     #[must_use]
     pub fn before<'s>(states: &'s [State], contact: &State) -> Option<&'s State> {
-        // A tick's time is a sum with its rounding.
+        // A tick's time is a sum and has a rounding error.
         let latest_s = contact.time_s - HINDSIGHT_S + 1e-9;
         let early = states.partition_point(|state| state.time_s <= latest_s);
         states.get(early.saturating_sub(1))
@@ -67,7 +67,7 @@ impl ContactAttribution<'_> {
         }
     }
 
-    /// Speed at which the robot's own motion closes the gap to what it touches, m/s; of several the highest.
+    /// Highest speed at which the robot's own motion closes the gap to an obstacle that it touches, m/s.
     fn closing_m_s(&self, contact: &State) -> f64 {
         let robot = contact.pose.position();
         let heading = contact.pose.isometry().rotation * Vector::new(1.0, 0.0);

@@ -2,11 +2,11 @@
 //! contacts between them and the robot.
 //!
 //! The cylinders ignore the robot, so it cannot avoid every contact. A plain success rate counts all contacts;
-//! [`ContactAttribution`] tells which ones the robot caused or could have avoided.
+//! [`ContactAttribution`] finds those that the robot caused or could have avoided.
 //!
-//! The simulator is not Gazebo, in which others measure: it has no physics and no message delays. The cylinders move as in
-//! Gazebo: time runs linearly between keyframes, the position on a Catmull-Rom spline (`PoseAnimation` of
-//! `gazebosim/gazebo-classic`, `Spline` of `gazebosim/gz-math`, whose tension is zero by default).
+//! Published results were measured in Gazebo; this simulator has no physics and no message delays. The cylinders move as
+//! in Gazebo, on a Catmull-Rom spline with time linear between keyframes (`PoseAnimation` of `gazebosim/gazebo-classic`,
+//! `Spline` of `gazebosim/gz-math`; its tension is zero by default).
 
 mod config;
 mod contact_attribution;

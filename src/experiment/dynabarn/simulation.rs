@@ -64,7 +64,7 @@ impl DynaBarnWorld {
         let contact = state(last);
         let is_touched = |disc: &MovingDisc| {
             let gap_m = footprint.gap_to_disc_m(&last.pose, &disc.center(), disc.radius);
-            // The simulator's clock is a sum over many ticks, with its rounding.
+            // The simulator's clock is a sum over many ticks and has a rounding error.
             gap_m <= 1e-6
         };
         let before = ContactAttribution::before(&states, &contact);

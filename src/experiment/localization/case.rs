@@ -12,7 +12,7 @@ pub enum LocalizationCase {
     People,
     /// A tour with a map of twice the world's cell size.
     CoarseMap,
-    /// Along a straight smooth roadway of 120 m, whose walls do not show the position along it.
+    /// Along a straight smooth roadway of 120 m. Its walls do not show the position along it.
     Smooth,
     /// The robot is moved two metres back while it drives.
     Kidnapped,
@@ -29,7 +29,7 @@ pub enum LocalizationCase {
 }
 
 impl LocalizationCase {
-    /// All of them.
+    /// All cases.
     pub const ALL: [Self; 10] = [
         Self::Tour,
         Self::People,

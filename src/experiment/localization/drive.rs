@@ -22,7 +22,7 @@ use crate::sim::{
 /// Length and width of the smooth roadways, metres.
 const ROADWAY_M: (f64, f64) = (120.0, 3.0);
 
-/// For a place to move the robot to: free radius, metres, smallest distance from the start, metres, and number of attempts.
+/// Search for a pose to move the robot to: free radius, metres, smallest distance from the start, metres, and attempts.
 const FREE_RADIUS_M: f64 = 1.1;
 const AWAY_M: f64 = 20.0;
 const TRIES: usize = 100_000;
@@ -37,9 +37,9 @@ pub struct LocalizationPlan {
     pub name: String,
     /// The map, which is the world.
     pub map: Arc<OccupancyGrid>,
-    /// Where drives start.
+    /// Start of the drives.
     pub start: Pose,
-    /// Where they turn back.
+    /// Point at which the drives turn back.
     pub goal: Point,
     /// Settings of all drives; the pose always comes from scans.
     pub config: Config,

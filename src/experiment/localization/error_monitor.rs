@@ -69,7 +69,7 @@ impl ErrorMonitor {
                     row.lost_after_s = Some(now_s - self.fault_s);
                 }
             }
-            // Before the next scan the robot cannot know: no error.
+            // The robot cannot detect the fault before the next scan, so there is no error.
             _ if is_undetected => {}
             LocalizationStatus::Tracking | LocalizationStatus::Uncertain => {
                 row.uncertain_ticks += u64::from(fix.status == LocalizationStatus::Uncertain);
@@ -89,7 +89,7 @@ impl ErrorMonitor {
                 self.known_ticks += 1;
             }
         }
-        // The jump at the tick of the fault is no distance driven.
+        // The jump at the tick of the fault does not count as distance driven.
         if let Some(before) = self.before.filter(|_| now_s > self.fault_s + 0.15) {
             self.driven_m += (truth.position() - before.position()).norm();
         }

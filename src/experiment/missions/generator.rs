@@ -55,7 +55,7 @@ impl MissionSite {
         let path = &plan.smoothed;
         let yaw = |rng: &mut Pcg64Mcg| rng.random_range(-PI..PI);
         let (start_yaw, goal_yaw) = (yaw(&mut rng), yaw(&mut rng));
-        // All random numbers are drawn whatever the rules, so that a seed has the same ends and obstacles under other rules.
+        // All random numbers are drawn under any rules: a seed has the same ends and obstacles under other rules.
         let mut own = Pcg64Mcg::seed_from_u64(rng.random());
         let is_wrong = own.random::<f64>() < rules.unmapped_share;
         let (truth, unmapped) = if is_wrong {

@@ -13,7 +13,7 @@ pub struct Rules {
     pub longest_m: f64,
     /// Largest number of moving obstacles; all numbers from zero on are equally likely.
     pub most_people: usize,
-    /// Share of missions, 0 to 1, with one or two obstacles on the path that the map does not show. They leave a path.
+    /// Share of missions, 0 to 1, with one or two obstacles on the path that the map does not show. Another path remains.
     pub unmapped_share: f64,
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::runtime::Config;
 
-/// A map, and the places for the robot's origin on it.
+/// A map, and its free cells for the robot's origin.
 #[derive(Clone, Debug)]
 pub struct MissionSite {
     /// Its name in rows and messages.
@@ -14,7 +14,7 @@ pub struct MissionSite {
     pub map: Arc<OccupancyGrid>,
     /// Its obstacles.
     pub obstacles: ObstacleGrid,
-    /// Cells where the robot's origin keeps the least distance of a global path to every obstacle.
+    /// Cells at least as far from every obstacle as a global path must be.
     pub free: FreeSpace,
     /// Indices of the free cells that are not at the map's border, ascending.
     pub(super) free_cells: Vec<usize>,
@@ -28,7 +28,7 @@ impl MissionSite {
         let planner = config.route_planner(map.frame().resolution_m);
         let free = FreeSpace::new(&obstacles, planner.least_radius_m());
         let frame = *free.frame();
-        // Outside the map everything is an obstacle to a robot, but not to `FreeSpace`.
+        // Everything outside the map is an obstacle for a robot, but not for `FreeSpace`.
         let rim = (planner.least_radius_m() / frame.resolution_m).ceil() as i32;
         let is_inner = |cell: Cell| {
             (rim..frame.width - rim).contains(&cell.column)

@@ -1,4 +1,4 @@
-//! `MovingObstacle` obstacles of a mission.
+//! Moving obstacles of a mission.
 
 use core::ops::RangeInclusive;
 
@@ -40,7 +40,7 @@ impl TrafficKind {
     }
 }
 
-/// Of four missions with moving obstacles, one has non-yielding and one has appearing ones.
+/// One of four missions with moving obstacles has non-yielding ones, and one has appearing ones.
 const KINDS: [TrafficKind; 4] = [
     TrafficKind::Yielding,
     TrafficKind::Yielding,
@@ -50,9 +50,9 @@ const KINDS: [TrafficKind; 4] = [
 /// Distance of the robot's origin at which an obstacle appears, metres: from just outside the robot's margins to the range
 /// that it sees ahead.
 const APPEARS_WITHIN_M: RangeInclusive<f64> = 2.0..=5.0;
-/// Radius in which it wanders, metres.
+/// Largest distance of its random waypoints from its start, metres.
 const WANDER_M: f64 = 3.0;
-/// Smallest distance of its place along the path from either end, metres: the robot cannot park at an end that is never
+/// Smallest distance of its start from either end along the path, metres: the robot cannot park at an end that is never
 /// clear.
 const FROM_ENDS_M: f64 = 5.0;
 
@@ -64,7 +64,7 @@ pub(super) fn traffic(
     path: &Path,
     rng: &mut Pcg64Mcg,
 ) -> (TrafficKind, MovingObstacles) {
-    // All random numbers are drawn in any case, so that a change of one rule does not change the rest of the mission.
+    // All random numbers are drawn in any case: a change of one rule does not change the rest of the mission.
     let count = rng.random_range(0..=rules.most_people);
     let kind = KINDS[rng.random_range(0..KINDS.len())];
     let seed: u64 = rng.random();
@@ -119,7 +119,7 @@ fn appearing(
         let seed = rng.random();
         let one =
             MovingObstacle::random_waypoint(people.radius_m, speed, place, WANDER_M, ground, seed);
-        // A place too narrow to wander from has no obstacle.
+        // A point without room for a random route gets no obstacle.
         moving.extend(one.and_then(|one| one.spawned_by(appears)).ok());
     }
     MovingObstacles::new(moving)

@@ -16,7 +16,7 @@ const HALF_M: RangeInclusive<f64> = 0.15..=0.35;
 const OFFSET_M: f64 = 0.5;
 /// Smallest distance along the path from either end, metres.
 const FROM_ENDS_M: f64 = 2.0;
-/// Attempts to find a place that leaves a path.
+/// Attempts to find a position that leaves a path.
 const ATTEMPTS: usize = 12;
 
 /// Adds one or two boxes or pillars on a path, and returns the obstacles and how many were added. After each addition the

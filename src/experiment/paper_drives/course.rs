@@ -28,7 +28,7 @@ pub struct Course {
     pub title: String,
     /// The map.
     pub map: Arc<OccupancyGrid>,
-    /// Where the robot starts, standing.
+    /// Pose at the start, where the robot stands still.
     pub start: Pose,
     /// The goal.
     pub goal: Goal,

@@ -67,7 +67,7 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
     )
 }
 
-/// How many drives differ; identical drives add no evidence.
+/// States the number of distinct drives; identical drives add no evidence.
 fn distinct_traces(rows: &[DriveRun]) -> Option<String> {
     let digests: BTreeSet<&str> = rows.iter().map(|run| run.trace_digest.as_str()).collect();
     (digests.len() < rows.len()).then(|| {
@@ -114,7 +114,7 @@ fn accuracy(subject: &str, summary: &DriveSummary, found: &Spread, paper: &Sprea
     )
 }
 
-/// A ratio, rounded down: it must not look better than it is.
+/// A ratio as text, rounded down: it must not look better than it is.
 fn times_smaller(ours: f64, theirs: f64) -> String {
     let ratio = theirs / ours;
     if ratio < TARGET_RATIO {

@@ -132,7 +132,7 @@ impl DriveRun {
         self.outcome == RunOutcome::Contact
     }
 
-    /// Whether the robot moved at the end. A standing robot was touched by someone else.
+    /// Whether the robot moved at the end. If it stood, the other one moved.
     #[must_use]
     pub const fn was_moving(&self) -> bool {
         self.final_speed_m_s >= STANDS_BELOW

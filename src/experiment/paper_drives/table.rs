@@ -157,8 +157,8 @@ impl DriveSummary {
 }
 
 impl DriveTable {
-    /// Drives that touched something or did not arrive, a sentence each. A standing robot cannot prevent contact with people
-    /// who do not yield: that is a finding, not a fault.
+    /// Drives with contact or without arrival, a sentence each. A standing robot cannot prevent contact with people who do
+    /// not yield: that is a finding, not a fault.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let was_hit_standing = |run: &DriveRun| {
