@@ -1,12 +1,14 @@
 //! Arguments of `inbye base`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use inbye::base::{Protocol, ScheduledFault};
+use inbye::runtime::hardware::SerialLine;
 
 use super::arguments::{Place, duration, length, number, whole};
-use super::value_parsers;
+use super::{config, value_parsers};
 
 /// Largest speed accepted, m/s and rad/s; the base's own limits apply in any case.
 const MAX_SPEED: f64 = 100.0;
@@ -144,4 +146,26 @@ pub struct MonitorArguments {
 fn speed(text: &str) -> Result<f64, String> {
     let is_valid = |speed: f64| speed.abs() <= MAX_SPEED;
     number(text, is_valid, "m/s or rad/s, -100 to 100")
+}
+
+/// Time between polls of a supervisor.
+pub const POLL_PERIOD: Duration = Duration::from_millis(20);
+
+/// Returns the base that the arguments name.
+pub fn line_of(arguments: &LineArguments) -> anyhow::Result<SerialLine> {
+    let kind = &arguments.kind;
+    load_line(&arguments.port, kind.protocol, kind.base_config.as_deref())
+}
+
+/// Returns a base with the settings of a file, or with the default ones.
+pub fn load_line(
+    port: &str,
+    protocol: Protocol,
+    file: Option<&Path>,
+) -> anyhow::Result<SerialLine> {
+    Ok(SerialLine {
+        port: port.to_owned(),
+        protocol,
+        config: config::load_base("--base-config", file)?,
+    })
 }

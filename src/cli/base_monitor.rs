@@ -7,14 +7,14 @@ use anyhow::Context;
 use serde_json::json;
 
 use super::base_arguments::MonitorArguments;
-use super::{base_line, base_text, output, process};
+use super::{base_arguments, base_text, output, process};
 
 /// Time between lines.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Prints a base's reports. Returns false if the base is silent at the end.
 pub fn run(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool> {
-    let line = base_line::from_arguments(&arguments.line)?;
+    let line = base_arguments::line_of(&arguments.line)?;
     let supervisor = line
         .supervise(process::interrupt_flag()?)
         .context("--port")?;

@@ -8,9 +8,9 @@ use inbye::geometry::Twist;
 use inbye::runtime::hardware::stop_cause;
 use serde_json::json;
 
+use super::base_arguments::POLL_PERIOD;
 use super::base_arguments::SendArguments;
-use super::base_line::POLL_PERIOD;
-use super::{base_line, base_text, output, process};
+use super::{base_arguments, base_text, output, process};
 
 /// Speed below which a base stands, m/s and rad/s.
 const STANDSTILL: f64 = 0.01;
@@ -20,7 +20,7 @@ const SETTLING_S: f64 = 1.0;
 
 /// Commands a motion. Returns false if the base was stopped before the time was over.
 pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
-    let line = base_line::from_arguments(&arguments.line)?;
+    let line = base_arguments::line_of(&arguments.line)?;
     let supervisor = line
         .supervise(process::interrupt_flag()?)
         .context("--port")?;

@@ -11,7 +11,7 @@ use serde_json::json;
 use super::arguments::DensityArguments;
 use super::output_file::Output;
 use super::process::wall_clock;
-use super::{closed_loop, density_text, engines, output, record_file, report_file};
+use super::{closed_loop, density_text, engines, output, output_file, report_file};
 
 const TITLE: &str = "inbye: sampling density";
 const INTRO: &str = "One decision of the dynamic window with more and more samples, on every engine of this machine: its time from \
@@ -55,10 +55,10 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
     )?;
     let crossovers = crossovers(&rows);
     if let Some(table) = table {
-        record_file::write(table, &rows)?;
+        output_file::write_rows(table, &rows)?;
     }
     if let Some(losses) = losses {
-        record_file::write(losses, &quality)?;
+        output_file::write_rows(losses, &quality)?;
     }
     if let Some(chart) = chart {
         chart.write(bench_svg(&BenchReport {

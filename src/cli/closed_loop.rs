@@ -9,8 +9,8 @@ use inbye::runtime::Config;
 
 use super::grid_run::run_grid;
 use super::missions::sort;
+use super::output_file;
 use super::output_file::Output;
-use super::record_file;
 
 /// Smallest and largest number of samples: with fewer no robot arrives, with more a mission takes too long.
 const MIN_SAMPLES: usize = 64;
@@ -59,7 +59,7 @@ pub fn drive(
     let mut rows = run_grid(&grid, None, 1)?;
     sort(&mut rows);
     if let Some(record) = record {
-        record_file::write(record, &rows)?;
+        output_file::write_rows(record, &rows)?;
     }
     let mut groups = groups(&rows);
     let place = |group: &Group| {

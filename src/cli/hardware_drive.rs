@@ -11,7 +11,7 @@ use inbye::geometry::Pose;
 use inbye::runtime::hardware::{HardwareRobot, SerialLine, connect_lidar, stop_cause};
 use serde_json::{Value, json};
 
-use super::{base_line, base_text, process, report_file, value_parsers};
+use super::{base_arguments, base_text, process, report_file, value_parsers};
 
 /// The base of a drive.
 #[derive(Debug, Args)]
@@ -70,7 +70,7 @@ pub fn connect(
         return Ok(None);
     };
     let file = arguments.base_config.as_deref();
-    let line = base_line::load(port, arguments.protocol.unwrap_or_default(), file)?;
+    let line = base_arguments::load_line(port, arguments.protocol.unwrap_or_default(), file)?;
     let mut robot = line
         .connect(start, process::interrupt_flag()?)
         .context("--port")?;

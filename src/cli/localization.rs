@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::arguments::{Place, number, whole};
 use super::output_file::Output;
-use super::{config, map_file, output, record_file};
+use super::{config, map_file, output, output_file};
 
 /// Largest position and yaw errors of a tour, metres and radians.
 const WITHIN: (f64, f64) = (0.05, 0.02);
@@ -109,7 +109,7 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
     }
     bar.finish_and_clear();
     if let Some(record) = record {
-        record_file::write(record, &rows)?;
+        output_file::write_rows(record, &rows)?;
     }
     if json {
         output::json(&json!({ "rows": rows, "within": rows.iter().all(is_within) }))?;

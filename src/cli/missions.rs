@@ -14,7 +14,7 @@ use inbye::runtime::Config;
 use super::arguments::{number, whole};
 use super::grid_run::RunArguments;
 use super::output_file::Output;
-use super::{config, map_file, output, record_file};
+use super::{config, map_file, output, output_file};
 
 /// Maps, seeds and rules of missions.
 #[derive(Debug, Args)]
@@ -99,7 +99,7 @@ impl MissionsArguments {
         let mut rows = self.run.run(grid)?;
         sort(&mut rows);
         if let Some(record) = record {
-            record_file::write(record, &rows)?;
+            output_file::write_rows(record, &rows)?;
         }
         Ok(rows)
     }

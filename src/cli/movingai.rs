@@ -12,7 +12,7 @@ use serde_json::json;
 use super::arguments::MovingAiArguments;
 use super::output_file::Output;
 use super::process::wall_clock;
-use super::{output, record_file};
+use super::{output, output_file};
 
 /// Compares grid search with published optimal lengths. False when an answer was wrong.
 pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
@@ -29,7 +29,7 @@ pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
     let (maps, totals) = measure(&queries, &algorithms, arguments.passes)?;
     if let Some(record) = record {
         let rows: Vec<AlgorithmRow> = maps.iter().flat_map(|map| map.algorithms.clone()).collect();
-        record_file::write(record, &rows)?;
+        output_file::write_rows(record, &rows)?;
     }
     if json && arguments.folder.is_none() {
         output::json(&maps.first())?;

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use inbye::bench::{Columns, csv_text};
 
 /// An output file of a flag.
 pub struct Output<'a> {
@@ -58,4 +59,14 @@ impl<'a> Output<'a> {
             .write_all(content.as_ref())
             .with_context(|| format!("{} {}", self.flag, self.name.display()))
     }
+}
+
+/// Writes rows to a file, as JSON or CSV by the file's ending.
+pub fn write_rows<R: Columns>(file: Output, rows: &[R]) -> anyhow::Result<()> {
+    let text = if file.extension() == "json" {
+        serde_json::to_string_pretty(rows)? + "\n"
+    } else {
+        csv_text(rows)
+    };
+    file.write(text)
 }

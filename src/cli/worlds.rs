@@ -14,7 +14,7 @@ use super::one_run::{Files, OneRun};
 use super::output_file::Output;
 use super::process::wall_clock;
 use super::run_text::{run_name, run_text};
-use super::{engines, output, record_file, report_file};
+use super::{engines, output, output_file, report_file};
 
 /// Worlds and seeds to drive, and where results go.
 #[derive(Debug, Args)]
@@ -74,7 +74,7 @@ impl WorldsArguments {
             .run
             .run(&Grid::of_worlds(title, worlds, &setups, &seeds)?)?;
         if let Some(record) = record {
-            record_file::write(record, &rows)?;
+            output_file::write_rows(record, &rows)?;
         }
         if let Some(folder) = &self.report {
             let files = bench_files(&BenchReport {

@@ -1,9 +1,10 @@
 //! A cell: everything that its result depends on, and its key.
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::canonical::canonical;
-use super::{CellId, World};
+use super::{World, WorldKind};
 use crate::digest::BitDigest;
 use crate::runtime::Config;
 
@@ -62,4 +63,27 @@ pub(super) fn key(inputs: &Value) -> String {
     let mut hex = digest.hex();
     hex.truncate(KEY_DIGITS);
     hex
+}
+
+/// Where a cell is in the grid of its plan. Its key does not depend on these names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellId {
+    /// Kind of the world.
+    pub kind: WorldKind,
+    /// Name or number of the world.
+    pub world: String,
+    /// Name of the changes to the settings; none where the plan has none.
+    pub config: Option<String>,
+    /// Name of the weights; none where the plan has none.
+    pub weights: Option<String>,
+    /// Forward speeds.
+    pub vx_samples: u32,
+    /// Turn rates.
+    pub vtheta_samples: u32,
+    /// The engine, as the plan names it.
+    pub engine: String,
+    /// The seed.
+    pub seed: u64,
+    /// Whether the cell measures latency and so has the machine to itself.
+    pub latency: bool,
 }

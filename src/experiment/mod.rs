@@ -11,7 +11,6 @@ pub mod barn;
 mod canonical;
 mod cell;
 mod cell_file;
-mod cell_id;
 mod contact;
 pub mod dynabarn;
 mod error;
@@ -40,9 +39,8 @@ mod world;
 mod world_numbers;
 
 pub use ablation::{ABLATION_VARIANTS, AblationVariant, ablation_groups};
-pub use cell::{Cell, FORMAT};
+pub use cell::{Cell, CellId, FORMAT};
 pub use cell_file::CellFile;
-pub use cell_id::CellId;
 pub use contact::{Contact, TouchedBody, contact};
 pub use error::{ExperimentError, RunError};
 pub use grid::{Grid, Setup, sampling_setups};
