@@ -11,7 +11,7 @@ use inbye::runtime::{Config, Mission, MissionResult};
 use inbye::sim::{Scene, Simulation, scenes};
 use serde_json::json;
 
-use super::arguments::Arguments;
+use super::command::Arguments;
 use super::report_file::{self, MissionPage};
 use super::{bench, density_text, drive, engines, output};
 

@@ -10,6 +10,7 @@ mod base_send;
 mod base_text;
 mod bench;
 mod closed_loop;
+mod command;
 mod config;
 mod config_command;
 mod curvature_check;
@@ -61,9 +62,9 @@ mod verbosity;
 mod verify;
 mod worlds;
 
-pub use arguments::Arguments;
-use arguments::{BenchCommand, Command};
 use base_arguments::BaseCommand;
+pub use command::Arguments;
+use command::{BenchCommand, Command};
 
 /// The error of commands whose output is no result.
 const NO_JSON: &str = "--json: this command has no JSON output: leave the flag out";

@@ -9,7 +9,7 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
-use super::arguments::Arguments;
+use super::command::Arguments;
 use super::output;
 
 /// `inbye man`.

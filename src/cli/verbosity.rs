@@ -7,7 +7,8 @@ use env_logger::Builder;
 use env_logger::fmt::Formatter;
 use log::{Level, LevelFilter, Record};
 
-use super::arguments::GLOBAL_OPTIONS;
+/// Heading of the flags that every command has.
+pub(super) const GLOBAL_OPTIONS: &str = "Global options";
 
 /// Log target of this program, as opposed to libraries.
 const PROGRAM: &str = env!("CARGO_CRATE_NAME");
