@@ -3,7 +3,7 @@
 /// Rates of common control loops, Hz.
 pub const RATES_HZ: [f64; 3] = [20.0, 50.0, 100.0];
 
-/// Number of late decisions for each of [`RATES_HZ`], counted from the times themselves, not from percentiles.
+/// Number of late decisions for each of [`RATES_HZ`], counted from the exact times, not from percentiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Misses([usize; RATES_HZ.len()]);
 

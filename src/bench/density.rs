@@ -1,4 +1,4 @@
-//! Sampling density against latency: the same decision with more and more samples, on every engine.
+//! Latency over sampling density: the same decision with more and more samples, on every engine.
 
 use std::sync::Arc;
 
@@ -8,17 +8,17 @@ use super::roadway::{Roadway, roadway_field};
 use super::{BenchError, DensityRow, EvaluationDigest, Latencies, SkippedCell};
 use crate::local::{ClearanceField, Detail, Engine, Evaluation, QuantizedProblem};
 
-/// Densities to measure, and for how long.
+/// Densities to measure, and the time for each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityPlan {
     /// Steps of the horizon.
     pub steps: u32,
     /// Numbers of samples in ascending order, each about a square.
     pub samples: Vec<usize>,
-    /// Time to measure each engine at each density, seconds. A slow engine gets more, for 20 decisions.
+    /// Time to measure each engine at each density, seconds. A slow engine gets more time, for 20 decisions.
     pub seconds: f64,
-    /// Longest time for that, seconds: a very slow engine is timed for fewer decisions, at least 3; an engine that needs
-    /// longer even for these is not measured at higher densities.
+    /// Longest time for that, seconds. A very slow engine is timed for fewer decisions, at least 3. An engine that needs
+    /// longer for these is not measured at higher densities.
     pub max_seconds: f64,
 }
 
@@ -46,7 +46,7 @@ const WARM_UP: usize = 3;
 const MAX_DECISIONS: usize = 5000;
 /// Smallest number of decisions timed in one cell.
 const MIN_DECISIONS: usize = 20;
-/// The same for an engine so slow that [`MIN_DECISIONS`] take too long.
+/// The same for an engine that is too slow for [`MIN_DECISIONS`].
 const MIN_SLOW_DECISIONS: usize = 3;
 
 /// The measured and the skipped cells.
@@ -58,11 +58,11 @@ pub struct Density {
     pub skipped: Vec<SkippedCell>,
 }
 
-/// Measures every engine at every density, end to end: window and problem to integers, upload, evaluation, answer. The
+/// Measures every engine at every density, end to end: quantization of window and problem, upload, evaluation, answer. The
 /// answers are compared first. `done` is called after each cell, with its row or the reason why there is none.
 ///
 /// # Errors
-/// When an engine fails or its answer differs.
+/// Fails when an engine fails or its answer differs.
 pub fn measure_density(
     engines: &mut [Box<dyn Engine>],
     plan: &DensityPlan,
@@ -231,7 +231,7 @@ mod tests {
     use super::*;
     use crate::local::{CpuEngine, EngineError};
 
-    /// Answers like the CPU and advances a clock by a number of nanoseconds for each sample.
+    /// An engine that answers like the CPU and advances a clock by a number of nanoseconds for each sample.
     struct Slow {
         engine: CpuEngine,
         nanoseconds_per_sample: u64,
@@ -315,7 +315,7 @@ mod tests {
                 (row.decisions, misses)
             })
             .collect();
-        // Half a second and one more; of the slowest at least 20.
+        // Decisions for half a second and one more; for the slowest engine at least 20.
         assert_eq!(
             found,
             [(126, [0, 0, 0]), (32, [0, 0, 32]), (20, [20, 20, 20])]
@@ -354,7 +354,7 @@ mod tests {
         );
         assert_eq!(reported.len(), 6);
         assert_eq!(reported[5], "no 100000000 ns at 64");
-        // The other engine is measured at every density.
+        // The other engine is still measured at every density.
         assert_eq!(density.rows.len(), 5);
     }
 }

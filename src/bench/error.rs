@@ -10,7 +10,7 @@ use crate::map::MapError;
 /// A measurement that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum BenchError {
-    /// A time that no clock measures.
+    /// A time that is not finite or below zero.
     #[error(
         "a measured time is {seconds} s: it must be finite and not below zero; take both readings from one monotonic clock"
     )]
@@ -34,7 +34,7 @@ pub enum BenchError {
         /// Why.
         error: EngineError,
     },
-    /// An engine whose answer differs from the first engine's; its times would be meaningless.
+    /// An engine's answer differs from the first engine's; its times would be meaningless.
     #[error("{which}: {engine} gave other bits than {first}: run `inbye verify`")]
     Differs {
         /// Which problem.

@@ -14,7 +14,7 @@ pub const GOLDEN_DIGEST: &str = "3015f2d5433f8a8f24842201aa2a2422026759ef9d43cc3
 /// Evaluates the problems of the golden digest on every engine.
 ///
 /// # Errors
-/// When an engine gives no answer.
+/// Fails when an engine gives no answer.
 pub fn verify_golden(engines: &mut [Box<dyn Engine>]) -> Result<Verification, BenchError> {
     verify(engines, GOLDEN_CASES, GOLDEN_SEED, |_| {})
 }

@@ -25,7 +25,7 @@ pub struct QualityPlan {
     pub shapes: Vec<f64>,
     /// Time that the dynamic window looks ahead, seconds.
     pub windows_s: Vec<f64>,
-    /// Number of decisions, evenly along the drive: 1 to 100, all different.
+    /// Number of decisions, spread evenly along the drive: 1 to 100, all different.
     pub ticks: usize,
 }
 
@@ -37,12 +37,12 @@ pub fn grid_counts(samples: usize, shape: f64) -> (u32, u32) {
     (speeds as u32, samples.max(1).div_ceil(speeds) as u32)
 }
 
-/// Takes the decisions of a drive with each number of samples, and compares the commands with those of the densest sampling:
-/// a robot of two discs in the roadway among three people. All engines choose the same commands, so any engine serves.
-/// `done` is called after each tick.
+/// Takes the decisions of a drive with each number of samples, and compares the commands with those of the densest sampling.
+/// The robot has two discs and drives in the roadway among three people. All engines choose the same commands, so any
+/// engine serves. `done` is called after each tick.
 ///
 /// # Errors
-/// When the engine fails, or a number of samples or steps is outside its range.
+/// Fails when the engine fails, or a number of samples or steps is outside its range.
 pub fn measure_quality(
     engine: &mut dyn Engine,
     plan: &QualityPlan,
@@ -66,13 +66,13 @@ pub fn measure_quality(
         });
         let mut cells: Vec<(Grid, Losses)> = grids.map(|grid| (grid, Losses::default())).collect();
         for number in 0..plan.ticks {
-            // Evenly along the drive, whatever their number.
+            // The decisions are spread evenly along the drive for any number.
             let tick = number * TICKS / plan.ticks;
             let best = decide(densest, tick)?;
             let baseline = RegretBaseline::new(&best.header, &best.answer);
             for (counts, losses) in &mut cells {
                 let found = decide(*counts, tick)?;
-                // Without a command of the densest sampling there is no regret.
+                // There is no regret without a command of the densest sampling.
                 if let (Some(baseline), Some(best)) = (baseline, best.command) {
                     losses.add(&baseline, &best.0, found.command.as_ref());
                 }

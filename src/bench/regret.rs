@@ -7,7 +7,7 @@ use crate::local::{Evaluation, Terms};
 /// Evaluates commands with the normalisers of the densest sampling.
 ///
 /// Scores of different samplings do not compare: where terms are divided by their sums, scores shrink as samples are added.
-/// A loss is a share of the gain of the best sample over the mean admissible one in the densest sampling.
+/// Regret is a loss relative to the gain of the best sample over the mean admissible one in the densest sampling.
 #[derive(Clone, Copy, Debug)]
 pub struct RegretBaseline {
     normalizers: [Normalizer; 4],
@@ -112,7 +112,7 @@ mod tests {
         for min_max in [0, 1] {
             assert_near(baseline(min_max).regret(&terms(5, 1)), 0.0);
         }
-        // Three quarters of 5/8 less a quarter of 1/10 is the best; of the means, 1/4 each, 1/2 / 4.
+        // The best score is 3/4 of 5/8 minus 1/4 of 1/10; the score of the means, 1/4 each, is 1/2 / 4.
         let best = 0.75 * 5.0 / 8.0 - 0.25 / 10.0;
         let gain = best - 0.5 / 4.0;
         let of_two = 0.75 * 2.0 / 8.0 - 0.25 * 3.0 / 10.0;
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn regret_of_a_better_sample_is_zero() {
-        // Below the least of the densest sampling, above its greatest: no arithmetic may overflow either.
+        // Terms below the least and above the greatest of the densest sampling: the arithmetic must not overflow.
         for min_max in [0, 1] {
             assert_near(baseline(min_max).regret(&terms(6, 0)), 0.0);
             assert_near(baseline(min_max).regret(&terms((1 << 24) - 1, 0)), 0.0);

@@ -56,7 +56,7 @@ pub fn roadway_obstacles() -> ObstacleGrid {
         resolution_m: CELL_M,
         origin: Pose::default(),
     };
-    // Up to 0.3 m off the wall's line, the same for a few columns.
+    // Up to 0.3 m from the wall's line, constant over a few columns.
     let rough = |column: i32, salt: i32| ((column / 5) * 7919 + salt).rem_euclid(13) / 2;
     let blocked = (0..frame.len()).map(|index| {
         let cell = frame.cell_at(index);
@@ -81,10 +81,10 @@ pub fn roadway_field() -> Arc<ClearanceField> {
 }
 
 impl Roadway {
-    /// The problem at a tick. The robot advances with each tick, so that a hundred consecutive decisions differ.
+    /// The problem at a tick. The robot advances with each tick, so a hundred consecutive decisions differ.
     ///
     /// # Panics
-    /// When there are no discs, or more than 8.
+    /// Panics when there are no discs, or more than 8.
     #[must_use]
     pub fn problem(&self, field: &Arc<ClearanceField>, tick: usize) -> Problem {
         let along = (tick % 100) as f64 / 100.0;

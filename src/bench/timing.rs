@@ -14,7 +14,7 @@ const LONGEST_NANOSECONDS: u64 = 3_600_000_000_000;
 /// Significant decimal digits that the histogram keeps of each time.
 const DIGITS: u8 = 3;
 
-/// Recorded times. Memory does not grow with their number; each is kept to 0.1 %.
+/// Recorded times, each to 0.1 %. Memory does not grow with their number.
 #[derive(Clone, Debug)]
 pub struct Latencies {
     nanoseconds: Histogram<u64>,
@@ -53,7 +53,7 @@ impl Latencies {
     /// Adds one time in seconds. It is kept in whole nanoseconds; a time above an hour counts as an hour.
     ///
     /// # Errors
-    /// When the time is not finite or below zero; it is then not counted.
+    /// Fails when the time is not finite or below zero; it is then not counted.
     pub fn record(&mut self, seconds: f64) -> Result<(), BenchError> {
         if !(seconds.is_finite() && seconds >= 0.0) {
             return Err(BenchError::NotATime { seconds });
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn summary_has_the_percentiles_of_known_times() {
         let mut latencies = Latencies::default();
-        // Out of order, each once: 7 and 1000 have no common factor.
+        // Each value once, out of order: 7 and 1000 have no common factor.
         for index in 0..1000 {
             let microseconds = f64::from(index * 7 % 1000 + 1);
             latencies

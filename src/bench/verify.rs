@@ -43,14 +43,14 @@ impl Verification {
     }
 }
 
-/// Largest number of differences that are kept.
+/// Largest number of differences in a report.
 const SHOWN: usize = 8;
 
 /// Evaluates problems 0 to `cases` of a seed on every engine and compares all bits with the first engine's. `progress` is
 /// called after each problem with the number done.
 ///
 /// # Errors
-/// When an engine gives no answer.
+/// Fails when an engine gives no answer.
 pub fn verify(
     engines: &mut [Box<dyn Engine>],
     cases: u64,

@@ -80,7 +80,7 @@ impl Grid {
     /// settings; its error says what is wrong with them.
     ///
     /// # Errors
-    /// When a world cannot be read, changes do not fit the settings, or settings make a run depend on the wall clock.
+    /// Fails when a world cannot be read, changes do not fit the settings, or settings make a run depend on the wall clock.
     pub fn new(
         plan: &Plan,
         folder: &Path,
@@ -110,7 +110,7 @@ impl Grid {
     /// Every setup in every world with every seed. Each runs on one CPU thread; its ticks are timed while other cells run.
     ///
     /// # Errors
-    /// When settings make a run depend on the wall clock, or two worlds have one name.
+    /// Fails when settings make a run depend on the wall clock, or two worlds have one name.
     pub fn of_worlds(
         title: &str,
         worlds: &[World],

@@ -56,7 +56,7 @@ impl Manifest {
     /// Reads such a file.
     ///
     /// # Errors
-    /// When it is no manifest, or another version wrote it.
+    /// Fails when it is no manifest, or another version wrote it.
     pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, ExperimentError> {
         let read: Self =
             serde_json::from_slice(bytes).map_err(|error| ExperimentError::BadManifest {

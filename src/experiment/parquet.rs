@@ -17,7 +17,7 @@ use crate::bench::{Column, ColumnKind, Columns};
 /// the same bytes.
 ///
 /// # Errors
-/// When the writer refuses the rows.
+/// Fails when the writer refuses the rows.
 pub fn parquet_bytes<R: Columns>(rows: &[R]) -> Result<Vec<u8>, ExperimentError> {
     let reason = |error: &dyn ToString| ExperimentError::Parquet {
         reason: error.to_string(),

@@ -117,7 +117,7 @@ pub enum RecordError {
 /// The file's name is for messages.
 ///
 /// # Errors
-/// When the columns are those of no record, a row cannot be read, or there is none.
+/// Fails when the columns are those of no record, a row cannot be read, or there is none.
 pub fn read_record(bytes: &[u8], file: &Path) -> Result<Record, RecordError> {
     let lines = Lines::of(bytes, file)?;
     let has = |columns: &[&str]| {

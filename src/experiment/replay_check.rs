@@ -25,8 +25,8 @@ pub struct Comparison {
 
 /// Compares runs with the same runs on another engine. A run without a counterpart is left out.
 #[must_use]
-pub fn compare_digests(rows: &[RunRow], again: &[RunRow]) -> Vec<Comparison> {
-    let compared = again.iter().filter_map(|other| {
+pub fn compare_digests(rows: &[RunRow], others: &[RunRow]) -> Vec<Comparison> {
+    let compared = others.iter().filter_map(|other| {
         let is_same = |row: &&RunRow| {
             (&row.config, &row.world, row.seed) == (&other.config, &other.world, other.seed)
         };

@@ -52,24 +52,24 @@ impl World {
                 result: None,
             }
         };
-        let drawn = match self.simulation(seed, config) {
+        let generated = match self.simulation(seed, config) {
             Err(RunError::Simulation(SimError::Fault(fault))) => {
                 return Ok(refused(row, fault.to_string(), None));
             }
-            drawn => drawn?,
+            generated => generated?,
         };
-        let simulation = &drawn.simulation;
-        row.path_m = drawn.path_m;
-        row.traffic = drawn.traffic;
+        let simulation = &generated.simulation;
+        row.path_m = generated.path_m;
+        row.traffic = generated.traffic;
         row.obstacles = simulation.moving_obstacles.len();
-        row.unmapped = drawn.unmapped;
+        row.unmapped = generated.unmapped;
         if let WorldSource::Barn(world) = self.source.as_ref() {
             row.optimal_time_s = Some(world.optimal_time_s);
             row.score = Some(0.0);
         }
         let result = match simulation.run(config, engine, observer) {
             Err(SimError::Fault(fault)) => {
-                return Ok(refused(row, fault.to_string(), Some(drawn)));
+                return Ok(refused(row, fault.to_string(), Some(generated)));
             }
             result => result?,
         };
@@ -88,7 +88,7 @@ impl World {
         }
         Ok(Run {
             row,
-            simulation: Some(drawn),
+            simulation: Some(generated),
             result: Some(result),
         })
     }

@@ -10,7 +10,7 @@ use std::thread;
 /// of `take`, no further job starts, and the results of those in progress are dropped.
 ///
 /// # Errors
-/// The first.
+/// Returns the first error.
 pub fn run_jobs<J: Sync, R: Send, E: Send>(
     jobs: &[J],
     threads: usize,
@@ -41,7 +41,7 @@ pub fn run_jobs<J: Sync, R: Send, E: Send>(
 /// The results of all jobs in the order of the jobs.
 ///
 /// # Errors
-/// The first.
+/// Returns the first error.
 pub fn run_in_order<J: Sync, R: Send, E: Send>(
     jobs: &[J],
     threads: usize,

@@ -122,12 +122,12 @@ impl World {
             WorldSource::Route(route) => route.simulation(seed, config)?,
             WorldSource::Mission { map, rules } => {
                 let site = MissionSite::new(&self.name, OccupancyGrid::clone(map), config);
-                let drawn = site.generate(seed, rules, config)?;
+                let generated = site.generate(seed, rules, config)?;
                 return Ok(WorldSimulation {
-                    simulation: drawn.simulation,
-                    path_m: Some(drawn.path_m),
-                    traffic: Some(drawn.traffic),
-                    unmapped: drawn.unmapped,
+                    simulation: generated.simulation,
+                    path_m: Some(generated.path_m),
+                    traffic: Some(generated.traffic),
+                    unmapped: generated.unmapped,
                 });
             }
         };

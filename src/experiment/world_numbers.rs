@@ -24,7 +24,7 @@ const NAMED: usize = 5;
 /// Returns the worlds with these numbers; all, if no number is given.
 ///
 /// # Errors
-/// When one of them does not exist.
+/// Fails when one of them does not exist.
 pub(super) fn select_worlds<W>(
     worlds: &mut Vec<W>,
     number: impl Fn(&W) -> u32,

@@ -52,7 +52,7 @@ struct Section {
     /// Name of the files without their extension.
     name: &'static str,
     figures: Vec<ChartFigure>,
-    /// What follows the figures.
+    /// HTML after the figures.
     notes: Markup,
     csv: String,
     json: String,
@@ -88,7 +88,7 @@ impl Section {
         self.has_data().then(|| standalone_svg(charts, NO_LATENCY))
     }
 
-    /// The figures with links to the files. Several figures take the full width of the page.
+    /// The figures with links to the files. Several figures use the full width of the page.
     fn markup(&self) -> Markup {
         let extensions: &[&str] = if self.has_data() {
             &["csv", "json", "svg"]

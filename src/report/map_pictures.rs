@@ -13,7 +13,7 @@ use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
 use crate::runtime::Trace;
 
-/// A plan has no robot on its smoothed path, so that the path is narrower than in other maps.
+/// A plan shows no robot on its smoothed path, so the path is narrower than in other maps.
 const PLAN_STYLE: &str =
     ".smoothed { stroke: var(--path); stroke-width: 6; opacity: .6; } .pruned { stroke-width: 1; }";
 
@@ -86,7 +86,7 @@ pub struct DriveView<'a> {
     pub trace: &'a Trace,
 }
 
-/// Returns an SVG file with the map, the plan in its stages, a scale bar and a legend. It needs no page, and no more than CSS
+/// Returns an SVG file with the map, the plan in its stages, a scale bar and a legend. It needs no page, and of CSS only
 /// classes.
 #[must_use]
 pub fn plan_svg(plan: &PlanView) -> String {

@@ -12,7 +12,7 @@ use crate::runtime::TraceRow;
 const MOTION: &str = "Speed and turn rate";
 const GAP: &str = "Gap to the nearest obstacle";
 
-/// Least range of a motion axis, m/s or rad/s. It keeps rounding errors of a robot at rest small.
+/// Least range of a motion axis, m/s or rad/s. Rounding errors of a robot at rest stay small in the chart.
 const MIN_MOTION_RANGE: f64 = 0.1;
 
 /// Least range of the gap axis above contact, m.

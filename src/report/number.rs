@@ -15,7 +15,7 @@ pub(super) fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A number with three significant digits, never fewer than its whole part has; a dash where it is not finite.
+/// A number with three significant digits, or all digits of a longer whole part; a dash where it is not finite.
 pub(super) fn significant(value: f64) -> String {
     if !value.is_finite() || value == 0.0 {
         return fixed(value, 0);

@@ -119,7 +119,7 @@ fn bar_chart(
     Chart::of_rows(title, (axis, unit), bars.iter().map(row).collect(), legend)
 }
 
-/// The deviations of the drives that reached the goal, with their number within the scene, and those of the paper.
+/// The deviations of the drives that reached the goal, over their number within the scene, and those of the paper.
 fn deviations(table: &DriveTable) -> [Vec<(usize, Deviation)>; 2] {
     let scenes = table.rows.chunk_by(|a, b| a.scene == b.scene);
     let measured = scenes

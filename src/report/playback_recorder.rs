@@ -1,4 +1,4 @@
-//! Records what the player shows of each tick while the robot drives.
+//! Records the data of each tick for the player while the robot drives.
 
 use super::fault_list::FaultList;
 use crate::geometry::{Point, Pose, Twist};
@@ -145,7 +145,7 @@ impl Frame {
 }
 
 impl ThinnedScan {
-    /// Keeps the nearest return of each group of neighbouring beams.
+    /// Reduces a scan to the nearest return of each group of neighbouring beams.
     fn new(scan: &Scan) -> Self {
         let group = scan.ranges.len().div_ceil(MAX_BEAMS).max(1);
         let middle = (group - 1) as f64 / 2.0;

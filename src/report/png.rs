@@ -19,7 +19,7 @@ pub struct PngError(String);
 /// Returns an SVG picture as a PNG file of a width. Its height follows from the aspect of the picture.
 ///
 /// # Errors
-/// If the text is no SVG picture, or the image does not fit into the memory.
+/// Fails if the text is no SVG picture, or the image does not fit into the memory.
 pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, PngError> {
     let tree = Tree::from_str(svg, &options()).map_err(|error| PngError(error.to_string()))?;
     let scale = width_px as f32 / tree.size().width();

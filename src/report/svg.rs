@@ -136,8 +136,8 @@ fn with_values(style: &str, colours: &str) -> String {
     text
 }
 
-/// Removes points from a line so that no removed point is farther than the tolerance from the new line (Ramer 1972;
-/// Douglas and Peucker 1973). Both ends stay.
+/// Removes points from a line; no removed point is farther than the tolerance from the new line (Ramer 1972; Douglas and
+/// Peucker 1973). Both ends stay.
 pub(super) fn simplify(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     let Some(last) = points.len().checked_sub(1) else {
         return Vec::new();

@@ -56,7 +56,7 @@ impl RobotConfig {
     /// Checks every number except the limits'.
     ///
     /// # Errors
-    /// The first number out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         let discs = self.footprint.discs().len();
         require(

@@ -173,7 +173,7 @@ pub struct Observer<'a> {
 /// limit, or when the robot stops for good.
 ///
 /// # Errors
-/// When a setting is out of range or no path leads to a stop.
+/// Fails when a setting is out of range or no path leads to a stop.
 pub fn run_mission(
     mission: &Mission,
     config: &Config,

@@ -67,7 +67,7 @@ impl Lidar {
     /// Checks every number.
     ///
     /// # Errors
-    /// The first number out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         self.check_ranges()?;
         require(
@@ -114,7 +114,7 @@ impl DriveDynamics {
     /// Checks every number except the slip's.
     ///
     /// # Errors
-    /// The first number out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         self.check_ranges()
     }
@@ -167,7 +167,7 @@ impl Slip {
     /// Checks every number.
     ///
     /// # Errors
-    /// The first number out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         self.check_ranges()
     }
@@ -222,7 +222,7 @@ impl OdometryNoise {
     /// Checks every number.
     ///
     /// # Errors
-    /// The first number out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         self.check_ranges()
     }
@@ -252,7 +252,7 @@ impl Fixes {
     /// Checks every number.
     ///
     /// # Errors
-    /// The first number out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         self.check_ranges()
     }
@@ -278,7 +278,7 @@ impl PedestrianSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// The first number out of range.
+    /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         self.check_ranges()?;
         require(

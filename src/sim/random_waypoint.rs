@@ -77,10 +77,14 @@ impl RandomWaypoint {
 
     /// Chooses another waypoint; the route stays the same if there is none, as at a corner of a cell that is not free.
     pub(super) fn choose(&mut self) {
-        let here = self.center();
-        if let Some(walk) =
-            roaming_route(&self.ground, &here, &self.home, self.reach_m, &mut self.rng)
-        {
+        let position = self.center();
+        if let Some(walk) = roaming_route(
+            &self.ground,
+            &position,
+            &self.home,
+            self.reach_m,
+            &mut self.rng,
+        ) {
             self.route = Path::new(walk);
             self.along_m = 0.0;
         }

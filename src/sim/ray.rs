@@ -72,12 +72,12 @@ impl Iterator for GridRay {
     type Item = (Cell, f64);
 
     fn next(&mut self) -> Option<Self::Item> {
-        let here = (self.cell, self.entered);
+        let entry = (self.cell, self.entered);
         self.entered = if self.across_columns.next <= self.across_rows.next {
             self.across_columns.cross(&mut self.cell.column)
         } else {
             self.across_rows.cross(&mut self.cell.row)
         };
-        Some(here)
+        Some(entry)
     }
 }

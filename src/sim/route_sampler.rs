@@ -29,8 +29,8 @@ pub(super) fn straight_route(
     let frame = free.frame();
     let (sin, cos) = libm::sincos(bearing_rad - frame.origin.yaw);
     let start = frame.to_cell_units(spot);
-    [-1.0, 1.0].map(|way| {
-        let direction = Vector::new(cos, sin) * way;
+    [-1.0, 1.0].map(|sign| {
+        let direction = Vector::new(cos, sin) * sign;
         let reach = free_length(free, &start, &direction, reach_m / frame.resolution_m);
         frame.from_cell_units(&(start + direction * reach))
     })
@@ -145,15 +145,15 @@ impl<'a> FloodFill<'a> {
 
     /// The cells from the start to a reached cell, both included.
     fn cells_to(&self, end: Cell) -> Vec<Cell> {
-        let mut way = vec![end];
+        let mut route = vec![end];
         let mut cell = end;
         while cell != self.order[0] {
             let (dx, dy) = STEPS[self.step[self.free.frame().index(cell)] as usize];
             cell = Cell::new(cell.column - dx, cell.row - dy);
-            way.push(cell);
+            route.push(cell);
         }
-        way.reverse();
-        way
+        route.reverse();
+        route
     }
 }
 

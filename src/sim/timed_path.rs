@@ -38,7 +38,7 @@ impl TimedPath {
             "at least one",
         )?;
         let mut latest = -SHORTEST_LEG_S;
-        for &(time_s, place) in keys {
+        for &(time_s, point) in keys {
             require(
                 time_s.is_finite() && time_s >= 0.0 && time_s - latest >= SHORTEST_LEG_S,
                 "time of a keyframe",
@@ -46,7 +46,7 @@ impl TimedPath {
                 "finite, at least zero and a microsecond or more after the one before",
             )?;
             latest = time_s;
-            for value in [place.x, place.y] {
+            for value in [point.x, point.y] {
                 let fits = value.abs() <= FARTHEST_M;
                 require(fits, "coordinate of a keyframe", value, "-1e9 to 1e9")?;
             }
@@ -104,9 +104,9 @@ impl TimedPath {
         };
         let leg_s = to_s - from_s;
         let share = (time_s - from_s) / leg_s;
-        let way = end - begin;
+        let displacement = end - begin;
         match self.interpolation {
-            Interpolation::Linear => (begin + way * share, way / leg_s),
+            Interpolation::Linear => (begin + displacement * share, displacement / leg_s),
             Interpolation::Spline => {
                 let tangents = [self.tangent(from), self.tangent(after)];
                 // The cubic in Hermite form, and its derivative.
@@ -115,22 +115,25 @@ impl TimedPath {
                     polynomial(share, [0.0, 1.0, -2.0, 1.0]),
                     polynomial(share, [0.0, 0.0, -1.0, 1.0]),
                 ];
-                let place = begin + way * along + sum(bends, tangents);
+                let position = begin + displacement * along + sum(bends, tangents);
                 let along = polynomial(share, [0.0, 6.0, -6.0, 0.0]);
                 let bends = [
                     polynomial(share, [1.0, -4.0, 3.0, 0.0]),
                     polynomial(share, [0.0, -2.0, 3.0, 0.0]),
                 ];
-                (place, (way * along + sum(bends, tangents)) / leg_s)
+                (
+                    position,
+                    (displacement * along + sum(bends, tangents)) / leg_s,
+                )
             }
         }
     }
 
     /// The spline's tangent at a key, metres per leg.
     fn tangent(&self, key: usize) -> Vector {
-        let place = |key: usize| self.keys[key].1;
+        let position = |key: usize| self.keys[key].1;
         let last = self.keys.len() - 1;
-        let is_closed = place(0) == place(last);
+        let is_closed = position(0) == position(last);
         let (before, after) = match key {
             0 if is_closed => (last - 1, 1),
             0 => (0, 1),
@@ -138,7 +141,7 @@ impl TimedPath {
             _ if is_closed => (last - 1, 1),
             _ => (last - 1, last),
         };
-        (place(after) - place(before)) * 0.5
+        (position(after) - position(before)) * 0.5
     }
 
     fn within_period(&self, time_s: f64) -> f64 {

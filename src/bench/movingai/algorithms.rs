@@ -6,7 +6,7 @@ use crate::map::{Cell, FreeSpace};
 /// The answer of a search to a query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Answer<'a> {
-    /// Start to goal, both included, each cell a neighbour of the one before; none when no path was found.
+    /// Cells from start to goal, both included, each a neighbour of the previous one; none when no path was found.
     pub cells: Option<&'a [Cell]>,
     /// Number of cell expansions.
     pub expanded: u32,

@@ -21,9 +21,9 @@ pub struct Files {
 /// The maps of a folder, sorted by path.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Folder {
-    /// Those with scenarios, named by their path in the folder.
+    /// The maps with scenarios, named by their path in the folder.
     pub files: Vec<Files>,
-    /// Names of those without.
+    /// Names of the maps without scenarios.
     pub skipped: Vec<String>,
 }
 
@@ -42,8 +42,8 @@ impl Files {
     /// Reads both files.
     ///
     /// # Errors
-    /// When one cannot be read or does not follow its format, there is no scenario, or one is for a map of another size;
-    /// the message names the file and the line.
+    /// Fails when a file cannot be read or does not follow its format, when there is no scenario, or when a scenario is for a
+    /// map of another size. The message names the file and the line.
     pub fn read(&self) -> Result<Queries, BenchError> {
         let map = load(&self.map, &LoadOptions::default())?;
         let scenarios = read_scen(&self.scen)?;
@@ -76,7 +76,7 @@ impl Files {
 /// folders are not followed, since they may lead back.
 ///
 /// # Errors
-/// When a folder cannot be listed, or no map has scenarios.
+/// Fails when a folder cannot be listed, or no map has scenarios.
 pub fn find(folder: &Path) -> Result<Folder, BenchError> {
     let mut maps = Vec::new();
     collect(folder, &mut maps)?;
@@ -121,7 +121,7 @@ fn collect(folder: &Path, maps: &mut Vec<PathBuf>) -> Result<(), BenchError> {
 /// Returns this number of scenarios of the greatest listed length, longest first; of equal ones the first in the file.
 #[must_use]
 pub fn longest(mut scenarios: Vec<Scenario>, count: usize) -> Vec<Scenario> {
-    // A stable sort.
+    // The sort is stable: scenarios of equal length stay in order.
     scenarios.sort_by(|one, other| other.optimal.total_cmp(&one.optimal));
     scenarios.truncate(count);
     scenarios

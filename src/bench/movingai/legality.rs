@@ -9,7 +9,7 @@ use crate::map::{Cell, ObstacleGrid};
 /// Why a path is invalid. Cells are (column, row) from the lower left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum IllegalPath {
-    /// No cell at all.
+    /// It has no cell.
     #[error("the path has no cell")]
     Empty,
     /// It begins at another cell.
@@ -55,7 +55,7 @@ pub enum IllegalPath {
 /// The length of a path in cells: one for a straight move, sqrt 2 for a diagonal one.
 ///
 /// # Errors
-/// When it does not lead from start to goal by moves to one of the eight neighbours, over free cells only, each
+/// Fails when it does not lead from start to goal by moves to one of the eight neighbours, over free cells only, each
 /// diagonal move between two free cells.
 pub fn path_length(
     obstacles: &ObstacleGrid,

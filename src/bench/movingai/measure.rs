@@ -25,7 +25,7 @@ struct Checked {
 }
 
 impl Bench {
-    /// A measurement of these algorithms. The time of a query is its smallest over this number of passes, at least one.
+    /// A measurement of these algorithms. The time of a query is its smallest over a number of passes, at least one.
     #[must_use]
     pub fn new(algorithms: &[Algorithm], passes: usize) -> Self {
         Self {
@@ -35,12 +35,12 @@ impl Bench {
         }
     }
 
-    /// Measures on a map, for a point robot without distance to obstacles. A pass runs all scenarios, so that no query finds
-    /// its own cells in the cache. The answers of the first pass are checked. The clock counts seconds; `done`
-    /// is called after each search.
+    /// Measures on a map, for a point robot without distance to obstacles. A pass runs all scenarios, so the cache does not
+    /// hold the cells of the same query. The answers of the first pass are checked. The clock counts seconds; `done` is called
+    /// after each search.
     ///
     /// # Errors
-    /// When the clock runs backwards.
+    /// Fails when the clock runs backwards.
     pub fn measure(
         &mut self,
         queries: &Queries,
@@ -150,7 +150,7 @@ mod tests {
     fn query_time_is_the_smallest_over_the_passes() {
         let octile = ALGORITHMS.into_iter().find(|it| it.name == "A* octile");
         let mut bench = Bench::new(&[octile.expect("it is listed")], 2);
-        // Microseconds of each search: those of the first pass, then those of the second.
+        // Microseconds of each search, of the first pass and then of the second.
         let mut times = [30.0, 10.0, 20.0, 5.0, 40.0, 25.0].into_iter();
         let (mut now, mut running, mut searches) = (0.0, false, 0);
         let mut clock = || {

@@ -3,7 +3,7 @@
 use super::legality::{IllegalPath, path_length};
 use crate::map::{Cell, ObstacleGrid, Scenario, cell_from_top_left};
 
-/// Largest error of a listed length besides its rounding, cells: the benchmark's authors summed in single precision.
+/// Largest error of a listed length in addition to its rounding, cells: the benchmark's authors summed in single precision.
 pub const TOLERANCE: f64 = 2e-4;
 
 /// Result of the check of an answer.

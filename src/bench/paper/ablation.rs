@@ -23,7 +23,7 @@ pub const STEPS: [(Search, Stage); 13] = [
     (Search::JumpPoints, Stage::Smoothed),
 ];
 
-/// Searches with all steps, and those that they are compared with.
+/// Searches with all steps, and the traditional searches for comparison.
 const CHAINS: [Search; 2] = [Search::Improved, Search::JumpPoints];
 const BASELINES: [Search; 2] = [Search::Manhattan, Search::Euclid];
 
@@ -144,7 +144,7 @@ pub struct Breakdown {
 }
 
 impl Breakdown {
-    /// From the sums before and after each step; none where the sum before is zero.
+    /// Computes the contributions from the sums before and after each step; none where the sum before is zero.
     #[must_use]
     pub fn new(
         chain: &str,
@@ -204,7 +204,7 @@ pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
         Breakdown::new(&chain.name(), &against.name(), measure, sums)
     };
     let mut all = Vec::new();
-    // Smoothing is a step here, so turns are counted once.
+    // Smoothing is one of the steps here, so turns are counted once.
     for measure in [Measure::Time, Measure::Length, Measure::Turns] {
         for against in BASELINES {
             all.extend(

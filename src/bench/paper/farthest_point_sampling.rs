@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn farthest_points_are_in_the_largest_connected_part() {
-        // Two parts that meet at a corner only, which no path may cut.
+        // Two parts that touch only at a corner, which no path may cut.
         let parts = space(&["..#...", "..#...", "##...."]);
         assert_eq!(largest_part(&parts).len(), 10);
         let places = farthest_points(&parts, 4, 1).expect("room for four");
@@ -90,7 +90,7 @@ mod tests {
     fn farthest_points_are_far_from_each_other() {
         let places =
             farthest_points(&space(&["...................."]), 4, 7).expect("room for four");
-        // Wherever the first is, both ends are among the next, and the fourth halves the longest gap.
+        // For any first cell, both ends are among the next ones, and the fourth halves the longest gap.
         let columns: Vec<i32> = places.iter().map(|cell| cell.column).collect();
         assert!(
             columns[1..].contains(&0) && columns[1..].contains(&19),

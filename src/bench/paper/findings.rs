@@ -1,11 +1,11 @@
-//! Findings: sentences made from the measured figures of this machine.
+//! Findings: sentences about the figures measured on this machine.
 
 use super::ablation::{Breakdown, Step, StepRow};
 use super::reduction::{Measure, Reduction};
 use super::search::{LITERAL_K, SMALL_K, Search};
 use super::variants::{PathRow, THETAS, label_of};
 
-/// A smaller reduction counts as none: half of the last digit shown.
+/// Smallest reduction that counts: half of the last digit shown.
 const NONE: f64 = 0.000_5;
 
 /// A share as a signed percentage of change: a reduction is negative.
@@ -199,7 +199,7 @@ pub fn literal(rows: &[StepRow]) -> Option<String> {
     ))
 }
 
-/// A figure of a row.
+/// Reads a figure from a row.
 type Figure = fn(&PathRow) -> f64;
 
 /// The claim of fig. 5 about 45 degrees, and the measured result.

@@ -79,7 +79,7 @@ impl TaskRuns {
         run.cost as f64 / self.shortest.max(1) as f64 - 1.0
     }
 
-    /// Exact searches whose paths are not shortest ones, and paths closer to an obstacle than allowed, a sentence each.
+    /// Exact searches without a shortest path, and paths closer to an obstacle than allowed, a sentence each.
     #[must_use]
     pub fn faults(&self, site: &Site) -> Vec<String> {
         let mut faults = Vec::new();
@@ -113,11 +113,11 @@ impl TaskRuns {
 }
 
 /// Runs each search for each task of a site: once to check its paths, then `repetitions` times with the clock, in seconds.
-/// Within one repetition all searches run in turn, each time from another first search, so that a machine that slows down
-/// affects all of them. One searcher serves all, as in a robot. `progress` is called after each repetition of each task.
+/// Each repetition runs all searches, beginning with another one each time: a machine that slows down affects all of them.
+/// All use one searcher, as in a robot. `progress` is called after each repetition of each task.
 ///
 /// # Errors
-/// When a task has no path.
+/// Fails when a task has no path.
 pub fn measure(
     site: &Site,
     searches: &[Search],

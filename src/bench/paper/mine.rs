@@ -20,7 +20,7 @@ const MAINS_Y: [f64; 4] = [54.0, 68.0, 82.0, 96.0];
 const MAINS_X: [f64; 2] = [6.0, 244.0];
 /// Distance between cross-cuts, metres.
 const CROSS_CUTS: f64 = 17.0;
-/// Panels: their first roadway, metres from the left; each has four, and as many rows of cross-cuts to the face.
+/// Panels: their first roadway, metres from the left. Each has four roadways, and four rows of cross-cuts to the face.
 const PANELS_X: [f64; 3] = [16.0, 98.0, 176.0];
 const PANEL_SPACING: f64 = 16.0;
 const FACES_Y: [f64; 2] = [6.0, 144.0];
@@ -86,7 +86,7 @@ impl Workings {
         self.rng.random_range(low..high)
     }
 
-    /// Four roadways from a main to a face, with cross-cuts between them; the last, along the face, are all open.
+    /// Four roadways from a main to a face, with cross-cuts between them; the last ones, along the face, are all open.
     fn panel(&mut self, first_x: f64, main_y: f64, face_y: f64) {
         let rooms = [0.0, 1.0, 2.0, 3.0].map(|room| first_x + room * PANEL_SPACING);
         for x in rooms {
@@ -112,7 +112,7 @@ impl Workings {
         }
     }
 
-    /// Cuts a roadway along an axis, its ends as far beyond the points as half its width, so that corners are open.
+    /// Cuts a roadway along an axis. It ends half its width beyond the points, which opens the corners.
     fn roadway(&mut self, from: [f64; 2], to: [f64; 2]) {
         let along = usize::from(from[0] == to[0]);
         let (start, end) = (from[along].min(to[along]), from[along].max(to[along]));
@@ -175,8 +175,8 @@ impl Workings {
             };
             for row in middle.row - reach..=middle.row + reach {
                 for column in middle.column - reach..=middle.column + reach {
-                    let there = self.frame.center_of(Cell::new(column, row));
-                    if (there - center).norm() < radius_m {
+                    let cell_center = self.frame.center_of(Cell::new(column, row));
+                    if (cell_center - center).norm() < radius_m {
                         self.set([column, row], 100);
                     }
                 }

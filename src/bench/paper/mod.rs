@@ -1,7 +1,7 @@
-//! The paper's tables and figures of global paths, repeated: its variants and ours on the same maps in the same run, and the
-//! effect of each step.
+//! Repeats the paper's tables and figures of global paths. Its variants and ours use the same maps in the same run; a
+//! breakdown shows the effect of each step.
 //!
-//! Times are of searching, pruning and smoothing. All variants use the same free cells, which are computed before.
+//! The times include searching, pruning and smoothing. All variants use the same free cells, which are computed before.
 
 mod ablation;
 mod ascii_maps;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// A row of the paper's tables; values that it does not print are none.
+/// A row of the paper's tables; none for values that the paper does not print.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PublishedRow {
     /// Environment or path.

@@ -5,17 +5,17 @@ use serde::Serialize;
 use super::published::{PublishedRow, before_and_after};
 use super::{published_table_1, published_table_2};
 
-/// A reduction as a share: 0.25 is a quarter less, a negative value is an increase. None where there is nothing to compare.
+/// A reduction as a share: 0.25 is a quarter less, a negative value is an increase. None where no values compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Reduced {
-    /// Of the sums over all rows, as the paper takes it.
+    /// Of the sums over all rows, as in the paper.
     pub of_sums: Option<f64>,
-    /// Mean of the rows' own reductions; rows with zero before do not count.
+    /// Mean of the reductions of single rows; rows with zero before do not count.
     pub mean_of_rows: Option<f64>,
 }
 
 impl Reduced {
-    /// From figures before and after, row by row.
+    /// Computes the reduction from figures before and after, row by row.
     #[must_use]
     pub fn of(before: &[f64], after: &[f64]) -> Self {
         let rows: Vec<f64> = before
@@ -50,7 +50,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// All, in the order in which they are shown.
+    /// All measures, in the order in which they are shown.
     pub const ALL: [Self; 4] = [Self::Time, Self::Length, Self::Turns, Self::TurnsSmoothed];
 
     /// Its name in sentences.
@@ -113,8 +113,8 @@ pub fn published_reduction(rows: &[PublishedRow]) -> Reduction {
     }
 }
 
-/// Reductions that a table must reach to equal the paper: its own published reductions of sums, or those of the other table
-/// where it has none.
+/// Reductions that a table must reach to equal the paper: its own published reductions of sums or, without them, those of
+/// the other table.
 #[must_use]
 pub fn targets(rows: &[PublishedRow]) -> [(Measure, f64); 4] {
     let own = published_reduction(rows);

@@ -14,7 +14,7 @@ pub enum Stage {
     Smoothed,
 }
 
-/// Weight of [`Search::Literal`] in Tables 1 and 2: the paper prints none, so the formula without a factor.
+/// Weight of [`Search::Literal`] in Tables 1 and 2. The paper prints no weight, so the formula has no factor.
 pub const LITERAL_K: f64 = 1.0;
 /// A weight for which the literal formula is nearly uninformed.
 pub const SMALL_K: f64 = 0.001;
@@ -57,7 +57,7 @@ impl Search {
             .is_none_or(|heuristic| heuristic.is_admissible())
     }
 
-    /// Its last stage here: the baselines only search.
+    /// Its last stage in this comparison: the baselines only search.
     #[must_use]
     pub fn last_stage(self) -> Stage {
         match self {
@@ -80,7 +80,7 @@ impl Search {
         }
     }
 
-    /// The name for people.
+    /// The name in text for people.
     #[must_use]
     pub fn label(self) -> String {
         match self {

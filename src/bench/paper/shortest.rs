@@ -1,5 +1,5 @@
-//! The cost of a shortest path by a plain Dijkstra search, the reference for exact searches. It shares only the costs of
-//! moves with them.
+//! The cost of a shortest path by a plain Dijkstra search, the reference for exact searches. The searches share only the
+//! costs of moves with it.
 
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -35,10 +35,10 @@ pub(super) fn shortest_cost(space: &FreeSpace, start: Cell, goal: Cell) -> Optio
             } else {
                 STRAIGHT
             };
-            let there = frame.index(Cell::new(column + right, row + up));
-            if cost + step < least[there] {
-                least[there] = cost + step;
-                open.push((Reverse(cost + step), there));
+            let neighbour = frame.index(Cell::new(column + right, row + up));
+            if cost + step < least[neighbour] {
+                least[neighbour] = cost + step;
+                open.push((Reverse(cost + step), neighbour));
             }
         }
     }

@@ -23,8 +23,8 @@ pub struct Task {
     pub goal: Cell,
 }
 
-/// A map with its tasks. Every variant searches the same free cells and validates against the same ones, at the two
-/// distances from walls that [`RoutePlanner`](crate::navigator::RoutePlanner) keeps.
+/// A map with its tasks. All variants search the same free cells and validate paths against the same ones. The two
+/// distances from walls are those of [`RoutePlanner`](crate::navigator::RoutePlanner).
 #[derive(Clone, Debug)]
 pub struct Site {
     /// Name.
@@ -47,7 +47,7 @@ impl Site {
     /// The three scenes of Table 1 and figs. 9 to 11, for the robot of a configuration.
     ///
     /// # Errors
-    /// When that robot does not fit into one of them.
+    /// Fails when that robot does not fit into one of them.
     pub fn roadways(config: &Config) -> Result<Vec<Self>, PaperError> {
         ASCII_MAPS
             .iter()
@@ -55,12 +55,12 @@ impl Site {
             .collect()
     }
 
-    /// A mine with this number of tasks, for Table 2 and fig. 16. Their ends are spread over all reachable cells: the seed
-    /// determines the first, each further one is the cell farthest from all before. The first is paired with the first of
-    /// the second half, and so on.
+    /// A mine with this number of tasks, for Table 2 and fig. 16. Their ends are spread over all reachable cells. The seed
+    /// determines the first end; each further one is the cell farthest from all previous ones. The first end is paired with
+    /// the first of the second half, and so on.
     ///
     /// # Errors
-    /// When the map has no room for them.
+    /// Fails when the map has no room for them.
     pub fn mine(
         title: &str,
         map: OccupancyGrid,
@@ -135,7 +135,7 @@ impl Site {
     }
 }
 
-/// A row with each character as wide as its cells, without the marks.
+/// Returns a row with each character as wide as its cells, without the marks.
 fn enlarged(row: &str) -> String {
     let ground = row.replace(['S', 'G'], ".");
     let wide = |character| core::iter::repeat_n(character, CELLS);

@@ -23,7 +23,7 @@ pub struct PathTable {
     pub paper: Vec<PublishedRow>,
     /// Every other variant against each traditional one.
     pub reductions: Vec<Reduction>,
-    /// The paper's own.
+    /// The paper's own comparisons.
     pub paper_reductions: Vec<Reduction>,
     /// Findings, in sentences.
     pub findings: Vec<String>,
@@ -119,7 +119,7 @@ fn figure_5(measured: &[TaskRuns]) -> PathTable {
 fn steps(name: &'static str, title: &str, measured: &[TaskRuns]) -> AblationTable {
     let rows = step_rows(measured);
     let breakdowns = breakdowns(&rows);
-    // These show the origins of the paper's reductions and of our reduction of time; the files have all.
+    // These breakdowns explain the paper's reductions and our reduction of time; the files contain all of them.
     let is_shown = |found: &&Breakdown| {
         found.chain == "improved"
             || (found.chain == "jump_points" && found.measure == Measure::Time)

@@ -79,11 +79,11 @@ pub struct PathRow {
     pub task: String,
     /// The variant's name.
     pub variant: &'static str,
-    /// Label for people.
+    /// Label in text for people.
     pub label: &'static str,
     /// Length of the delivered path, metres.
     pub length_m: f64,
-    /// Its turns before smoothing: of the raw path where that is delivered, else of the pruned one.
+    /// Its turns before smoothing: those of the raw path if that is delivered, else those of the pruned path.
     pub turns: usize,
     /// Turns of the path as searched.
     pub turns_raw: usize,
@@ -118,7 +118,7 @@ pub struct StageMs {
     pub smooth: Option<f64>,
 }
 
-/// A row for each task and variant; a variant whose search was not run has none.
+/// A row for each task and variant whose search was run.
 #[must_use]
 pub fn path_rows(measured: &[TaskRuns], variants: &[Variant]) -> Vec<PathRow> {
     measured

@@ -66,7 +66,7 @@ pub fn barn_config(max_speed: f64) -> Config {
             // The paper's rule, v^2 <= 2 dist a: it slows down next to obstacles, not only in front of them. With `arc` three
             // runs of ten touched something: it brakes at the last moment, and the base brakes later than commanded.
             stopping: Stopping::Clearance,
-            // Chosen by hand. In the density study the paper's weights reach as many goals, 2 % sooner.
+            // Chosen by hand; the paper's weights reached as many goals in our study, 2 % sooner.
             weights: Weights {
                 heading: 0.05,
                 clearance: 0.1,

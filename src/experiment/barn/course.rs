@@ -37,7 +37,7 @@ impl BarnWorld {
     /// The simulation of a seed: an empty map, and the cylinders as the truth.
     ///
     /// # Errors
-    /// When the world is too large for a grid.
+    /// Fails when the world is too large for a grid.
     pub fn simulation(&self, seed: u64) -> Result<Simulation, MapError> {
         let course = &self.course;
         let goal = Goal {

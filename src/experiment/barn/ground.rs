@@ -28,7 +28,7 @@ const MARGIN_M: f64 = 3.0;
 /// Outside the grid, 3 m from all cylinders and from start and goal, everything is solid.
 ///
 /// # Errors
-/// When the world is too large for a grid.
+/// Fails when the world is too large for a grid.
 pub fn truth(cylinders: &[Cylinder], course: &Course) -> Result<ObstacleGrid, MapError> {
     let frame = frame(cylinders, course, TRUTH_RESOLUTION_M)?;
     let mut grid = ObstacleGrid::new(frame, vec![false; frame.len()]);
@@ -41,7 +41,7 @@ pub fn truth(cylinders: &[Cylinder], course: &Course) -> Result<ObstacleGrid, Ma
 /// Returns an empty map of the same extent.
 ///
 /// # Errors
-/// When the world is too large for a grid.
+/// Fails when the world is too large for a grid.
 pub fn empty_map(cylinders: &[Cylinder], course: &Course) -> Result<OccupancyGrid, MapError> {
     let frame = frame(cylinders, course, MAP_RESOLUTION_M)?;
     Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))

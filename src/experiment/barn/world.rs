@@ -44,7 +44,7 @@ const LISTED_S: f64 = 6e-4;
 /// Reads the worlds that a folder lists, or those with the given numbers, in the order of their numbers.
 ///
 /// # Errors
-/// When a file is missing or a field does not fit its column; the message names the file and the line.
+/// Fails when a file is missing or a field does not fit its column; the message names the file and the line.
 pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>, BarnError> {
     let file = folder.join("worlds.csv");
     let table = Table::read(&file)?;
@@ -66,7 +66,7 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
 /// The worlds in the text of a `worlds.csv`, without their cylinders, in the order of its rows.
 ///
 /// # Errors
-/// When a field does not fit its column; the message names the file and the line.
+/// Fails when a field does not fit its column; the message names the file and the line.
 pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, BarnError> {
     listed(&Table::parse(text, file)?)
 }
@@ -74,7 +74,7 @@ pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, BarnError> 
 /// The cylinders in the text of a `world_NNN.csv`, at least one.
 ///
 /// # Errors
-/// When a field does not fit its column, or there is no cylinder; the message names the file and the line.
+/// Fails when a field does not fit its column, or there is no cylinder; the message names the file and the line.
 pub fn parse_cylinders(text: &str, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
     cylinders(&Table::parse(text, file)?, file)
 }

@@ -77,10 +77,10 @@ impl ContactAttribution<'_> {
             let arm = own - robot;
             let velocity = heading * linear + Vector::new(-arm.y, arm.x) * angular;
             for disc in (self.moving)(contact.time_s) {
-                let apart = disc.center() - own;
-                let gap_m = apart.norm() - own_radius_m - disc.radius;
-                if gap_m <= 0.0 && apart.norm() > 0.0 {
-                    fastest = fastest.max(velocity.dot(&apart) / apart.norm());
+                let offset = disc.center() - own;
+                let gap_m = offset.norm() - own_radius_m - disc.radius;
+                if gap_m <= 0.0 && offset.norm() > 0.0 {
+                    fastest = fastest.max(velocity.dot(&offset) / offset.norm());
                 }
             }
         }

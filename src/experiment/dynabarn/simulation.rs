@@ -23,7 +23,7 @@ impl DynaBarnWorld {
     /// The simulation of a seed: an empty map, which is also the truth, and the moving cylinders.
     ///
     /// # Errors
-    /// When the world is too large for a grid, or a cylinder cannot move as described.
+    /// Fails when the world is too large for a grid, or a cylinder cannot move as described.
     pub fn simulation(&self, seed: u64) -> Result<Simulation, RunError> {
         let map = empty_map(self)?;
         let moving = self.cylinders.iter().map(|cylinder| {

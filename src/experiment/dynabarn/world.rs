@@ -52,7 +52,7 @@ struct ObstacleFile {
 /// Reads the worlds of a folder, `world_*.json`, or those of the given numbers, in the order of their numbers.
 ///
 /// # Errors
-/// When the folder cannot be read, holds no world or lacks a requested one, or a world is invalid.
+/// Fails when the folder cannot be read, holds no world or lacks a requested one, or a world is invalid.
 pub fn read_worlds(
     folder: &Path,
     only: Option<&[u32]>,
@@ -84,7 +84,7 @@ pub fn read_worlds(
 /// Reads a world.
 ///
 /// # Errors
-/// When the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
+/// Fails when the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
 pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
     let text = fs::read_to_string(file).map_err(|error| DynaBarnError::Unreadable {
         file: file.to_owned(),
@@ -96,7 +96,7 @@ pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
 /// A world from the text of its file.
 ///
 /// # Errors
-/// When it is no world, or has a number out of range; the message names the file and the number.
+/// Fails when it is no world, or has a number out of range; the message names the file and the number.
 pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
     let read: WorldFile = serde_json::from_str(text).map_err(|error| DynaBarnError::NotAWorld {
         file: file.to_owned(),

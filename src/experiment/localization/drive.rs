@@ -102,30 +102,30 @@ impl LocalizationPlan {
                 stop(along(length_m - 2.0)),
             ))
         };
-        let there = seeded(Mission::new(
+        let one_leg = seeded(Mission::new(
             Arc::clone(&self.map),
             self.start,
             stop(self.goal),
         ));
         let (from_s, to_s) = (FAULT_S, f64::INFINITY);
         Ok(match case {
-            LocalizationCase::Tour => self.back_and_forth(there, config)?,
-            LocalizationCase::People => self.among_people(there, config)?,
+            LocalizationCase::Tour => self.back_and_forth(one_leg, config)?,
+            LocalizationCase::People => self.among_people(one_leg, config)?,
             LocalizationCase::CoarseMap => {
-                let mut tour = self.back_and_forth(there, config)?;
+                let mut tour = self.back_and_forth(one_leg, config)?;
                 tour.mission.map = Arc::new(coarsened(&self.map));
                 tour.truth = Some(self.map.obstacles(config.unknown));
                 tour
             }
             LocalizationCase::Smooth => roadway(smooth_roadway(length_m, width_m)),
             LocalizationCase::Kidnapped => {
-                let before = self.place_behind(config, &there)?;
+                let before = self.place_behind(config, &one_leg)?;
                 Simulation {
                     faults: vec![FaultInjection::Kidnapped {
                         at_s: FAULT_S,
                         to: before,
                     }],
-                    ..there
+                    ..one_leg
                 }
             }
             LocalizationCase::KidnappedFar => Simulation {
@@ -133,7 +133,7 @@ impl LocalizationPlan {
                     at_s: FAULT_S,
                     to: self.far_pose(seed, config),
                 }],
-                ..there
+                ..one_leg
             },
             LocalizationCase::KidnappedToTwin => Simulation {
                 faults: vec![FaultInjection::Kidnapped {
@@ -144,14 +144,14 @@ impl LocalizationPlan {
             },
             LocalizationCase::Occluded => Simulation {
                 faults: vec![FaultInjection::LidarOccluded { from_s, to_s }],
-                ..there
+                ..one_leg
             },
             LocalizationCase::BrieflyOccluded => Simulation {
                 faults: vec![FaultInjection::LidarOccluded {
                     from_s,
                     to_s: FAULT_S + 3.0,
                 }],
-                ..there
+                ..one_leg
             },
             LocalizationCase::OtherMap => {
                 let own = roadway_scene();
@@ -166,7 +166,7 @@ impl LocalizationPlan {
     /// Enough legs for the tour's length.
     fn back_and_forth(
         &self,
-        mut there: Simulation,
+        mut simulation: Simulation,
         config: &Config,
     ) -> Result<Simulation, SimError> {
         let length_m = self.leg_m(config)?;
@@ -175,22 +175,22 @@ impl LocalizationPlan {
         let ends = [self.goal, self.start.position()];
         let mut stops: Vec<Goal> = (0..legs).map(|leg| stop(ends[leg % 2])).collect();
         let goal = stops.pop().unwrap_or_else(|| stop(self.goal));
-        there.mission = Mission {
+        simulation.mission = Mission {
             via: stops,
             goal,
             time_limit_s: LONGEST_S,
-            ..there.mission
+            ..simulation.mission
         };
-        Ok(there)
+        Ok(simulation)
     }
 
-    fn among_people(&self, there: Simulation, config: &Config) -> Result<Simulation, SimError> {
+    fn among_people(&self, one_leg: Simulation, config: &Config) -> Result<Simulation, SimError> {
         let ground = self.map.obstacles(config.unknown);
         let path = self.path(config)?;
         let ends = [self.start.position(), self.goal];
-        let spawner = PedestrianSpawner::new(5, there.seed);
+        let spawner = PedestrianSpawner::new(5, one_leg.seed);
         let moving_obstacles = spawner.spawn(&ground, &path, &ends)?;
-        let tour = self.back_and_forth(there, config)?;
+        let tour = self.back_and_forth(one_leg, config)?;
         Ok(Simulation {
             moving_obstacles,
             ..tour
@@ -198,8 +198,8 @@ impl LocalizationPlan {
     }
 
     /// The pose two metres behind the robot at the time of the fault, from a drive without it.
-    fn place_behind(&self, config: &Config, there: &Simulation) -> Result<Pose, SimError> {
-        let mut simulation = there.clone();
+    fn place_behind(&self, config: &Config, one_leg: &Simulation) -> Result<Pose, SimError> {
+        let mut simulation = one_leg.clone();
         simulation.mission.time_limit_s = FAULT_S;
         let mut clock = || 0.0;
         let mut no_action = |_: &TickEvent<'_>| {};

@@ -41,7 +41,7 @@ impl MissionSite {
     /// lengths; both yaws are uniformly random.
     ///
     /// # Errors
-    /// When the map has no room, or a rule is out of range.
+    /// Fails when the map has no room, or a rule is out of range.
     pub fn generate(
         &self,
         seed: u64,

@@ -10,7 +10,7 @@ use super::{Bar, Curve, LabelSide, Mark, Panel, Plot, Row, RowMark, Upper, XAxis
 use crate::report::number::coordinate;
 use crate::report::svg::{TOLERANCE, points_attribute, simplify};
 
-/// Width of every chart, drawing units. It is small, so that text stays readable on a phone.
+/// Width of every chart, drawing units. It is small, so text stays readable on a phone.
 pub(crate) const CHART_WIDTH: f64 = 440.0;
 
 /// Margins left and right of a panel, and right of it for labels outside, drawing units.
@@ -188,7 +188,7 @@ impl Area<'_> {
         spaced
     }
 
-    /// A mark that lies behind the grid.
+    /// A mark behind the grid.
     fn background(&self, mark: &Mark) -> Markup {
         match mark {
             Mark::Bands(class, bands) => html! {
@@ -206,7 +206,7 @@ impl Area<'_> {
         }
     }
 
-    /// A mark that lies on the grid.
+    /// A mark in front of the grid.
     fn mark(&self, mark: &Mark) -> Markup {
         match mark {
             Mark::Bands(..) | Mark::AreaBelow(..) => html! {},
@@ -295,7 +295,7 @@ impl Area<'_> {
     fn bar(&self, class: &str, bar: &Bar) -> Markup {
         let [left, right] = bar.x.map(|x| self.x_at(x));
         let [bottom, top] = bar.y.map(|y| self.y_at(y));
-        // Narrow bars of a chart with many stay visible.
+        // Narrow bars stay visible in a chart with many bars.
         let width = (right - left).max(2.0);
         rectangle(
             class,
@@ -305,7 +305,7 @@ impl Area<'_> {
     }
 
     fn ranges(&self, ranges: &[(f64, [f64; 3])]) -> Markup {
-        // As wide as the horizontal axis allows for each unit.
+        // The width follows from one unit of the horizontal axis.
         let unit = self.x_at(1.0) - self.x_at(0.0);
         let width = (0.45 * unit).clamp(1.0, 5.0);
         html! {
@@ -358,7 +358,7 @@ impl Area<'_> {
         }
     }
 
-    /// A vertical reference line up to its label. Each label has its own line of text, so that none overlap.
+    /// A vertical reference line up to its label. Each label has its own line of text, so labels do not overlap.
     fn position_label(&self, value: f64, label: &str, line: usize) -> Markup {
         let y = self.top - self.labels_height + LINE * line as f64;
         let x = self.x_at(value);

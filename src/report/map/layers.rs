@@ -14,8 +14,8 @@ use crate::report::svg::{LegendEntry, points_attribute, simplify};
 /// Most pixels of the longer side of a grid on a page: pages hold several maps.
 pub(crate) const PAGE_RASTER: i32 = 900;
 
-/// Most pixels of the longer side of a grid in a standalone picture: twice a picture width of 1440, so that no cell of a
-/// large mine is lost between two pixels.
+/// Most pixels of the longer side of a grid in a standalone picture: twice a picture width of 1440, so every cell of a
+/// large mine has a pixel.
 pub(crate) const STANDALONE_RASTER: i32 = 2880;
 
 /// A global path in its three stages; each may be empty.
@@ -124,14 +124,14 @@ pub(crate) fn stage_legend() -> [LegendEntry; 3] {
 
 /// The finite points of a path as a line.
 pub(crate) fn path(view: &Viewport, class: &str, points: &[Point], tolerance: f64) -> Markup {
-    let drawn: Vec<[f64; 2]> = points
+    let finite: Vec<[f64; 2]> = points
         .iter()
         .filter(|point| point.x.is_finite() && point.y.is_finite())
         .map(|point| view.at(point))
         .collect();
     html! {
-        @if drawn.len() > 1 {
-            polyline class=(class) points=(points_attribute(&simplify(&drawn, tolerance))) {}
+        @if finite.len() > 1 {
+            polyline class=(class) points=(points_attribute(&simplify(&finite, tolerance))) {}
         }
     }
 }

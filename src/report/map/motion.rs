@@ -15,7 +15,7 @@ const JUMP_M_S: f64 = 15.0;
 /// Number of speed classes with their own colour.
 const SPEED_CLASSES: f64 = 4.0;
 
-/// Distance from a class boundary, in classes, at which the colour changes. It keeps noise from striping the track.
+/// Distance from a class boundary, in classes, at which the colour changes. It prevents stripes in the track from noise.
 const HYSTERESIS: f64 = 0.12;
 
 /// The highest true speed of a run, m/s.

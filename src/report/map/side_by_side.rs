@@ -93,7 +93,7 @@ impl MapsSideBySide {
                 rect class="paper" width=(w) height=(h) {}
                 text class="headline" x=(coordinate(MARGIN)) y="25" { (self.title) }
                 @for (column, (panel, caption)) in self.panels.iter().zip(&captions).enumerate() {
-                    // A nested picture clips what lies outside the viewport.
+                    // A nested picture clips everything outside the viewport.
                     svg class=(class) x=(coordinate(left(column))) y=(coordinate(HEAD)) width=(coordinate(map_width))
                         height=(coordinate(panel.height * scale)) viewBox=(panel.view_box()) { (panel.content) }
                     @for (number, line) in caption.iter().enumerate() {
@@ -138,7 +138,7 @@ mod tests {
         let lines = lines(&caption);
         assert!(lines.iter().all(|line| line.chars().count() <= LETTERS));
         assert_eq!(lines.join(" "), caption.trim());
-        // No line has room for the first word of the next.
+        // Each line is full: the first word of the next line does not fit.
         for pair in lines.windows(2) {
             let next = pair[1].split(' ').next().expect("a line has words");
             assert!(pair[0].len() + 1 + next.len() > LETTERS, "{pair:?}");

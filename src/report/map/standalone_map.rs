@@ -57,7 +57,7 @@ impl StandaloneMap<'_> {
                 rect class="paper" width=(width) height=(height) {}
                 text class="headline" x=(coordinate(MARGIN)) y="25" { (shortened_headline(self.title)) }
                 text class="caption" x=(coordinate(MARGIN)) y="45" { (self.caption) }
-                // A nested picture clips what lies outside the viewport.
+                // A nested picture clips everything outside the viewport.
                 svg y=(coordinate(HEAD)) width=(width) height=(coordinate(map_height + STRIP))
                     viewBox=(format!("0 0 {width} {}", coordinate(map_height + STRIP))) {
                     (self.map)

@@ -42,7 +42,7 @@ pub(super) fn figure(
     playback: &PlaybackRecorder,
     view: &Viewport,
 ) -> Markup {
-    // Text of a GPU driver may be in it: `<` is the one character that could end the element.
+    // It may contain text of a GPU driver. `<` is the only character that could end the element.
     let json = playback_json::playback_json(mission, playback, view)
         .to_string()
         .replace('<', "\\u003c");

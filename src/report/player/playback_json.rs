@@ -12,7 +12,7 @@ use crate::report::playback_recorder::{Frame, PlaybackRecorder, Window};
 use crate::report::svg::simplify;
 use crate::report::views::MissionView;
 
-/// Returns the playback of a mission. Lengths on the map are drawing units, so that the script needs no map frame.
+/// Returns the playback of a mission. Lengths on the map are drawing units, so the script needs no map frame.
 pub(super) fn playback_json(
     mission: &MissionView<'_>,
     playback: &PlaybackRecorder,
