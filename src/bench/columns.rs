@@ -24,7 +24,7 @@ pub struct Column {
     pub name: &'static str,
     /// Type of its values.
     pub kind: ColumnKind,
-    /// Decimals in text tables; all digits where it is none.
+    /// Decimals in text tables; all digits if it is none.
     pub digits: Option<usize>,
     /// The field's doc comment.
     pub doc: &'static str,

@@ -109,7 +109,7 @@ pub fn measure_density(
     Ok(density)
 }
 
-/// Why an engine is not measured at a density, predicted from a lower one; none where it is.
+/// The reason why an engine is not measured at a density, predicted from a lower one; none if it is measured.
 fn predict_skip(last: &DensityRow, scene: &Scene, plan: &DensityPlan) -> Option<SkippedCell> {
     let samples = scene.len();
     let decision_s = last.p50_ms / 1e3 * samples as f64 / last.samples as f64;

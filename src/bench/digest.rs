@@ -8,7 +8,7 @@ use crate::local::Evaluation;
 pub struct EvaluationDigest(BitDigest);
 
 impl EvaluationDigest {
-    /// Adds an evaluation; its samples count too, where it has them.
+    /// Adds an evaluation; its samples count too, if it has them.
     pub fn add(&mut self, evaluation: &Evaluation) {
         self.words(&evaluation.counts.to_array());
         for sum in evaluation.totals.sums {

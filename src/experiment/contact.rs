@@ -1,4 +1,4 @@
-//! Attribution of a contact to the robot or to what it touched.
+//! Attribution of a contact to the robot or to the obstacle that it touched.
 
 use super::ContactCause;
 use crate::geometry::{Point, Vector};
@@ -23,18 +23,18 @@ pub enum TouchedBody {
 /// A contact and its cause.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// The body that was touched: of several the one with the least gap.
+    /// The body that was touched; of several bodies, the one with the least gap.
     pub body: TouchedBody,
     /// Whose motion closed the gap: the robot's or only the other's.
     pub cause: ContactCause,
-    /// Speed at which the robot's own motion closed the gap, m/s; below zero where it backed away. None for a static body,
+    /// Speed at which the robot's own motion closed the gap, m/s; below zero if it backed away. None for a static body,
     /// which never causes a contact.
     pub closing_m_s: Option<f64>,
-    /// Speed of the body, m/s; none where it was not present in the row before.
+    /// Speed of the body, m/s; none if it was not present in the row before.
     pub body_m_s: Option<f64>,
 }
 
-/// Returns the contact at a row of a trace, none where there is a gap. `before` is the previous row, `radii_m` are those of
+/// Returns the contact at a row of a trace, none if there is a gap. `before` is the previous row, `radii_m` are those of
 /// the moving obstacles, `world` holds the static ones.
 ///
 /// The robot causes the contact when the body stands, or when the true velocity of the touching part of its footprint

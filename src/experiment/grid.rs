@@ -21,9 +21,9 @@ pub struct Grid {
 /// Settings with their names in rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setup {
-    /// Name of the changes; none where there is only one set of settings.
+    /// Name of the changes; none if there is only one set of settings.
     pub name: Option<String>,
-    /// Name of the weights; none where there is only one set of weights.
+    /// Name of the weights; none if there is only one set of weights.
     pub weights: Option<String>,
     /// The settings.
     pub config: Config,

@@ -1,4 +1,4 @@
-//! One row for each run, whatever its world.
+//! One row for each run, for all kinds of worlds.
 
 use serde::{Deserialize, Serialize};
 

@@ -14,9 +14,9 @@ use crate::sim::SimError;
 pub struct Run {
     /// Its figures.
     pub row: RunRow,
-    /// The simulation; none where no route for its moving obstacles was found.
+    /// The simulation; none if no route for its moving obstacles was found.
     pub simulation: Option<WorldSimulation>,
-    /// Every tick and plan; none where the navigator refused to start.
+    /// Every tick and plan; none if the navigator refused to start.
     pub result: Option<MissionResult>,
 }
 

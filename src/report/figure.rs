@@ -129,7 +129,7 @@ impl Figure<'_> {
 }
 
 impl ChartFigure {
-    /// The figure of a page; a sentence in place of the picture where the chart has no data.
+    /// The figure of a page; a sentence in place of the picture if the chart has no data.
     pub(super) fn markup(&self) -> Markup {
         if let Plot::Empty(reason) = self.chart.plot {
             return html! { figure { h3 { (self.chart.title) } p class="nothing" { (reason) } } };

@@ -22,7 +22,7 @@ const DRIVE_STYLE: &str = ".planned { stroke: var(--path); stroke-width: 1.2; op
 /// A global plan. Points that are not finite are left out.
 #[derive(Clone, Debug)]
 pub struct PlanView<'a> {
-    /// Headline. It may hold any characters, and is cut where it is too long.
+    /// Headline. It may hold any characters, and is cut if it is too long.
     pub title: &'a str,
     /// The map.
     pub map: &'a OccupancyGrid,
@@ -72,7 +72,7 @@ pub struct PlanMetrics {
 /// A drive. Points that are not finite are left out.
 #[derive(Clone, Debug)]
 pub struct DriveView<'a> {
-    /// Headline. It may hold any characters, and is cut where it is too long.
+    /// Headline. It may hold any characters, and is cut if it is too long.
     pub title: &'a str,
     /// The result, in a line.
     pub caption: &'a str,

@@ -3,7 +3,7 @@
 /// The text of a number that is not finite or was not measured.
 pub(super) const NONE: &str = "–";
 
-/// A number with a fixed count of decimals, without negative zero; a dash where it is not finite.
+/// A number with a fixed count of decimals, without negative zero; a dash if it is not finite.
 pub(super) fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
@@ -15,7 +15,7 @@ pub(super) fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A number with three significant digits, or all digits of a longer whole part; a dash where it is not finite.
+/// A number with three significant digits, or all digits of a longer whole part; a dash if it is not finite.
 pub(super) fn significant(value: f64) -> String {
     if !value.is_finite() || value == 0.0 {
         return fixed(value, 0);

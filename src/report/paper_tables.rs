@@ -254,7 +254,7 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
     )
 }
 
-/// A published value; empty where the paper has no drive.
+/// A published value; empty if the paper has no drive.
 fn published_text(value: f64) -> String {
     if value.is_finite() {
         fixed(value, 3)

@@ -114,7 +114,7 @@ impl SerialLine {
         }
     }
 
-    /// Starts the supervisor and waits for the base; returns a robot without a lidar that stands at a pose of the map.
+    /// Starts the supervisor and waits for the base; returns a robot without a lidar, at a pose of the map.
     ///
     /// # Errors
     /// As [`SerialLine::supervise`] and [`SerialLine::await_report`].

@@ -152,7 +152,7 @@ pub struct TickEvent<'a> {
 }
 
 impl TickEvent<'_> {
-    /// Samples of the dynamic window of the decision, at most this many along each axis; none where the decision needed no
+    /// Samples of the dynamic window of the decision, at most this many along each axis; none if the decision needed no
     /// samples.
     #[must_use]
     pub fn fan(&self, most: Sampling) -> Option<TrajectoryFan> {

@@ -71,7 +71,7 @@ pub trait Robot {
     /// has stopped for good, which ends the mission.
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()>;
 
-    /// Describes in one sentence what is wrong with the robot now.
+    /// Describes the robot's present fault in one sentence.
     fn fault(&self) -> Option<String> {
         None
     }

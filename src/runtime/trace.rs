@@ -24,7 +24,7 @@ pub struct TraceRow {
     pub gap_m: f64,
     /// Number of admissible samples of the dynamic window.
     pub admissible: u32,
-    /// Number of evaluated samples; zero where the decision needed none.
+    /// Number of evaluated samples; zero if the decision needed none.
     pub samples: u32,
     /// Mode of the navigator.
     pub mode: Mode,

@@ -34,7 +34,7 @@ impl FixSource {
         })
     }
 
-    /// Returns the fix at a time, seconds, of a robot at a true pose, if there is one; its yaw is in (-pi, pi].
+    /// Returns the fix of a robot at a true pose at a time, seconds, if one is due; its yaw is in (-pi, pi].
     ///
     /// Times must ascend from call to call. One fix is due at each multiple of the period. If several became due since the
     /// last call, only the newest counts.

@@ -21,7 +21,7 @@ pub struct LidarReturn {
 }
 
 impl Lidar {
-    /// Returns a scan at a finite pose. A beam ends at the first obstacle; its range is zero where the lidar is inside
+    /// Returns a scan at a finite pose. A beam ends at the first obstacle; its range is zero if the lidar is inside
     /// one. A beam without a hit within range reads infinite. A dropped beam, and one with a hit nearer than the
     /// shortest range, reads NaN and makes no obstacle visible. (For a hit that is too near, REP-117 has minus infinity;
     /// real scanners give zero, NaN or an error code.)
@@ -34,7 +34,7 @@ impl Lidar {
     }
 
     /// Returns a revolution that ends at a time, seconds. Each beam is that of [`Lidar::scan`] from the pose at its own
-    /// time, seconds; moving obstacles are where they are at the end.
+    /// time, seconds; moving obstacles have their positions at the end.
     #[must_use]
     pub fn sweep(
         &self,
@@ -140,7 +140,7 @@ impl Lidar {
     }
 }
 
-/// Distance along a ray of unit direction to a disc: zero inside it, infinite where the ray misses.
+/// Distance along a ray of unit direction to a disc: zero inside it, infinite if the ray misses.
 fn range_to_disc(start: &Point, direction: &Vector, disc: &MovingDisc) -> f64 {
     let to_center = disc.center() - start;
     let outside = to_center.norm_squared() - disc.radius * disc.radius;

@@ -118,13 +118,13 @@ impl MovingObstacle {
         Self::new(radius_m, yields, Motion::Patrol(walk))
     }
 
-    /// Sets whether it yields to the robot.
+    /// Sets whether the obstacle yields to the robot.
     #[must_use]
     pub fn yielding(self, yields: bool) -> Self {
         Self { yields, ..self }
     }
 
-    /// Lets the obstacle appear later, at its start, where it then begins to move.
+    /// Sets when the obstacle appears at its start; it begins to move then.
     ///
     /// # Errors
     /// [`SimError::Setting`] for a time or distance that is not finite and at least zero.

@@ -44,7 +44,7 @@ impl AnswerCheck {
     }
 }
 
-/// Checks an answer to a scenario: the cells of the path, or none where the search found none. A length equals the listed
+/// Checks an answer to a scenario: the cells of the path, or none if the search found none. A length equals the listed
 /// one within [`TOLERANCE`] and the rounding of the file ([`Scenario::rounding`]).
 #[must_use]
 pub fn check_answer(

@@ -144,7 +144,7 @@ pub struct Breakdown {
 }
 
 impl Breakdown {
-    /// Computes the contributions from the sums before and after each step; none where the sum before is zero.
+    /// Computes the contributions from the sums before and after each step; none if the sum before is zero.
     #[must_use]
     pub fn new(
         chain: &str,

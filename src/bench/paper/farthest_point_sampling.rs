@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use crate::map::{Cell, FreeSpace};
 
 /// Returns cells of the largest connected part of a space, each as far as possible from those before it; the seed determines
-/// the first. None where there are too few.
+/// the first. None if there are too few.
 pub(super) fn farthest_points(space: &FreeSpace, count: usize, seed: u64) -> Option<Vec<Cell>> {
     let part = largest_part(space);
     if part.is_empty() || part.len() < count {

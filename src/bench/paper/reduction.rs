@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::published::{PublishedRow, before_and_after};
 use super::{published_table_1, published_table_2};
 
-/// A reduction as a share: 0.25 is a quarter less, a negative value is an increase. None where no values compare.
+/// A reduction as a share: 0.25 is a quarter less, a negative value is an increase. None if no values compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Reduced {
     /// Of the sums over all rows, as in the paper.

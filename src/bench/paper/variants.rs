@@ -87,9 +87,9 @@ pub struct PathRow {
     pub turns: usize,
     /// Turns of the path as searched.
     pub turns_raw: usize,
-    /// Turns without redundant nodes; none where nothing was pruned.
+    /// Turns without redundant nodes; none if nothing was pruned.
     pub turns_pruned: Option<usize>,
-    /// Turns of the smoothed path; none where nothing was smoothed.
+    /// Turns of the smoothed path; none if nothing was smoothed.
     pub turns_smoothed: Option<usize>,
     /// Smallest distance of the delivered path to an obstacle, metres.
     pub min_clearance_m: f64,

@@ -8,8 +8,8 @@ use crate::robot::{Disc, Footprint, Limits};
 use crate::runtime::{Config, RobotConfig, SimulationSettings};
 use crate::sim::{Fixes, Lidar};
 
-/// The wheels' coefficient of friction is 0.5 in `jackal.urdf.xacro`: its wheels accelerate by at most 4.9 m/s^2, whatever
-/// its controller allows (20 m/s^2 and 25 rad/s^2 in `jackal_control/config/control.yaml` of `jackal/jackal`).
+/// The wheels' coefficient of friction is 0.5 in `jackal.urdf.xacro`, so they accelerate by at most 4.9 m/s^2. The
+/// controller allows more (20 m/s^2 and 25 rad/s^2 in `jackal_control/config/control.yaml` of `jackal/jackal`).
 const ACCELERATION: f64 = 4.0;
 const ANGULAR_ACCELERATION: f64 = 8.0;
 /// Highest turn rate of the challenge's baseline, rad/s (`base_local_planner_params.yaml`); its controller allows 4.

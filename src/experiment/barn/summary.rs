@@ -15,7 +15,7 @@ pub struct BarnSummary {
     pub all: Group,
     /// The same as means over worlds.
     pub over_worlds: OverWorlds,
-    /// Means over the worlds with published figures; none where no world has any.
+    /// Means over the worlds with published figures; none if no world has any.
     pub official: Option<OverWorlds>,
     /// The published figures of the same worlds, means over worlds.
     pub published: Option<PublishedMeans>,

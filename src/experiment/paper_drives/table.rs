@@ -84,7 +84,7 @@ pub struct DriveSummary {
     pub contacts: usize,
     /// Number of drives in which a person came near.
     pub near_people: usize,
-    /// Deviations of the drives that reached the goal; none where none did.
+    /// Deviations of the drives that reached the goal; none if no drive did.
     pub deviation: Option<Spread>,
     /// Mean time, seconds.
     pub time_s: f64,
@@ -145,7 +145,7 @@ impl DriveSummary {
         }
     }
 
-    /// Whether the mean deviations are within the limits; false where no drive arrived.
+    /// Whether the mean deviations are within the limits; false if no drive arrived.
     #[must_use]
     pub fn is_within_limits(&self) -> bool {
         self.deviation.is_some_and(|Spread { mean, .. }| {

@@ -335,7 +335,7 @@ impl Area<'_> {
         }
     }
 
-    /// The labels right of the panel, moved apart where their lines are close to each other.
+    /// The labels right of the panel, moved apart if their lines are close to each other.
     fn outside_labels(&self, panel: &Panel) -> Markup {
         let mut labels: Vec<(f64, &str)> = panel
             .marks

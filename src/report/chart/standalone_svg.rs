@@ -84,7 +84,7 @@ pub(crate) fn standalone_svg<'a>(
     .into_string()
 }
 
-/// Two columns where all entries are short.
+/// Two columns if all entries are short.
 fn legend_columns(chart: &Chart) -> usize {
     let is_short = |text: &String| text.chars().count() <= SHORT_ENTRY;
     if chart.legend.iter().all(|entry| is_short(&entry.text)) {

@@ -66,7 +66,7 @@ impl Encounters {
         encounters
     }
 
-    /// Adds a disc, or only its number where the same obstacle has a disc at nearly the same position.
+    /// Adds a disc, or only its number if the same obstacle has a disc at nearly the same position.
     fn add(&mut self, obstacle: usize, center: [f64; 2], radius: f64, number: &str) {
         let same = self.obstacles.iter_mut().find(|disc| {
             disc.obstacle == obstacle && distance(disc.center, center) < SAME_POSITION

@@ -31,7 +31,7 @@ const HEADLINE_LETTERS: usize = 64;
 
 /// A standalone map picture.
 pub(crate) struct StandaloneMap<'a> {
-    /// Headline. It may hold any characters, and is cut where it is too long.
+    /// Headline. It may hold any characters, and is cut if it is too long.
     pub(crate) title: &'a str,
     /// The line below the headline.
     pub(crate) caption: &'a str,

@@ -27,7 +27,7 @@ pub(crate) struct Viewport {
 }
 
 impl Viewport {
-    /// Shows points of interest: on the whole map where it is not much larger, else with a margin. Ignores points that
+    /// Shows points of interest: on the whole map if it is not much larger, else with a margin. Ignores points that
     /// are not finite.
     pub(crate) fn around(points: impl IntoIterator<Item = Point>, frame: &GridFrame) -> Self {
         let whole = bounds(frame.corners());
