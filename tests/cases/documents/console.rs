@@ -27,6 +27,8 @@ fn console_blocks_print_what_they_show() {
     // Colours and terminal widths of the machine do not matter.
     TestCases::new()
         .env("NO_COLOR", "1")
+        // Mesa prints an error without it.
+        .env("XDG_RUNTIME_DIR", copy.path().display().to_string())
         .env("COLUMNS", "100")
         .case(root.join("README.md"))
         .case(root.join("docs/src/*.md"));
