@@ -39,7 +39,7 @@ def arguments():
 
 
 def run_cell(inbye, plan, key, out):
-    """Runs one cell: what its file shall hold, or nothing where it is in its folder already."""
+    """Runs one cell. Returns the content of its file, or nothing if the folder has it already."""
     command = [inbye, "sweep", plan, "--cell", key]
     if out is not None:
         command += ["--out", out, "--quiet"]
@@ -82,7 +82,7 @@ class Progress:
 
 
 def run_all(cells, task, window, given, progress):
-    """Runs cells, so many at a time; what went wrong with those that have no result."""
+    """Runs cells, at most `window` at a time. Returns the errors of those without a result."""
     waiting, running, wrong = list(reversed(cells)), {}, []
     while waiting or running:
         while waiting and len(running) < window:

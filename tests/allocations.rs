@@ -203,18 +203,18 @@ fn quantizing_again() -> Result<(), Failed> {
     for (scene, problem) in SCENES {
         let (first, second) = (problem(&field, 0), problem(&field, 1));
         let mut quantized = None;
-        let anew = allocations(|| quantized = QuantizedProblem::new(&first).ok());
+        let fresh = allocations(|| quantized = QuantizedProblem::new(&first).ok());
         let first = quantized.ok_or("within the ranges")?;
         let mut quantized = None;
         let again = allocations(|| quantized = first.requantized(&second).ok());
         // One list each for forward speeds, turn rates and discs, and one for obstacles if there are any.
         let lists = if second.obstacles.is_empty() { 3 } else { 4 };
-        if (anew, again) != (lists, 0) {
-            return Err(format!("{scene}: {anew} allocations, and {again} again").into());
+        if (fresh, again) != (lists, 0) {
+            return Err(format!("{scene}: {fresh} allocations, and {again} again").into());
         }
         let again = quantized.ok_or("within the ranges")?;
-        let anew = QuantizedProblem::new(&second)?;
-        if format!("{again:?}") != format!("{anew:?}") {
+        let fresh = QuantizedProblem::new(&second)?;
+        if format!("{again:?}") != format!("{fresh:?}") {
             return Err(format!("{scene}: quantized again it is another problem").into());
         }
     }

@@ -212,7 +212,7 @@ fn in_native_stream<S: Stream>(data: &[u8]) {
     assert_eq!(stream.len(), ends + in_frames + dropped as usize + last);
 }
 
-/// A native frame has so many marks, one before and one behind it.
+/// Number of delimiters of a native frame: one before it and one after it.
 const ZEROS: usize = 2;
 
 /// Every byte is part of a frame, dropped, or waits for the rest of a frame.

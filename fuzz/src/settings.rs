@@ -1,4 +1,4 @@
-//! What the program is told: problems, settings, words.
+//! Input of the program: problems, settings, words.
 
 use std::sync::{Arc, OnceLock};
 
@@ -16,7 +16,7 @@ use super::one_line;
 use super::program::{problem_file, toml_merge};
 use super::wire;
 
-/// Problems above so many samples times steps are quantized and not evaluated: it would only take long.
+/// Problems with more samples times steps are quantized and not evaluated, to save time.
 const MOST_WORK: usize = 20_000;
 
 /// A problem of `inbye evaluate`. One that is read is quantized or refused, and its answer is one of its samples.
@@ -197,7 +197,7 @@ const MOST_BEAMS: usize = 1000;
 const LONGEST_PERIOD_S: f64 = 2.0;
 
 /// A configuration of `--config` with which a robot is driven for a few ticks. No setting that was found sound makes it
-/// panic, be nowhere, or be told to move as no limit allows.
+/// panic, be nowhere, or get a command beyond its limits.
 pub fn short_drive(data: &[u8]) {
     let text = str::from_utf8(data).unwrap_or_default();
     let Ok(config) = toml_merge::parse(text, &Config::default(), sound) else {

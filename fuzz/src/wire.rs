@@ -22,7 +22,7 @@ const LONGEST_WRITE: usize = 64;
 /// What a side may hold, written out by `Debug`, characters: some hundred readings of a tenth of a second.
 const MOST_HELD: usize = 40_000;
 
-/// What is told of the base's protocol apart from its session and peer.
+/// Properties of a base protocol, independent of its session and device.
 trait Ear {
     /// The track speeds that a host's write asks for, m/s, and how far off rounding may have put them. All its bytes must
     /// make sense.
@@ -286,15 +286,15 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
 
     /// What must hold at any time.
     fn check(&mut self) {
-        if let Some(heard) = self.session.latest() {
-            let feedback = &heard.feedback;
-            assert!(heard.received_s <= self.now_s, "{heard:?}");
-            assert!(feedback.twist.is_finite(), "{heard:?}");
+        if let Some(latest) = self.session.latest() {
+            let feedback = &latest.feedback;
+            assert!(latest.received_s <= self.now_s, "{latest:?}");
+            assert!(feedback.twist.is_finite(), "{latest:?}");
             for number in [feedback.battery_v, feedback.yaw_rate]
                 .into_iter()
                 .flatten()
             {
-                assert!(number.is_finite(), "{heard:?}");
+                assert!(number.is_finite(), "{latest:?}");
             }
         }
         let (before, now) = (self.counters, self.session.counters());

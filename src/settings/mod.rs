@@ -115,7 +115,7 @@ pub struct Field {
     pub schema: fn() -> Value,
 }
 
-/// A type of which settings are made.
+/// A type of settings.
 #[doc(hidden)]
 pub trait Setting {
     /// The keys, for a table of settings.

@@ -52,7 +52,7 @@ fn instruction_sets_change_no_bit() -> Result<(), Failed> {
     agree(&mut all_instruction_sets()?, 600, 32)
 }
 
-/// Rows of several chunks and vectors, most of which stay on the field: step pruning applies.
+/// Rows of several chunks and vectors. Most stay on the field: step pruning applies.
 fn step_pruning_changes_no_bit() -> Result<(), Failed> {
     let mut engines = all_instruction_sets()?;
     let rng = &mut Pcg64Mcg::seed_from_u64(35);

@@ -169,7 +169,7 @@ impl Battered {
 
     /// The failure that is due.
     fn blow(&self) -> Option<Blow> {
-        let mut plan = self.plan.lock().expect("nobody panics");
+        let mut plan = self.plan.lock().expect("no thread panics");
         let (left, _) = plan.front_mut()?;
         if *left > 0 {
             *left -= 1;
@@ -212,7 +212,7 @@ impl Engine for Battered {
                 return Err(EngineError::Lost {
                     adapter: self.name(),
                     kind: GpuFailureKind::OutOfMemory,
-                    message: "as told".to_owned(),
+                    message: "as planned".to_owned(),
                 });
             }
             Some(Blow::Corrupted) => {

@@ -128,7 +128,7 @@ fn the_page_holds_all_it_needs() {
             "{file}"
         );
     }
-    // Its maps too, without anything that only a browser knows: so many lines of the paths on so many maps.
+    // Its maps too, without anything that only a browser knows: the number of path lines on the number of maps.
     for (name, maps, paths) in [
         ("figure_9", 3, 3),
         ("figure_10", 3, 3),

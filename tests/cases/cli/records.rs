@@ -116,7 +116,7 @@ fn draw_report_has_its_rows_in_files() {
 }
 
 /// The committed soak: what its file says of ends is what the chart says, by map, and every mission that did not arrive is
-/// told with its reason.
+/// reported with its reason.
 #[test]
 fn draw_groups_a_soak_by_map_and_traffic() {
     let place = Workplace::new();
@@ -135,12 +135,12 @@ fn draw_groups_a_soak_by_map_and_traffic() {
     let titles = document
         .descendants()
         .filter(|node| node.has_tag_name("title"));
-    let told: BTreeSet<&str> = titles.filter_map(|node| node.text()).collect();
+    let reported: BTreeSet<&str> = titles.filter_map(|node| node.text()).collect();
     let counted = |label: &str, is: &dyn Fn(&Value) -> bool| {
         let of: Vec<&Value> = rows.iter().filter(|row| is(row)).collect();
         let reached = of.iter().filter(|row| row["outcome"] == "reached").count();
         let line = format!("{label}: {reached} of {} reached", of.len());
-        assert!(told.contains(&line[..]), "{line} in {told:?}");
+        assert!(reported.contains(&line[..]), "{line} in {reported:?}");
     };
     counted("all missions", &|_| true);
     counted("pedestrians that ignore the robot", &|row| {

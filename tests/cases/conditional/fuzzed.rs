@@ -1,6 +1,6 @@
 //! The bodies of all fuzz targets, without a fuzzer: on the committed corpora, and on a number of seeded mutations of them.
 //!
-//! The bodies and the corpora are those of `fuzz/`, where it is told how to run them for longer.
+//! Bodies and corpora are in `fuzz/`. Its README says how to run them for longer.
 
 #[path = "../../../fuzz/src/lib.rs"]
 mod bodies;

@@ -235,12 +235,12 @@ fn yielding_pedestrians_never_touch_a_standing_robot() {
     assert!(smallest >= YIELD_GAP_M - 1e-9, "{smallest}");
     assert!(
         smallest < YIELD_GAP_M + 0.05,
-        "nobody came near: {smallest}"
+        "no pedestrian came near: {smallest}"
     );
     let careless = smallest_gap_to_a_standing_robot(false);
     assert!(
         careless < -0.3,
-        "nobody would have walked into the robot: {careless}"
+        "no pedestrian would have walked into the robot: {careless}"
     );
 }
 

@@ -10,12 +10,12 @@ use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("worlds are read in the order of their numbers", reads),
-    ("a damaged list is told by file and place", refuses),
+    ("a damaged list is rejected with file and place", refuses),
     (
-        "damaged cylinders are told by file and place",
+        "damaged cylinders are rejected with file and place",
         refuses_cylinders,
     ),
-    ("a folder without its files is told", refuses_folders),
+    ("a folder without its files is rejected", refuses_folders),
 ];
 
 const LIST: &str = "world,official50,n_obstacle_cylinders,path_length_m,optimal_time_s,dwa_success,dwa_collision,\

@@ -40,10 +40,10 @@ pub fn read(target: &str) -> Result<Vec<Seed>, Failed> {
 
 /// Names in a folder, those left out that begin with a dot.
 fn names(folder: &Path) -> Result<BTreeSet<String>, Failed> {
-    let told = |error: io::Error| format!("{}: {error}", folder.display());
+    let named = |error: io::Error| format!("{}: {error}", folder.display());
     let mut names = BTreeSet::new();
-    for entry in fs::read_dir(folder).map_err(told)? {
-        let name = entry.map_err(told)?.file_name();
+    for entry in fs::read_dir(folder).map_err(named)? {
+        let name = entry.map_err(named)?.file_name();
         let name = name.to_string_lossy().into_owned();
         if !name.starts_with('.') {
             names.insert(name);

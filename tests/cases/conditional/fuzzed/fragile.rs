@@ -1,4 +1,4 @@
-//! The search itself must be able to fail: parsers with a fault each, all of which pass their seeds, are broken by it.
+//! The search itself must be able to fail: parsers with one fault each pass their seeds and break under mutations.
 
 use libtest_mimic::{Failed, Trial};
 

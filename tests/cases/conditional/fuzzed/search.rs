@@ -31,7 +31,7 @@ impl fmt::Display for Breach {
     }
 }
 
-/// Runs a body on every seed, and on so many mutations.
+/// Runs a body on every seed and on a number of mutations.
 ///
 /// An input that ends the whole process, for want of memory or of stack, says nothing. Where the variable
 /// `INBYE_INPUT_UNDER_TEST` names a folder, each input is kept there while it is tried, under the name of its target.

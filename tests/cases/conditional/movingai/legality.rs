@@ -14,7 +14,7 @@ pub const TESTS: [Test; 3] = [
         legal_paths_are_measured,
     ),
     (
-        "every illegal path is told by its kind",
+        "every illegal path is rejected by its kind",
         illegal_paths_are_rejected_by_kind,
     ),
     (

@@ -203,7 +203,7 @@ impl Page {
         Ok(())
     }
 
-    /// Presses a key, named as browsers do, so many times.
+    /// Presses a key, named as browsers do, this number of times.
     pub fn press(&mut self, key: &str, modifiers: u32, times: u32) -> Result<(), Failed> {
         let code = match key {
             "Tab" => 9,
